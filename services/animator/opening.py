@@ -12,7 +12,7 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import Topic, topic_at
 from zenocap.services.animator.parameters import MAX_OPENING_MESSAGES
 from zenocap.services.animator.states import Setup, State
-from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.step import step
 
 
 def opening_state(path: Path, topics: Collection[Topic], now_ns: int) -> State:
@@ -20,8 +20,7 @@ def opening_state(path: Path, topics: Collection[Topic], now_ns: int) -> State:
 
     Without actors when no person is found in the first MAX_OPENING_MESSAGES messages, or the file is damaged before.
     """
-    setup = Setup()
-    state = initial_state(setup)
+    setup, state = Setup(), State()
     try:
         for recorded in islice(Take(path).messages(), MAX_OPENING_MESSAGES):
             topic = topic_at(recorded.topic)

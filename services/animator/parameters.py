@@ -4,12 +4,9 @@
 The page has its own at the top of `page/static/*.js`.
 """
 
-from collections.abc import Mapping
-
 # Presence of services.
 FRAME_TIMEOUT_NS = 1_000_000_000  # a viewer without frames for this long is stale; by hand
-MESSAGE_TIMEOUT_NS = 2_500_000_000  # a service without messages is stale: 2.5 health periods of 1 s; by hand
-MAX_ENTRIES = 128  # services and viewers that are kept, which bounds the memory; by hand
+MAX_ENTRIES = 128  # viewers that are kept, which bounds the memory; by hand
 TICK_NS = 200_000_000  # period at which the condition of services is evaluated; by hand
 
 # Page.
@@ -19,19 +16,7 @@ SERVICES_PERIOD_NS = 250_000_000  # between two updates of the table of services
 CHECKS_PERIOD_NS = 500_000_000  # between two updates of the set-up checks; by hand
 BEST_POSTURES = 3  # posture models that are shown with their log-likelihoods; by hand
 COMMANDS_SHOWN = 8  # latest command results that are sent together, so that a slow page misses none; by hand
-MAX_PAGES = 64  # open at a time; by hand
-MAX_UNACKNOWLEDGED = 3  # lists on their way to a page: 60 lists/s at a round trip of 50 ms
-MAX_REQUESTS = 16  # commands of pages that wait for the service loop; further ones are dropped; by hand
 RECORD_PERIOD_NS = 1_000_000_000  # between two commands of pages that start or stop the recording; as the integrator's
-MAX_COMMAND_BYTES = 4096  # of a command from a page; by hand
-PING_PERIOD_S, PING_TIMEOUT_S = 10.0, 20.0  # a page that does not answer is disconnected; by hand
-CLOSE_TIMEOUT_S = 1.0  # for the closing handshake; by hand
-
-# Connections to the page and to the Foxglove output.
-MAX_WAITING = 128  # without a completed handshake, of each port; a browser opens six for a page; by hand
-HANDSHAKE_TIMEOUT_S = 5.0  # from the connection to the end of its handshake; by hand
-MAX_HANDSHAKE_BYTES = 16_384  # of a request to the Foxglove output; by hand
-ERROR_LINE_PERIOD_S = 60.0  # between two log lines on one kind of malformed request; by hand
 
 # Playing takes on the page.
 MAX_TAKES = 200  # listed, newest first; by hand
@@ -49,8 +34,6 @@ SAVING_NICENESS = 10  # of the process beside a live rig, which keeps its rates;
 SAVING_END_S = 5.0  # for the process to end; by hand
 MAX_SAVED_LINES = 50  # of the output of the command that are kept; by hand
 MAX_SAVED_NAMES = 1000  # walk.bvh, walk-2.bvh and so on; by hand
-MAX_OFFERED = 16  # latest saved files that pages can get; by hand
-MAX_OFFERED_BYTES = 512 << 20  # of one of them, which is sent from memory; by hand
 MAX_DROPPED_BYTES = 1_000_000_000  # of a take that is dropped on the page: an hour of eight views without previews; by hand
 MAX_DROPPED_PIECE = 65_536  # bytes of one message of it; by hand
 DROPPED_FREE_BYTES = 1_000_000_000  # that stay free where it is stored; by hand
@@ -67,6 +50,7 @@ GOOD_SCORE = 0.5  # matching score [Two-view Eq. 1] above which the model fits
 
 # Outputs.
 MAX_FOXGLOVE_CLIENTS = 32  # connected at a time; by hand
+MAX_HANDSHAKE_BYTES = 16_384  # of a request to the Foxglove output; by hand
 MAX_DATAGRAM_BYTES = 1400  # below the Ethernet MTU of 1500 bytes, so that no datagram is fragmented
 QUIET_DATAGRAMS = 300  # successful datagrams after which a new failure is logged again: 10 s at 30 poses/s; by hand
 MAX_LSL_AGE_NS = 10_000_000_000  # older samples are of a replayed take and are stamped with the present; by hand
@@ -102,8 +86,3 @@ MAX_UNMATCHED_NS = 100_000_000  # between the times of compared poses, at most; 
 MAX_SHOWN_POSTURES = 2000  # on the position of the player; chosen by hand
 MAX_PICTURE_LEAD_S = 0.5  # by which pictures are asked for ahead of the pose, for the time that they take; by hand
 PICTURES_PER_S = 25.0  # at most, of each camera while the take plays; chosen by hand
-
-
-def parameters() -> Mapping[str, float | int | str]:
-    """Return all constants by name."""
-    return {name: value for name, value in globals().items() if name.isupper()}

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Iterable
 
 from zenocap.common.errors import UserError
+from zenocap.common.web.broadcast import Broadcaster, encoded
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.parameters import MAX_PICTURE_LEAD_S, PICTURES_PER_S
 
 logger = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class PictureFeed:
                 return
             self._broadcaster.publish(
                 "take",
-                [EncodedUpdate(f"preview/{id}", pm.encode(pm.PreviewUpdate(id, jpeg, position_s))) for id, jpeg in found],
+                [encoded(f"preview/{id}", pm.PreviewUpdate(id, jpeg, position_s)) for id, jpeg in found],
             )
             self._lead_s = time.monotonic() - begun
             time.sleep(max(0.0, 1.0 / PICTURES_PER_S - (time.monotonic() - begun)))

@@ -15,13 +15,14 @@ from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
+from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
+from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.parameters import (
     MAX_PLAYER_COMMANDS,
@@ -30,11 +31,11 @@ from zenocap.services.animator.parameters import (
     PLAYER_WAIT_S,
     REPLAY_TIMEOUT_S,
 )
+from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
-from zenocap.services.animator.states import Actor, Setup
-from zenocap.services.animator.step import initial_state, step
-from zenocap.services.animator.take_postures import postures_update
-from zenocap.services.animator.take_verdict import verdict_update
+from zenocap.services.animator.states import Actor, Setup, State
+from zenocap.services.animator.step import step
+from zenocap.services.animator.take_marks import postures_update, verdict_update
 
 logger = logging.getLogger(__name__)
 
@@ -125,7 +126,7 @@ class Playback:
                     command = None
 
     def _publish(self, update: pm.PlayerUpdate) -> None:
-        self._broadcaster.publish(None, [EncodedUpdate("player", pm.encode(update))])
+        self._broadcaster.publish(None, [encoded("player", update)])
         self._on_update(update)
 
     def _play(self, path: Path) -> PlayerCommand | None:
@@ -148,7 +149,7 @@ class Playback:
                     self._current = path
                     self._publish(pm.PlayerUpdate(take, opened=self._opened))
                     self._show_opening(path, topics, start_ns)
-                    self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
+                    self._broadcaster.publish(None, [encoded("verdict", verdict_update(path))])
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
                     try:
@@ -168,7 +169,8 @@ class Playback:
         state = opening_state(path, topics, self._clock.now_ns())
         if not state.actors:
             return
-        _, updates = due_updates(Schedule(), state, self._broadcaster.pages)
+        now_ns, presence = self._clock.elapsed_ns(), Presence(RigView(REPLAYED_RIG))
+        _, updates = due_updates(Schedule(), state, presence, self._broadcaster.pages, now_ns)
         places: list[EncodedUpdate] = []
         for actor in state.actors.values():
             self._on_pose(actor, 0)
@@ -180,14 +182,14 @@ class Playback:
         summary = read_summary(path)
         update = pm.PosturesUpdate() if summary is None else postures_update(path, summary, ended.is_set)
         if not ended.is_set():
-            self._broadcaster.publish(None, [EncodedUpdate("postures", pm.encode(update))])
+            self._broadcaster.publish(None, [encoded("postures", update)])
 
     def _show(
         self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float, start_ns: int | None
     ) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
-        setup = Setup()
-        state, schedule = initial_state(setup), Schedule()
+        setup, presence = Setup(), Presence(RigView(REPLAYED_RIG))
+        state, schedule = State(), Schedule()
         next_ns, published = 0, None
         seen: dict[str, tuple[Actor, int]] = {}  # latest pose by source, and its shift
         while replay.running:
@@ -195,6 +197,7 @@ class Playback:
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
+                    presence = observed(presence, event, self._clock.elapsed_ns())
                 event = bus.receive(0.0)
             places: list[EncodedUpdate] = []
             shift_ns, shift_frames = (
@@ -212,7 +215,8 @@ class Playback:
                 if replay.status is not None and replay.status != published:
                     published = replay.status
                     self._publish(_player_update(take, published, pose_s, self._opened))
-            schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
+            now_ns = self._clock.elapsed_ns()
+            schedule, updates = due_updates(schedule, state, presence, self._broadcaster.pages, now_ns)
             if updates or places:
                 self._broadcaster.publish("take", [*places, *updates])
             while not self._commands.empty():
@@ -247,7 +251,7 @@ def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int)
     if start_ns is None:
         return []
     place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
-    return [EncodedUpdate("place", pm.encode(pm.PlaceUpdate(place_s, actor.frame - shift_frames)))]
+    return [encoded("place", pm.PlaceUpdate(place_s, actor.frame - shift_frames))]
 
 
 def _start_ns(path: Path) -> int | None:

@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Never
 
@@ -13,7 +12,6 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.live_smoothing import animator_smoothing
 from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.priority import lower_priority
 from zenocap.common.runtime.service import Event, Service, Subscription, run
@@ -23,7 +21,7 @@ from zenocap.services.animator.outputs.output_group import has_outputs, open_out
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
 from zenocap.services.animator.states import Setup, State
-from zenocap.services.animator.step import counts, describe, initial_state, phase_of, step
+from zenocap.services.animator.step import counts, describe, phase_of, step
 from zenocap.services.animator.topics import TOPICS
 
 logger = logging.getLogger(__name__)
@@ -32,29 +30,26 @@ ID = "main"
 
 
 def animator_service(
-    rig: Rig, health_text: Callable[[], str] = lambda: "", on_message: Callable[[Envelope], None] = lambda _: None
+    rig: Rig, health_text: Callable[[], str] = lambda: "", on_event: Callable[[Event[Never]], None] = lambda _: None
 ) -> Service[Setup, State, Never]:
     """Return the service of a rig's animator.
 
-    health_text: appended to its health.  on_message: is called with every message before the step, poses smoothed if the
-    rig has it so.
+    health_text: appended to its health.  on_event: is called with every event before the step, poses smoothed if the rig
+    has it so.
     """
-    setup = Setup(services_of(rig, required=True))
-
     smoothing = animator_smoothing(rig.animator)
 
     def observed_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
-        if isinstance(event, Envelope):
-            if smoothing is not None:
-                event = replace(event, message=smoothing.message(event.message))
-            on_message(event)
+        if isinstance(event, Envelope) and smoothing is not None:
+            event = replace(event, message=smoothing.message(event.message))
+        on_event(event)
         return step(setup, state, event)
 
     return Service(
         "animator",
         ID,
-        setup,
-        partial(initial_state, setup),
+        Setup(tuple(viewer.id for viewer in rig.viewers)),
+        State,
         observed_step,
         tuple(Subscription(topic) for topic in TOPICS),
         lambda state: f"{describe(state)}{health_text()}",
@@ -82,7 +77,7 @@ def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable
         try:
             if rig.animator.page.enabled:
                 bridge.open(rig.animator.page, takes, TOPICS)
-            service = animator_service(rig, bridge.health_text, bridge.outputs.receive)
+            service = animator_service(rig, bridge.health_text, bridge.receive)
             return run(
                 service, bus, clock, stopped=stopped, extra_counts=bridge.counts, requested=bridge.requests,
                 on_state=bridge.show,

@@ -12,23 +12,23 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.web.broadcast import PageQueue
+from zenocap.common.web.messages import NoticeUpdate
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.drop_receiver import DropReceiver
-from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
-from zenocap.services.animator.page.server import PageServer, animator_content
+from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.save_job import SaveJob
 from zenocap.services.animator.states import Actor
+from zenocap.services.animator.take_feed import TakeFeed
 from zenocap.services.animator.topics import TOPICS
 
 if TYPE_CHECKING:  # loaded where they are needed: their imports take longer than those of the rest
     from zenocap.services.animator.comparison import Comparison
     from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
-    from zenocap.services.animator.playback import Playback
 
 logger = logging.getLogger(__name__)
+READING = "the second take is being read; it appears when both are compared"
+NO_RIG = "this page shows one take, without a rig: commands to a rig are not available"
 
 
 class TakePage:
@@ -50,19 +50,16 @@ class TakePage:
         self._reader = None if compared is None else _reader(compared, self._on_comparison)
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
-        self._feed: PictureFeed | None = None
+        self._camera_feed: PictureFeed | None = None
         self._dropped: Path | None = None  # take that is shown instead
         self._switching = False  # to another take: the end of the one before is no end of the page
-        drops = DropReceiver(self._on_drop)
-        self._server = PageServer(table, self._receive, lambda: None, animator_content(), drops)
+        self._feed = TakeFeed(table, self._direct, self._on_drop)
         self._player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
-        self._playback: Playback | None = None
-        self._saving = SaveJob(self._on_saving, self._server.offered.offer)
 
     @property
     def address(self) -> str:
         """URL of the page."""
-        return self._server.address
+        return self._feed.page.address
 
     @property
     def player(self) -> pm.PlayerUpdate:
@@ -76,54 +73,52 @@ class TakePage:
 
     def open(self) -> None:
         """Serve the page and start to play.  Raises UserError."""
-        self._server.start()
-        self._publish("hello", pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False))
+        self._feed.open(_hello(self._take))
         from zenocap.services.animator.playback import Playback  # takes most of a second, in which a page is loaded
 
-        summary = read_summary(self._take)
+        summary, updates = read_summary(self._take), self._feed.page.updates
         self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
-            self._feed = PictureFeed(self._pictures, summary.start_ns, self._server.broadcaster)
-        self._playback = Playback(
-            self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, self._on_pose, raw=self._raw
+            self._camera_feed = PictureFeed(self._pictures, summary.start_ns, updates)
+        self._feed.player = Playback(
+            self._take.parent, updates, RealClock(), TOPICS, self._on_update, self._on_pose, raw=self._raw
         )
-        self._playback.send(pm.PlayTake(self._take.name))
+        self._feed.player.send(pm.PlayTake(self._take.name))
         if self._reader is not None:
-            self._publish("ghost", pm.NoticeUpdate("the second take is being read; it appears when both are compared"))
+            self._feed.page.publish("ghost", NoticeUpdate(READING))
             self._reader.start()
 
     def close(self) -> None:
         if self._reader is not None:
             self._reader.close()
-        self._saving.close()
-        if self._playback is not None:
-            self._playback.close()
-        if self._feed is not None:
-            self._feed.close()
-        self._server.close()
-
-    def _publish(self, key: str, update: pm.Update) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, pm.encode(update))])
+        if self._camera_feed is not None:
+            self._camera_feed.close()
+        self._feed.close()
 
     def _on_drop(self, path: Path) -> None:
         """Show a dropped take instead of the take of the page."""
         from zenocap.services.animator.playback import PlayFile
 
-        if self._playback is None:
-            self._publish("dropped", pm.DroppedUpdate(problem=f"{path.name}: the page is being opened; drop it again"))
+        if self._feed.player is None:
+            self._feed.page.publish(
+                "dropped", pm.DroppedUpdate(problem=f"{path.name}: the page is being opened; drop it again")
+            )
             return
-        self._dropped, self._switching = path, True
-        self._publish("dropped", pm.DroppedUpdate(path.name))
-        self._publish("hello", pm.HelloUpdate(path.stem, "take", versions()["zenocap"], [], live=False))
-        self._playback.send(PlayFile(path))
+        self._dropped = path
+        self._switch(path, pm.DroppedUpdate(path.name))
+        self._feed.player.send(PlayFile(path))
 
     def _show_own(self, problem: str = "") -> None:
         """Show the take of the page again.  problem: why the dropped one could not be played."""
-        assert self._playback is not None
-        self._dropped, self._switching = None, True
-        self._publish("dropped", pm.DroppedUpdate(problem=problem))
-        self._publish("hello", pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False))
-        self._playback.send(pm.PlayTake(self._take.name))
+        assert self._feed.player is not None
+        self._dropped = None
+        self._switch(self._take, pm.DroppedUpdate(problem=problem))
+        self._feed.player.send(pm.PlayTake(self._take.name))
+
+    def _switch(self, take: Path, dropped: pm.DroppedUpdate) -> None:
+        self._switching = True
+        self._feed.page.publish("dropped", dropped)
+        self._feed.page.publish("hello", _hello(take))
 
     def _on_update(self, update: pm.PlayerUpdate) -> None:
         if self._dropped is not None:
@@ -135,8 +130,8 @@ class TakePage:
         self._switching = False
         self._player = update
         moves = not update.paused and time.monotonic() - self._posed_s < POSED_S
-        if self._feed is not None and update.take and not moves:
-            self._feed.show(update.position_s)
+        if self._camera_feed is not None and update.take and not moves:
+            self._camera_feed.show(update.position_s)
 
     def _on_pose(self, actor: Actor, shift_ns: int) -> None:
         """Pictures follow the poses while the take plays, so that both are of one time."""
@@ -144,35 +139,35 @@ class TakePage:
             return
         self._posed_s = time.monotonic()
         position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
-        if self._feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
-            self._feed.show(position_s, self._player.rate)
+        if self._camera_feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
+            self._camera_feed.show(position_s, self._player.rate)
         comparison = None if self._reader is None else self._reader.found
         ghost = None if comparison is None else comparison.at(actor, shift_ns)
         if ghost is not None:
-            self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])
+            self._feed.page.publish("ghost_pose", ghost, "take")
 
     def _on_comparison(self, comparison: "Comparison") -> None:
         """Show the second take, in place of the notice that it is read."""
-        self._publish("ghost", comparison.body())
+        self._feed.page.publish("ghost", comparison.body())
 
-    def _on_saving(self, update: SavingUpdate) -> None:
-        self._publish("saving", update)
-
-    def _receive(self, page: PageQueue, command: pm.Command) -> None:
+    def _direct(self, page: PageQueue, command: pm.Command) -> bool:
+        """Handle a command of a page in the server's thread.  Raises ValueError."""
         match command:
-            case pm.SelectFeed(feed=feed):
-                self._server.broadcaster.select_feed(page, feed)
-            case pm.ControlPlayer(stop=True) if self._dropped is not None:
+            case pm.ControlPlayer(stop=True):
+                if self._dropped is None:
+                    raise ValueError(NO_RIG)
                 self._show_own()
-            case pm.ControlPlayer(stop=False) if self._playback is not None:
-                self._playback.send(command)
             case SaveTake():
                 take = self._dropped or self._take
-                self._saving.start(command, take, take.parent, raw=self._raw, kept=self._dropped is None)
-            case CancelSaving():
-                self._saving.cancel()
+                self._feed.saving.start(command, take, take.parent, raw=self._raw, kept=self._dropped is None)
             case _:
-                raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
+                if not self._feed.receive(page, command):
+                    raise ValueError(NO_RIG)
+        return True
+
+
+def _hello(take: Path) -> pm.HelloUpdate:
+    return pm.HelloUpdate(take.stem, "take", versions()["zenocap"], [], live=False)
 
 
 def _reader(

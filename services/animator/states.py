@@ -9,19 +9,17 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 
-Service = tuple[str, str]  # name and id
 Source = Literal["two-view", "tracker"]  # estimator of a pose
-Condition = Literal["ok", "starting", "stale", "gone"]
+SOURCES: Mapping[type[m.Message], Source] = {
+    m.UniversalBdp: "two-view", m.UniversalBap: "two-view", m.TrackerBdp: "tracker", m.TrackerPose: "tracker",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Setup:
-    """Setup of the animator.
+    """Setup of the animator.  viewers: of the rig."""
 
-    expected: services of the rig in the order in which they are shown; others follow in order of appearance.
-    """
-
-    expected: tuple[Service, ...] = ()
+    viewers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -52,34 +50,6 @@ class Actor:
 
 
 @dataclass(frozen=True)
-class ServiceRecord:
-    """Presence of one service.  received_ns: of its last message; frame_ns: of its last per-frame message; 0 for none yet.
-
-    alive: by Zenoh liveliness, None before its first report.  gone_ns: when liveliness ended.  All by this machine's clock.
-    """
-
-    received_ns: int = 0
-    frame_ns: int = 0
-    alive: bool | None = None
-    gone_ns: int = 0
-    health: m.Health | None = None
-
-
-@dataclass(frozen=True)
-class ServiceStatus:
-    """Status of one service as shown.
-
-    condition: "stale" when it is alive but publishes nothing.  silent_ns: since its last message.
-    """
-
-    service: str
-    id: str
-    condition: Condition
-    silent_ns: int
-    health: m.Health | None
-
-
-@dataclass(frozen=True)
 class State:
     """Latest values; bodies and actors by source, the others by viewer; the latest commands, oldest first.
 
@@ -91,7 +61,6 @@ class State:
     now_ns: int = 0
     bodies: Mapping[Source, SourceBody] = field(default_factory=dict)
     actors: Mapping[Source, Actor] = field(default_factory=dict)
-    services: Mapping[Service, ServiceRecord] = field(default_factory=dict)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)
     previews: Mapping[str, m.Preview] = field(default_factory=dict)

@@ -1,6 +1,6 @@
 """Step of the animator: every message of the rig updates the displayed state; publishes nothing."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
@@ -10,18 +10,8 @@ from zenocap.common import messages as m
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, lost_parts, points_of
-from zenocap.services.animator.parameters import COMMANDS_SHOWN, FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
-from zenocap.services.animator.states import (
-    Actor,
-    Condition,
-    Service,
-    ServiceRecord,
-    ServiceStatus,
-    Setup,
-    Source,
-    SourceBody,
-    State,
-)
+from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
+from zenocap.services.animator.states import SOURCES, Actor, Setup, Source, SourceBody, State
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the animator has no frames
 Bap: TypeAlias = m.UniversalBap | m.TrackerPose
@@ -29,44 +19,15 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-def initial_state(setup: Setup) -> State:
-    return State(services={service: ServiceRecord() for service in setup.expected})
-
-
 def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Message]]:
     """Return the state after one event, and no messages.  Pure: the result depends on the arguments alone."""
     match event:
         case Tick(received_ns=now_ns):
             return replace(state, now_ns=now_ns), []
-        case Alive():
-            return _update_liveliness(state, event), []
-        case Envelope(message=message, received_ns=received_ns):
-            if not _is_admitted(setup, state, message):
-                return state, []
-            return _update_content(_update_record(state, message, received_ns), message, received_ns), []
+        case Envelope(message=message, received_ns=received_ns) if _is_admitted(setup, state, message):
+            return _update_content(replace(state, now_ns=max(state.now_ns, received_ns)), message, received_ns), []
         case _:
             return state, []
-
-
-def service_statuses(state: State) -> Sequence[ServiceStatus]:
-    """Status of every service, the expected ones first."""
-    return [
-        ServiceStatus(name, id, condition(state, (name, id)), max(0, state.now_ns - record.received_ns), record.health)
-        for (name, id), record in state.services.items()
-    ]
-
-
-def condition(state: State, service: Service) -> Condition:
-    """Condition of a service: alive, and publishing in time."""
-    record = state.services[service]
-    if record.alive is False and record.received_ns <= record.gone_ns:
-        return "gone"
-    if not record.received_ns:
-        return "starting"
-    if state.now_ns - record.received_ns > MESSAGE_TIMEOUT_NS:
-        return "stale"
-    frames_stopped = record.frame_ns and state.now_ns - record.frame_ns > FRAME_TIMEOUT_NS
-    return "stale" if service[0] == "viewer" and frames_stopped else "ok"
 
 
 def phase_of(state: State) -> m.Phase:
@@ -76,9 +37,7 @@ def phase_of(state: State) -> m.Phase:
 
 def describe(state: State) -> str:
     """Health text of the animator."""
-    missing = [f"{name} {id}" for name, id in state.services if condition(state, (name, id)) in ("stale", "gone")]
-    text = "showing " + " and ".join(state.actors) if state.actors else "waiting for a pose"
-    return f"{text}; stale or gone: {', '.join(missing)}" if missing else text
+    return "showing " + " and ".join(state.actors) if state.actors else "waiting for a pose"
 
 
 def counts(state: State) -> Mapping[str, int]:
@@ -86,52 +45,10 @@ def counts(state: State) -> Mapping[str, int]:
     return {"unusable": state.unusable}
 
 
-def _update_liveliness(state: State, event: Alive) -> State:
-    service = (event.service, event.id)
-    before = state.services.get(service, ServiceRecord())
-    if event.alive:
-        after = replace(before, alive=True, frame_ns=0 if before.alive is False else before.frame_ns)
-    else:
-        after = replace(before, alive=False, gone_ns=event.received_ns)
-    return replace(state, services=_with(state.services, service, after))
-
-
-def _update_record(state: State, message: m.Message, received_ns: int) -> State:
-    """Record the sender and time of a message."""
-    service, per_frame = _sender(message)
-    if service is None:
-        return state
-    record = replace(state.services.get(service, ServiceRecord()), received_ns=received_ns)
-    if per_frame:
-        record = replace(record, frame_ns=received_ns)
-    if isinstance(message, m.Health):
-        record = replace(record, health=message)
-    return replace(state, now_ns=max(state.now_ns, received_ns), services=_with(state.services, service, record))
-
-
-def _sender(message: m.Message) -> tuple[Service | None, bool]:
-    """Return the service that publishes a message, None if unknown, and whether it does so with every frame."""
-    match message:
-        case m.Health(service=service, id=id):
-            return (service, id), False
-        case m.Sighting(viewer=viewer) | m.Silhouette(viewer=viewer) | m.PartialBap(viewer=viewer):
-            return ("viewer", viewer), True
-        case m.PartialBdp(viewer=viewer) | m.Preview(viewer=viewer) | m.CameraAdvice(viewer=viewer):
-            return ("viewer", viewer), False
-        case m.Assignment() | m.UniversalBap():
-            return ("integrator", "main"), True
-        case m.TrackerPose() | m.ScenePoints():
-            return ("tracker", "main"), True
-        case m.Posture() | m.CommandResult():
-            return ("recognizer", "main"), False
-        case _:  # a latched value may be much older than its receipt
-            return None, False
-
-
 def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     """Whether a message is shown: half of MAX_ENTRIES is for viewers that the rig does not name, the rest for its own."""
     viewer = getattr(message, "viewer", None)
-    if viewer is None or ("viewer", viewer) in setup.expected:
+    if viewer is None or viewer in setup.viewers:
         return True
     shown: tuple[Mapping[str, object], ...] = (
         state.silhouettes,
@@ -145,16 +62,14 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
 
 def _update_content(state: State, message: m.Message, received_ns: int) -> State:
     match message:
-        case m.UniversalBdp(body=body):
-            return _update_body(state, "two-view", body)
-        case m.TrackerBdp(body=body):
-            return _update_body(state, "tracker", body)
-        case m.UniversalBap(lost=lost):
-            return _update_pose(state, "two-view", message, tuple(lost), received_ns)
-        case m.TrackerPose():
-            return _update_pose(state, "tracker", message, tuple(lost_parts(message)), received_ns)
-        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice() | m.CameraInfo():
+        case m.UniversalBdp() | m.TrackerBdp():
+            return _update_body(state, SOURCES[type(message)], message.body)
+        case m.UniversalBap() | m.TrackerPose():
+            return _update_pose(state, SOURCES[type(message)], message, received_ns)
+        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice():
             return _update_view(state, message)
+        case m.CameraInfo():
+            return _update_camera(state, message)
         case m.Assignment(tracking=tracking):
             return replace(state if tracking else _mark_lost(state), assignment=message)
         case m.Posture():
@@ -171,7 +86,7 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return state
 
 
-def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice | m.CameraInfo) -> State:
+def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice) -> State:
     match message:
         case m.Silhouette(viewer=viewer):
             return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
@@ -181,8 +96,6 @@ def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | 
             return replace(state, previews=_with(state.previews, viewer, message))
         case m.CameraAdvice(viewer=viewer):
             return replace(state, advice=_with(state.advice, viewer, message))
-        case m.CameraInfo():
-            return _update_camera(state, message)
 
 
 def _mark_lost(state: State) -> State:
@@ -217,7 +130,7 @@ def _update_body(state: State, source: Source, message: m.Body) -> State:
     return replace(state, bodies=_with(state.bodies, source, body))
 
 
-def _update_pose(state: State, source: Source, message: Bap, lost: tuple[str, ...], received_ns: int) -> State:
+def _update_pose(state: State, source: Source, message: Bap, received_ns: int) -> State:
     body = state.bodies.get(source)
     if body is None:  # order across topics is not guaranteed: the first pose may arrive before its body
         return state
@@ -226,6 +139,7 @@ def _update_pose(state: State, source: Source, message: Bap, lost: tuple[str, ..
     except ValueError:
         return replace(state, unusable=state.unusable + 1)
     pose = Pose(np.array(message.position, dtype=np.float64), angles)
+    lost = tuple(message.lost if isinstance(message, m.UniversalBap) else lost_parts(message))
     actor = Actor(message.frame, message.captured_ns, received_ns, source, body.anatomy, body.bdp, pose, lost)
     return replace(state, actors=_with(state.actors, source, actor))
 

@@ -25,8 +25,10 @@ from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import service_at
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
-from zenocap.services.animator.states import Setup
-from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.presence import Presence
+from zenocap.services.animator.presence import observed as presence_after
+from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.step import step
 from zenocap.tools.metrics.observations import Observations
 from zenocap.tools.monitor.display import as_json
 from zenocap.tools.recordings.export import ExportOptions, export
@@ -145,13 +147,15 @@ def spans_text(path: Path) -> str:
 
 def page_text(path: Path) -> str:
     """Of the updates of the live page by key: number and SHA-256."""
-    setup = Setup(services(path))
-    state, schedule = initial_state(setup), Schedule()
+    expected = services(path)
+    setup = Setup(tuple(id for service, id in expected if service == "viewer"))
+    presence, state, schedule = Presence(RigView(rig_of(path), expected)), State(), Schedule()
     digests: dict[str, tuple[int, hashlib._Hash]] = {}
     for event in events(path):
         for one in (event, Tick(event.received_ns)):
             state, _ = step(setup, state, one)
-        schedule, updates = due_updates(schedule, state, 1)
+        presence = presence_after(presence, event, event.received_ns)
+        schedule, updates = due_updates(schedule, state, presence, 1, event.received_ns)
         for update in updates:
             count, digest = digests.get(update.key, (0, hashlib.sha256()))
             data = update.data if isinstance(update.data, bytes) else update.data.encode()

@@ -26,14 +26,15 @@ from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.states import Setup, State
-from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.step import step
 from zenocap.services.animator.topics import TOPICS
 from zenocap.services.viewer.shell import camera_info
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp, truth
 from zenocap.simulation.motion.timeline import MotionTimeline, motion_timeline
 
-SETUP = Setup((("viewer", "1"), ("viewer", "2"), ("integrator", "main")))
+SETUP = Setup(("1", "2"))
+EXPECTED = (("viewer", "1"), ("viewer", "2"), ("integrator", "main"))
 
 
 def received(message: m.Message, received_ns: int, rig: str = "demo") -> Envelope:
@@ -132,7 +133,7 @@ class StandIn:
         self.rig = rig or demo_rig("two-view")
         self.clock = clock or RealClock()
         self.bus = LocalNetwork(self.rig.name, self.clock).bus()
-        self.state: State = initial_state(SETUP)
+        self.state = State()
         self.bridge = PageBridge(self.rig, self.bus, self.clock, OutputGroup(()))
         self.bridge.open(page, takes, TOPICS)
         self.frame = 0
@@ -146,6 +147,7 @@ class StandIn:
         for event in events:
             now_ns = self.clock.now_ns()
             one = event if isinstance(event, Alive) else received(event, now_ns, self.rig.name)
+            self.bridge.receive(one)
             self.state, _ = step(SETUP, self.state, one)
         self.bridge.show(self.state)
 
@@ -156,7 +158,7 @@ class StandIn:
     def begin(self) -> None:
         """Start: all services are alive, cameras and body are published."""
         now_ns = self.clock.now_ns()
-        self.receive(*(Alive(service, id, True, now_ns) for service, id in SETUP.expected))
+        self.receive(*(Alive(service, id, True, now_ns) for service, id in EXPECTED))
         self.receive(*(camera_info(viewer, now_ns) for viewer in self.rig.viewers), body_message(now_ns))
         self.send_health()
 

@@ -17,9 +17,8 @@ from zenocap.common.codec import encode
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import topic_of
+from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
-from zenocap.services.animator.page.page_messages import Feed
 from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
 from zenocap.services.animator.topics import TOPICS
 
@@ -38,7 +37,7 @@ class Page(Broadcaster):
     def pages(self) -> int:
         return 1
 
-    def publish(self, feed: Feed | None, updates: Iterable[EncodedUpdate]) -> None:
+    def publish(self, feed: str | None, updates: Iterable[EncodedUpdate]) -> None:
         self.updates += [json.loads(update.data) for update in updates]
 
     def problems(self) -> list[object]:

@@ -122,6 +122,13 @@ def _reason(error: Exception) -> str:
     return f"{text}: {meant}" if meant else text
 
 
+def jpeg(image: Image, long_side_px: int, quality: int) -> bytes:
+    """JPEG of an image, reduced as by `small_picture`."""
+    good, data = cv2.imencode(".jpg", small_picture(image, long_side_px), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    assert good
+    return np.asarray(data, dtype=np.uint8).tobytes()
+
+
 def small_picture(image: Image, long_side_px: int) -> Image:
     """The image reduced so that its longer side has at most `long_side_px` pixels."""
     scale = min(1.0, long_side_px / max(image.shape[:2]))

@@ -11,7 +11,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.lens import Lens
 from zenocap.common.errors import UserError
 from zenocap.common.vision.image_measures import grey_of
-from zenocap.services.animator.page.broadcast import EncodedUpdate
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_calibration import BoardCalibration, calibrated_rig
@@ -100,7 +100,7 @@ class BoardMode:
             if self._version == self._sent:
                 return ()
             self._sent = self._version
-            return [EncodedUpdate("board", lm.encode(self._update()))]
+            return [encoded("board", self._update())]
 
     def receive(self, command: lm.Command) -> None:
         with self._lock:

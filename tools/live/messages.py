@@ -5,7 +5,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
-from zenocap.services.animator.page.page_messages import Acknowledge
+from zenocap.common.web.messages import Decoder
 from zenocap.tools.live.advice import Row
 from zenocap.tools.live.point_messages import PointCommand
 
@@ -102,12 +102,6 @@ class BoardUpdate(msgspec.Struct, frozen=True, tag="board", tag_field="type", kw
     result: BoardResult | None
 
 
-class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
-    """A line of text for the user."""
-
-    text: str
-
-
 Name = Annotated[str, Meta(max_length=200)]
 
 
@@ -144,14 +138,4 @@ class Finish(msgspec.Struct, frozen=True, tag="finish", tag_field="type", forbid
 
 
 Command: TypeAlias = Enlarge | Anew | Settle | Calibrate | Floor | Discard | Finish | PointCommand
-_decoder = msgspec.json.Decoder(Acknowledge | Command)
-encode = msgspec.json.Encoder().encode
-
-
-def decode_command(text: str | bytes) -> Command | Acknowledge:
-    """Decode a command of a page.  Raises ValueError for anything else."""
-    try:
-        command: Command | Acknowledge = _decoder.decode(text)
-    except msgspec.MsgspecError as error:
-        raise ValueError(f"invalid command from a page: {error}") from error
-    return command
+decode_command = Decoder[Command](Command)

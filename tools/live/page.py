@@ -1,25 +1,21 @@
 """The live page of cameras: pictures and measures of all of them, and what a mode adds."""
 
-import queue
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
-import cv2
-import msgspec
-import numpy as np
-
-from zenocap.common.arrays import Floats, Image
+from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, VideoFile
 from zenocap.common.runtime.service_info import versions
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.server import PageContent, PageServer, page_files
+from zenocap.common.web.broadcast import EncodedUpdate, PageQueue
+from zenocap.common.web.page import Page
+from zenocap.common.web.server import PageContent, page_files
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.cameras.streams import small_picture
+from zenocap.tools.cameras.streams import jpeg
 from zenocap.tools.live import messages as lm
 from zenocap.tools.live.advice import rows
 from zenocap.tools.live.camera import LiveCamera
@@ -33,9 +29,6 @@ from zenocap.tools.live.parameters import (
     READY_S,
     TILE_PX,
 )
-
-SHARED_FILES = ("base.css", "icon.svg", "connection.js")  # of the animator's page
-MOST_COMMANDS = 64  # that wait; further ones are dropped; chosen by hand
 
 
 class Mode(Protocol):
@@ -99,50 +92,45 @@ class LivePage:
     def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: Mode) -> None:
         """program: the command, for messages."""
         self._cameras, self._mode = cameras, mode
-        content: PageContent[lm.Command] = PageContent(_files(), lm.decode_command, program, "--")
-        self._server = PageServer(table, self._receive, lambda: None, content)
-        self._commands: queue.Queue[lm.Command] = queue.Queue(MOST_COMMANDS)
+        content: PageContent[lm.Command] = PageContent(page_files("zenocap.tools.live"), lm.decode_command, program, "--")
+        self._page = Page(table, content, self._enlarge)
         self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
         self._shown = {camera.name: _Shown() for camera in cameras}
-        self._watched = False  # whether a page was open at the last turn
+        self._openings = 0  # of the page, at the last turn
 
     @property
     def address(self) -> str:
         """URL of the page, token included."""
-        return self._server.address
+        return self._page.address
 
     def open(self) -> None:
         """Serve the page.  Raises UserError."""
-        self._server.start()
+        self._page.open()
         entries = [lm.CameraEntry(one.name, _source_text(one), self._settles(one), _expected(one)) for one in self._cameras]
-        self._publish("hello", lm.HelloUpdate(self._mode.name, versions()["zenocap"], entries))
+        self._page.publish("hello", lm.HelloUpdate(self._mode.name, versions()["zenocap"], entries))
 
     def close(self) -> None:
-        self._server.close()
+        self._page.close()
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until `stopped`, or the mode is finished."""
-        while not stopped() and not self._mode.finished:
-            if not self.turn():
-                time.sleep(POLL_S)
+        self._page.run(lambda: stopped() or self._mode.finished, self._handle, self._turn, POLL_S)
 
-    def turn(self) -> bool:
+    def _turn(self) -> bool:
         """Publish what is due; returns whether there was anything."""
-        busy = False
-        while not self._commands.empty():
-            self._handle(self._commands.get())
-            busy = True
-        watched = bool(self._server.broadcaster.pages)
-        if watched and not self._watched:
-            for shown in self._shown.values():
-                shown.frame = None  # the picture of a source without another one is sent too
-        self._watched = watched
-        for camera in self._cameras:
-            busy |= self._show(camera)
+        if self._page.openings != self._openings:
+            self._openings = self._page.openings
+            self._forget_pictures()
+        busy = any([self._show(camera) for camera in self._cameras])
         updates = self._mode.tick()
         if updates:
-            self._server.broadcaster.publish(None, updates)
+            self._page.updates.publish(None, updates)
         return busy
+
+    def _forget_pictures(self) -> None:
+        """Send the last picture again also of a source without another one."""
+        for shown in self._shown.values():
+            shown.frame = None
 
     def _settles(self, camera: LiveCamera) -> bool:
         """Not during a calibration, in which the focus has to stay."""
@@ -154,15 +142,16 @@ class LivePage:
         if frame is not None and frame is not shown.frame and now_s - shown.picture_s >= PICTURE_PERIOD_S:
             shown.frame, shown.picture_s, busy = frame, now_s, True
             corners = self._mode.corners(camera, frame)
-            if self._server.broadcaster.pages:
+            if self._page.pages:
                 height, width = frame.image.shape[:2]
                 flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
-                jpeg = encoded(frame.image, camera.name in self._large.values())
-                self._publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, jpeg, flat))
-        if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._server.broadcaster.pages:
+                large = camera.name in self._large.values()
+                data = jpeg(frame.image, *((LARGE_PX, LARGE_JPEG_QUALITY) if large else (TILE_PX, JPEG_QUALITY)))
+                self._page.publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, data, flat))
+        if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._page.pages:
             shown.measured_s, busy = now_s, True
             found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
-            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, self._problem(camera), found))
+            self._page.publish(f"state/{camera.name}", lm.StateUpdate(camera.name, self._problem(camera), found))
         return busy
 
     def _problem(self, camera: LiveCamera) -> str:
@@ -182,22 +171,15 @@ class LivePage:
                 try:
                     self._mode.receive(command)
                 except UserError as error:
-                    self._publish("notice", lm.NoticeUpdate(str(error)))
+                    self._page.notice(str(error))
 
-    def _receive(self, page: PageQueue, command: lm.Command) -> None:
-        """Called by the server's thread.  Raises ValueError."""
-        if isinstance(command, lm.Enlarge):
-            self._large[page] = command.camera
-            for shown in self._shown.values():
-                shown.frame = None  # so that the last picture of a file is sent at its new size
-            return
-        try:
-            self._commands.put_nowait(command)
-        except queue.Full:
-            raise ValueError("refused: too many commands wait") from None
-
-    def _publish(self, key: str, update: msgspec.Struct) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, lm.encode(update))])
+    def _enlarge(self, page: PageQueue, command: lm.Command) -> bool:
+        """In the server's thread: which camera a page shows enlarged."""
+        if not isinstance(command, lm.Enlarge):
+            return False
+        self._large[page] = command.camera
+        self._forget_pictures()
+        return True
 
 
 def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], seconds: float = READY_S) -> None:
@@ -210,20 +192,6 @@ def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], 
     failures = [one.failure for one in cameras]
     if failures and failures[0] is not None and all(one is not None for one in failures):
         raise failures[0]
-
-
-def encoded(image: Image, large: bool) -> bytes:
-    """JPEG of an image, reduced."""
-    small = small_picture(image, LARGE_PX if large else TILE_PX)
-    quality = LARGE_JPEG_QUALITY if large else JPEG_QUALITY
-    good, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    assert good
-    return np.asarray(data, dtype=np.uint8).tobytes()
-
-
-def _files() -> dict[str, tuple[bytes, str]]:
-    shared = page_files("zenocap.services.animator.page")
-    return {name: shared[name] for name in SHARED_FILES} | dict(page_files("zenocap.tools.live"))
 
 
 def _source_text(camera: LiveCamera) -> str:

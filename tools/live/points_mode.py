@@ -11,7 +11,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
-from zenocap.services.animator.page.broadcast import EncodedUpdate
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.live import messages as lm
 from zenocap.tools.live import point_messages as pm
@@ -73,7 +73,7 @@ class PointsMode:
             update = self._update()
         if update != self._sent:
             self._sent = update
-            updates.append(EncodedUpdate("points", lm.encode(update)))
+            updates.append(encoded("points", update))
         return updates
 
     def receive(self, command: lm.Command) -> None:

@@ -2,13 +2,9 @@
 
 from collections.abc import Sequence
 
-import cv2
-import numpy as np
-
-from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.services.animator.page.broadcast import EncodedUpdate
-from zenocap.tools.live import messages as lm
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
+from zenocap.tools.cameras.streams import jpeg
 from zenocap.tools.live.camera import LiveCamera
 from zenocap.tools.live.parameters import STILL_JPEG_QUALITY, STILL_PX
 from zenocap.tools.live.point_messages import StillUpdate
@@ -39,16 +35,6 @@ class Stills:
             self._asked.discard(name)
             height, width = frame.image.shape[:2]
             self.sizes[name] = width, height
-            update = StillUpdate(name, width, height, _encoded(frame.image))
-            found.append(EncodedUpdate(f"still/{name}", lm.encode(update)))
+            update = StillUpdate(name, width, height, jpeg(frame.image, STILL_PX, STILL_JPEG_QUALITY))
+            found.append(encoded(f"still/{name}", update))
         return found
-
-
-def _encoded(image: Image) -> bytes:
-    """JPEG of an image, reduced only where it is larger than a browser can show."""
-    scale = STILL_PX / max(image.shape[:2])
-    if scale < 1.0:
-        image = np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    good, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, STILL_JPEG_QUALITY])
-    assert good
-    return np.asarray(data, dtype=np.uint8).tobytes()

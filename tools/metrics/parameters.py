@@ -29,5 +29,3 @@ STAGES = (
 )  # fmt: skip
 OUTPUTS = OUTPUT_KINDS.names()
 OUTPUT_RESULTS = ("sent", "refused", "dropped", "failed", "errors")
-MAX_CONNECTIONS = 32  # to the HTTP server at a time; by hand
-CONNECTION_TIMEOUT_S = 5.0  # of a read or write of one; by hand

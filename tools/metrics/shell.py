@@ -7,16 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 
 from prometheus_client import CollectorRegistry, ProcessCollector
+from prometheus_client.exposition import make_wsgi_app
 
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.queries import PeriodicQueries
 from zenocap.common.topics import HANDLED, HEALTH, TRACKER_POSE, UNIVERSAL_BAP
+from zenocap.common.web.server import Made, PageContent, PageServer
 from zenocap.tools.metrics.families import RigCollector
-from zenocap.tools.metrics.http_server import start_server
 from zenocap.tools.metrics.observations import Observations
 
 logger = logging.getLogger(__name__)
@@ -102,15 +104,35 @@ def run_metrics(
         registry = CollectorRegistry()
         registry.register(exporter.collector)
         ProcessCollector(registry=registry)
+        server = metrics_server(registry, host, port)
         try:
-            server, thread = start_server(host, port, registry)
+            server.listen()
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or error
             raise UserError(f"--host {host} --port {port}: cannot be listened on: {reason}") from error
-        logger.info("metrics are at http://%s:%d/metrics", host, server.server_port)
+        logger.info("metrics are at http://%s:%d/metrics", host, server.port)
         try:
             exporter.run(stopped)
         finally:
-            server.shutdown()
-            server.server_close()
-            thread.join()
+            server.close()
+
+
+def metrics_server(registry: CollectorRegistry, host: str, port: int) -> PageServer[object]:
+    """The server of a registry's metrics."""
+    scrape = scraped(registry)
+    content: PageContent[object] = PageContent({}, None, "zenocap metrics", "--", made={"/": scrape, "/metrics": scrape})
+    return PageServer(PageTable(host=host, port=port), lambda page, command: None, lambda: None, content)
+
+
+def scraped(registry: CollectorRegistry) -> Made:
+    """Answers a scrape in the format and encoding that its headers ask for."""
+    application = make_wsgi_app(registry)
+
+    def answer(query: str, headers: Mapping[str, str]) -> tuple[bytes, Mapping[str, str]]:
+        asked = {f"HTTP_{name.upper().replace('-', '_')}": headers.get(name, "") for name in ("Accept", "Accept-Encoding")}
+        fields: dict[str, str] = {}
+        environ = {"REQUEST_METHOD": "GET", "PATH_INFO": "/metrics", "QUERY_STRING": query, **asked}
+        body = b"".join(application(environ, lambda status, found: fields.update(found)))
+        return body, fields
+
+    return answer

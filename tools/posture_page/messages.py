@@ -5,7 +5,8 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
-from zenocap.services.animator.page.page_messages import Acknowledge, BodyUpdate
+from zenocap.common.web.messages import Decoder
+from zenocap.services.animator.page.page_messages import BodyUpdate
 
 
 class TakeEntry(msgspec.Struct, frozen=True):
@@ -163,12 +164,6 @@ class PagesUpdate(msgspec.Struct, frozen=True, tag="pages", tag_field="type"):
     pages: int
 
 
-class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
-    """A line of text for the user; a page ignores one that came before it was opened."""
-
-    text: str
-
-
 Seconds = Annotated[float, Meta(ge=0, le=1e6)]
 Text = Annotated[str, Meta(max_length=200)]
 Index = Annotated[int, Meta(ge=0, le=1 << 30)]
@@ -229,14 +224,4 @@ class TryLive(msgspec.Struct, frozen=True, tag="try_live", tag_field="type", for
 
 
 Command: TypeAlias = AskPoses | AddLabel | ChangeLabel | DeleteLabel | SetPerson | Undo | Train | Try | TryLive
-_decoder = msgspec.json.Decoder(Acknowledge | Command)
-encode = msgspec.json.Encoder().encode
-
-
-def decode_command(text: str | bytes) -> Command | Acknowledge:
-    """Decode a command of a page.  Raises ValueError for anything else."""
-    try:
-        command: Command | Acknowledge = _decoder.decode(text)
-    except msgspec.MsgspecError as error:
-        raise ValueError(f"invalid command from a page: {error}") from error
-    return command
+decode_command = Decoder[Command](Command)

@@ -1,26 +1,19 @@
 """The page on which postures are taught: its server, and the loop that handles its commands."""
 
-import queue
-import time
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
-import msgspec
-
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.server import PageContent, PageServer, page_files
+from zenocap.common.web.broadcast import PageQueue, encoded
+from zenocap.common.web.page import Page
+from zenocap.common.web.server import PageContent, page_files
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.motion_view import MotionView
-from zenocap.tools.posture_page.parameters import MOST_COMMANDS, POLL_S
+from zenocap.tools.posture_page.parameters import POLL_S
 from zenocap.tools.posture_page.session import Publish, Session
 
 PROGRAM = "zenocap posture label"
-SHARED_FILES = (
-    "base.css", "icon.svg", "connection.js", "scene.js", "webgl.js", "shaders.js", "linear_algebra.js", "capsules.js",
-    "orbit_controls.js",
-)  # fmt: skip  # of the animator's page
 CACHED_CHUNKS = 64  # of poses, in memory: 8 MB; chosen by hand
 
 
@@ -28,60 +21,48 @@ class PosturePage:
     """Serves the page from `open` to `close`; `run` between them."""
 
     def __init__(self, takes: Sequence[MotionView], make_session: Callable[[Publish], Session], table: PageTable) -> None:
-        content: PageContent[pm.Command] = PageContent(_files(), pm.decode_command, PROGRAM, "--")
+        files = page_files("zenocap.tools.posture_page")
+        content: PageContent[pm.Command] = PageContent(files, pm.decode_command, PROGRAM, "--")
         self._takes = takes
-        self._server = PageServer(table, self._receive, lambda: None, content)
-        self._commands: queue.Queue[pm.Command] = queue.Queue(MOST_COMMANDS)
+        self._page = Page(table, content, self._send_poses)
         self._chunk = lru_cache(CACHED_CHUNKS)(lambda take, number: takes[take].chunk(number))
         self._pages = 0
-        self.session = make_session(self._publish)
+        self.session = make_session(self._page.publish)
 
     @property
     def address(self) -> str:
         """URL of the page, token included."""
-        return self._server.address
+        return self._page.address
 
     def open(self) -> None:
         """Serve the page.  Raises UserError."""
-        self._server.start()
+        self._page.open()
         self.session.open()
 
     def close(self) -> None:
         self.session.close()
-        self._server.close()
+        self._page.close()
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until `stopped`."""
-        while not stopped():
-            if not self.turn():
-                time.sleep(POLL_S)
+        self._page.run(stopped, self.session.receive, self._turn, POLL_S)
 
-    def turn(self) -> bool:
-        """Handle what waits; returns whether there was anything."""
-        busy = self.session.turn()
-        while not self._commands.empty():
-            self.session.receive(self._commands.get())
-            busy = True
-        if (pages := self._server.broadcaster.pages) != self._pages:
+    def _turn(self) -> bool:
+        """Handle what has finished; returns whether there was anything."""
+        if (pages := self._page.pages) != self._pages:
             self._pages = pages
-            self._publish("pages", pm.PagesUpdate(pages))
-        return busy
+            self._page.publish("pages", pm.PagesUpdate(pages))
+        return self.session.turn()
 
-    def _receive(self, page: PageQueue, command: pm.Command) -> None:
-        """Called by the server's thread.  Raises ValueError."""
-        if isinstance(command, pm.AskPoses):
-            if command.take >= len(self._takes):
-                raise ValueError(f"take {command.take}: allowed: 0 to {len(self._takes) - 1}")
-            update = pm.PosesUpdate(command.take, command.chunk, self._chunk(command.take, command.chunk))
-            page.put(EncodedUpdate(f"poses/{command.take}/{command.chunk}", pm.encode(update)))
-            return
-        try:
-            self._commands.put_nowait(command)
-        except queue.Full:
-            raise ValueError("refused: too many commands wait") from None
-
-    def _publish(self, key: str, update: msgspec.Struct) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, pm.encode(update))])
+    def _send_poses(self, page: PageQueue, command: pm.Command) -> bool:
+        """In the server's thread: poses for one page.  Raises ValueError."""
+        if not isinstance(command, pm.AskPoses):
+            return False
+        if command.take >= len(self._takes):
+            raise ValueError(f"take {command.take}: allowed: 0 to {len(self._takes) - 1}")
+        update = pm.PosesUpdate(command.take, command.chunk, self._chunk(command.take, command.chunk))
+        page.put(encoded(f"poses/{command.take}/{command.chunk}", update))
+        return True
 
 
 def run_page(page: PosturePage, stopped: Callable[[], bool], on_open: Callable[[str], None]) -> None:
@@ -94,8 +75,3 @@ def run_page(page: PosturePage, stopped: Callable[[], bool], on_open: Callable[[
         raise UserError(f"the page: {error.strerror or error}") from error
     finally:
         page.close()
-
-
-def _files() -> dict[str, tuple[bytes, str]]:
-    shared = page_files("zenocap.services.animator.page")
-    return {name: shared[name] for name in SHARED_FILES} | dict(page_files("zenocap.tools.posture_page"))

@@ -12,7 +12,6 @@ POSITION_SCALE: Final = 1000.0  # steps per metre: millimetres
 QUATERNION_SCALE: Final = 32767.0  # steps per 1: 16-bit integers
 CURVE_POINTS: Final = 4000  # at most, of the speed of a take; by hand
 POLL_S: Final = 0.02  # between looks for commands; by hand
-MOST_COMMANDS: Final = 64  # that wait; further ones are refused; by hand
 
 # Labels.
 LEAST_LABEL_S: Final = 0.2  # 3 frames at the models' 15 frames/s; by hand

@@ -9,6 +9,8 @@ import msgspec
 
 from zenocap.common.errors import UserError
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.web.messages import NoticeUpdate
+from zenocap.common.web.page import NOTICE
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.examples import BACKGROUND
@@ -247,7 +249,7 @@ class Session:
         self._publish("training", update)
 
     def _notice(self, text: str) -> None:
-        self._publish("notice", pm.NoticeUpdate(text))
+        self._publish(NOTICE, NoticeUpdate(text))
 
     @property
     def _command(self) -> str:

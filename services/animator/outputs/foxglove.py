@@ -24,7 +24,7 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS
-from zenocap.services.animator.states import Actor, Source
+from zenocap.services.animator.states import SOURCES, Actor, Source
 
 logger = logging.getLogger(__name__)
 
@@ -33,9 +33,6 @@ CONVERTED_ALWAYS = (
     m.TrackerBdp,
     m.CameraInfo,
 )  # converted also without subscribers: they are published once
-SOURCES: Mapping[type[m.Message], Source] = {
-    m.UniversalBdp: "two-view", m.UniversalBap: "two-view", m.TrackerBdp: "tracker", m.TrackerPose: "tracker",
-}  # fmt: skip
 REPEATED = ("/fixed", "/calibration")  # channels whose last message is sent again to every new subscriber
 
 

@@ -19,15 +19,9 @@ from contextlib import suppress
 from http import HTTPStatus
 
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.services.animator.connections import WaitingConnections, is_allowed_origin
-from zenocap.services.animator.parameters import (
-    CLOSE_TIMEOUT_S,
-    ERROR_LINE_PERIOD_S,
-    HANDSHAKE_TIMEOUT_S,
-    MAX_HANDSHAKE_BYTES,
-    MAX_WAITING,
-)
+from zenocap.common.web.access import Connections, is_allowed_origin, other_site
+from zenocap.common.web.parameters import CLOSE_TIMEOUT_S, HANDSHAKE_TIMEOUT_S
+from zenocap.services.animator.parameters import MAX_HANDSHAKE_BYTES
 
 logger = logging.getLogger(__name__)
 
@@ -61,12 +55,11 @@ class Gate:
     ) -> None:
         """Raises OSError when the address cannot be listened on."""
         self._key, self._behind, self._origins, self._most = key, behind, tuple(origins), most
-        self._waiting = WaitingConnections(MAX_WAITING)
-        self._errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
+        self._connections = Connections(logger, key)
         self._counts = Counter[str]()
         self._open = 0
         self._loop = asyncio.new_event_loop()
-        self._loop.set_exception_handler(self._log_exception)
+        self._loop.set_exception_handler(self._connections.on_loop_error)
         try:
             serving = asyncio.start_server(self._serve, host, port, limit=MAX_HANDSHAKE_BYTES)
             self._server = self._loop.run_until_complete(serving)
@@ -82,8 +75,7 @@ class Gate:
 
     def counts(self) -> Mapping[str, int]:
         """Connections refused, malformed, closed without a request (timed_out) or to make room (displaced)."""
-        errors = {"displaced": self._waiting.displaced, "malformed": self._errors.counts.total()}
-        return {**self._counts, **{kind: count for kind, count in errors.items() if count}}
+        return {**self._counts, **self._connections.counts()}
 
     def close(self) -> None:
         if self._thread.is_alive():
@@ -97,7 +89,7 @@ class Gate:
         self._loop.close()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._waiting.add(writer, writer.transport.abort)
+        self._connections.add(writer, writer.transport.abort)
         try:
             request = await self._request(reader)
             await self._pass_on(request, reader, writer)
@@ -111,7 +103,7 @@ class Gate:
         except (OSError, asyncio.CancelledError):  # it is gone, or the gate closes
             pass
         finally:
-            self._waiting.remove(writer)
+            self._connections.remove(writer)
             writer.close()
 
     async def _request(self, reader: asyncio.StreamReader) -> bytes:
@@ -133,10 +125,7 @@ class Gate:
             raise Refusal(HTTPStatus.UPGRADE_REQUIRED, "a WebSocket for Foxglove and Lichtblick: connect with one of these")
         origins = headers.get("origin", [])
         if len(origins) > 1 or not is_allowed_origin(next(iter(origins), None), self._origins):
-            raise Refusal(
-                HTTPStatus.FORBIDDEN,
-                f"requested by a page of another site; allowed: also {self._key}.origins of the rig file",
-            )
+            raise Refusal(HTTPStatus.FORBIDDEN, other_site(f"{self._key}."))
         return request
 
     async def _pass_on(self, request: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -146,7 +135,7 @@ class Gate:
         self._open += 1
         try:
             inner_reader, inner_writer = await asyncio.open_connection(*self._behind)
-            self._waiting.remove(writer)
+            self._connections.remove(writer)
             for one in (writer, inner_writer):
                 one.transport.set_write_buffer_limits(PIECE)
                 link: socket.socket = one.get_extra_info("socket")
@@ -164,17 +153,8 @@ class Gate:
             self._open -= 1
 
     def _malformed(self, what: str) -> Refusal:
-        self._errors.handle(
-            logging.LogRecord(logger.name, logging.ERROR, "", 0, f"{self._key}: malformed request", (), None)
-        )
+        self._connections.count_error("malformed request")
         return Refusal(HTTPStatus.BAD_REQUEST, what)
-
-    def _log_exception(self, _: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
-        """Count errors of the loop, such as a full table of open files; asyncio would log a traceback of each."""
-        error = context.get("exception")
-        info = (type(error), error, None) if isinstance(error, BaseException) else None
-        text = f"{self._key}: {context.get('message')}"
-        self._errors.handle(logging.LogRecord(logger.name, logging.ERROR, "", 0, text, (), info))
 
 
 async def _end_tasks() -> None:

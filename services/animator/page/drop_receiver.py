@@ -27,7 +27,6 @@ from zenocap.services.animator.parameters import (
     MAX_FOREIGN_MESSAGES,
 )
 
-DROP_PATH = "/drop"
 SUFFIX = ".mcap"
 
 

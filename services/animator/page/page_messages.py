@@ -9,7 +9,8 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
-from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
+from zenocap.common.web.messages import Decoder
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake
 
 Feed = Literal["live", "take"]
 Numbers: TypeAlias = list[float]
@@ -121,8 +122,8 @@ class AdviceUpdate(msgspec.Struct, frozen=True, tag="advice", tag_field="type"):
 class ServiceRow(msgspec.Struct, frozen=True):
     """Status of one service.
 
-    phase, state: as in its health, empty before the first.  latency_ms: age of its result when published, or None.
-    losses: kind, number, and total, which is 0 where unknown.
+    condition, silent_s: see `zenocap.services.animator.presence`.  phase, state: as in its health, empty before the first.
+    latency_ms: age of its result when published, or None.  losses: kind, number, and total, which is 0 where unknown.
     """
 
     name: str
@@ -299,20 +300,6 @@ class GhostPoseUpdate(msgspec.Struct, frozen=True, tag="ghost_pose", tag_field="
     distances: dict[str, float]
 
 
-class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
-    """A line of text for the user."""
-
-    text: str
-
-
-Update: TypeAlias = (
-    HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | AdviceUpdate
-    | ServicesUpdate | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate
-    | PlaceUpdate
-    | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | SavingUpdate
-    | DroppedUpdate | NoticeUpdate
-)  # fmt: skip
-
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]
 
 
@@ -320,10 +307,6 @@ class RigRequest(msgspec.Struct, frozen=True, tag="request", tag_field="type", f
     """A request to the services of the rig."""
 
     what: Literal["measure", "record", "stop_recording"]
-
-
-class Acknowledge(msgspec.Struct, frozen=True, tag="acknowledge", tag_field="type", forbid_unknown_fields=True):
-    """The page has shown one list of updates, and may be sent another."""
 
 
 class SelectFeed(msgspec.Struct, frozen=True, tag="select_feed", tag_field="type", forbid_unknown_fields=True):
@@ -349,15 +332,5 @@ class ControlPlayer(msgspec.Struct, frozen=True, tag="control_player", tag_field
     stop: bool = False
 
 
-Command: TypeAlias = RigRequest | Acknowledge | SelectFeed | ListTakes | PlayTake | ControlPlayer | SaveTake | CancelSaving
-_decoder = msgspec.json.Decoder(Command)
-encode = msgspec.json.Encoder().encode
-
-
-def decode_command(text: str | bytes) -> Command:
-    """Decode a command of a page.  Raises ValueError for anything else."""
-    try:
-        command: Command = _decoder.decode(text)
-    except msgspec.MsgspecError as error:
-        raise ValueError(f"invalid command from a page: {error}") from error
-    return command
+Command: TypeAlias = RigRequest | SelectFeed | ListTakes | PlayTake | ControlPlayer | SaveTake | CancelSaving
+decode_command = Decoder[Command](Command)

@@ -5,7 +5,7 @@ Poses are sent on arrival; silhouettes, services and set-up checks at the rates 
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import change_text, found_text
 from zenocap.common.conversion import silhouette_mask
 from zenocap.common.observe.losses import described
+from zenocap.common.observe.view import ServiceRow, rows
 from zenocap.common.runtime.frame_rate import reduced_text
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import EncodedUpdate
 from zenocap.services.animator.parameters import (
     BEST_POSTURES,
     CHECKS_PERIOD_NS,
@@ -29,42 +30,46 @@ from zenocap.services.animator.parameters import (
     SERVICES_PERIOD_NS,
     VIEWS_PERIOD_NS,
 )
+from zenocap.services.animator.presence import Presence, condition, silent_ns
 from zenocap.services.animator.setup_guide import Finding, measure_silhouette, silhouette_findings
-from zenocap.services.animator.states import Actor, ServiceStatus, Source, State
-from zenocap.services.animator.step import service_statuses
+from zenocap.services.animator.states import Actor, Source, State
 
 POSITION_DIGITS, SHAPE_DIGITS, QUATERNION_DIGITS, DEGREE_DIGITS, PIXEL_DIGITS = 3, 4, 4, 1, 1  # after the point
-RESULT_AGES = ("result_age", "frame_age")  # stages of a health; the first that is present is shown as latency
+NEVER_NS = -(1 << 62)
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Last updates and their times, by the state's own clock.  silhouettes, actors: those of the last view updates."""
+    """Last updates and their times, by a monotonic clock.  silhouettes, actors: those of the last view updates."""
 
     state: State = field(default_factory=State)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     actors: Mapping[Source, Actor] = field(default_factory=dict)
-    views_ns: int = 0
-    services_ns: int = 0
-    checks_ns: int = 0
+    views_ns: int = NEVER_NS
+    services_ns: int = NEVER_NS
+    checks_ns: int = NEVER_NS
 
 
-def due_updates(schedule: Schedule, state: State, pages: int) -> tuple[Schedule, list[EncodedUpdate]]:
-    """Return the updates that are due, and the schedule after them.  pages: number of open pages."""
+def due_updates(
+    schedule: Schedule, state: State, presence: Presence, pages: int, now_ns: int
+) -> tuple[Schedule, list[EncodedUpdate]]:
+    """Return the updates that are due, and the schedule after them.  pages: number of open pages.  now_ns: monotonic."""
     if state is schedule.state:
         return schedule, []
     updates = list(changes(schedule.state, state))
     silhouettes, actors = schedule.silhouettes, schedule.actors
     views_ns, services_ns, checks_ns = schedule.views_ns, schedule.services_ns, schedule.checks_ns
-    if state.now_ns - views_ns >= VIEWS_PERIOD_NS and _views_changed(schedule, state):
-        views_ns, silhouettes, actors = state.now_ns, state.silhouettes, state.actors
+    if now_ns - views_ns >= VIEWS_PERIOD_NS and _views_changed(schedule, state):
+        views_ns, silhouettes, actors = now_ns, state.silhouettes, state.actors
         updates += view_updates(state)
-    if state.now_ns - services_ns >= SERVICES_PERIOD_NS:
-        services_ns = state.now_ns
-        updates.append(services_update(state, pages))
-    if state.now_ns - checks_ns >= CHECKS_PERIOD_NS:
-        checks_ns = state.now_ns
-        updates.append(checks_update(state))
+    if now_ns - services_ns >= SERVICES_PERIOD_NS:
+        services_ns = now_ns
+        updates.append(services_update(state, presence, pages, now_ns))
+    if now_ns - checks_ns >= CHECKS_PERIOD_NS:
+        checks_ns = now_ns
+        updates.append(checks_update(state, presence))
     return Schedule(state, silhouettes, actors, views_ns, services_ns, checks_ns), updates
 
 
@@ -79,79 +84,71 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
 
     Commands are also sent after the initial state, so that a page knows which of them are old.
     """
-    for source, body in after.bodies.items():
-        if before.bodies.get(source) is not body:
-            yield _encoded(f"body/{source}", body_update(source, body.anatomy, body.bdp))
-    for source, actor in after.actors.items():
-        if before.actors.get(source) is not actor:
-            yield _encoded(f"pose/{source}", pose_update(actor))
+    for source, body in _new(before.bodies, after.bodies):
+        yield encoded(f"body/{source}", body_update(source, body.anatomy, body.bdp))
+    for source, actor in _new(before.actors, after.actors):
+        yield encoded(f"pose/{source}", pose_update(actor))
     if after.points is not None and before.points is not after.points:
-        yield _encoded("points", pm.PointsUpdate(after.points.points, after.points.captured_ns / 1e6))
-    for viewer, camera in after.cameras.items():
-        if before.cameras.get(viewer) is not camera:
-            yield _encoded(f"camera/{viewer}", _camera_update(viewer, camera))
+        yield encoded("points", pm.PointsUpdate(after.points.points, after.points.captured_ns / 1e6))
+    for viewer, camera in _new(before.cameras, after.cameras):
+        yield encoded(f"camera/{viewer}", _camera_update(viewer, camera))
     if after.posture is not None and before.posture is not after.posture:
         posture = after.posture
-        yield _encoded("posture", pm.PostureUpdate(posture.label or "", round(posture.margin, 2), _best_models(posture)))
+        yield encoded("posture", pm.PostureUpdate(posture.label or "", round(posture.margin, 2), _best_models(posture)))
     if not before.now_ns or before.commands is not after.commands:
-        yield _encoded("commands", pm.CommandsUpdate(list(map(_command_row, after.commands)), live=before.now_ns > 0))
-    for viewer, preview in after.previews.items():
-        if before.previews.get(viewer) is not preview:
-            yield _encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
-    for viewer, advice in after.advice.items():
-        before_it = before.advice.get(viewer)
-        if before_it is None or before_it.faults != advice.faults:
+        yield encoded("commands", pm.CommandsUpdate(list(map(_command_row, after.commands)), live=before.now_ns > 0))
+    for viewer, preview in _new(before.previews, after.previews):
+        yield encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
+    for viewer, advice in _new(before.advice, after.advice):
+        known = before.advice.get(viewer)
+        if known is None or known.faults != advice.faults:
             lines = [pm.AdviceLine(fault.code.value, found_text(fault), change_text(fault)) for fault in advice.faults]
-            yield _encoded(f"advice/{viewer}", pm.AdviceUpdate(viewer, lines))
+            yield encoded(f"advice/{viewer}", pm.AdviceUpdate(viewer, lines))
+
+
+def _new(before: Mapping[K, V], after: Mapping[K, V]) -> Iterator[tuple[K, V]]:
+    """The entries that are other objects than before."""
+    return ((key, value) for key, value in after.items() if before.get(key) is not value)
 
 
 def view_updates(state: State) -> Iterator[EncodedUpdate]:
     """Yield each viewer's latest silhouette with the model's outlines."""
     for viewer, silhouette in state.silhouettes.items():
-        yield _encoded(f"view/{viewer}", _view_update(state, viewer, silhouette))
+        yield encoded(f"view/{viewer}", _view_update(state, viewer, silhouette))
 
 
-def services_update(state: State, pages: int) -> EncodedUpdate:
+def services_update(state: State, presence: Presence, pages: int, now_ns: int) -> EncodedUpdate:
     """Return the status of all services and of the log."""
-    recording, written = _recording(state)
+    recording, written = _recording(presence)
     reduced = reduced_text(state.frame_rate, state.detail)
-    rows = [_service_row(status) for status in service_statuses(state)]
-    return _encoded("services", pm.ServicesUpdate(rows, recording, written, pages, reduced))
+    found = {(row.service, row.id): row for row in rows(presence.view, now_ns)}
+    shown = [_service_row(presence, found[service], now_ns) for service in presence.services]
+    return encoded("services", pm.ServicesUpdate(shown, recording, written, pages, reduced))
 
 
-def _recording(state: State) -> tuple[bool | None, int]:
+def _recording(presence: Presence) -> tuple[bool | None, int]:
     """Whether a take is being written, None without a log, and the number of messages in it."""
-    statuses = service_statuses(state)
-    logs = [status.health.counts for status in statuses if status.service == "integrator" and status.health is not None]
+    logs = [health.counts for (service, _), health in presence.view.health.items() if service == "integrator"]
     recording = None if not logs else any(counts.get("log_on") and not counts.get("log_stopped") for counts in logs)
     return recording, max((counts.get("log_messages", 0) for counts in logs), default=0)
 
 
-def recording_update(state: State) -> EncodedUpdate:
+def recording_update(presence: Presence) -> EncodedUpdate:
     """Return the state of the log of the rig."""
-    return _encoded("recording", pm.RecordingUpdate(*_recording(state)))
+    return encoded("recording", pm.RecordingUpdate(*_recording(presence)))
 
 
-def checks_update(state: State) -> EncodedUpdate:
+def checks_update(state: State, presence: Presence) -> EncodedUpdate:
     """Return the set-up checks before the body is measured, by viewer, and the next step for the rig."""
-    found: dict[str, list[pm.Check]] = {}
-    for (service, id), record in state.services.items():
-        if service == "viewer":
-            checks = (_background_finding(record.health), *_silhouette_findings(state, id))
-            found[id] = [pm.Check(*finding) for finding in checks]
-    advice = next(
-        (
-            record.health.state
-            for (service, _), record in reversed(list(state.services.items()))
-            if service in ("integrator", "tracker") and record.health and record.health.phase is not m.Phase.RUNNING
-        ),
-        "waiting for the integrator",
-    )
-    return _encoded("checks", pm.ChecksUpdate(found, advice))
-
-
-def _encoded(key: str, update: pm.Update) -> EncodedUpdate:
-    return EncodedUpdate(key, pm.encode(update))
+    health = presence.view.health
+    viewers = dict.fromkeys((*(id for service, id in presence.services if service == "viewer"), *state.silhouettes))
+    found = {
+        id: [pm.Check(*one) for one in (_background_finding(health.get(("viewer", id))), *_silhouette_findings(state, id))]
+        for id in viewers
+    }
+    solvers = [health[key] for key in presence.services if key[0] in ("integrator", "tracker") and key in health]
+    waiting = [one.state for one in solvers if one.phase is not m.Phase.RUNNING]
+    return encoded("checks", pm.ChecksUpdate(found, waiting[-1] if waiting else "waiting for the integrator"))
 
 
 def _flat(array: Floats, decimals: int) -> list[float]:
@@ -222,17 +219,14 @@ def _command_row(result: m.CommandResult) -> pm.CommandRow:
     )  # fmt: skip
 
 
-def _service_row(status: ServiceStatus) -> pm.ServiceRow:
-    health = status.health
-    silent_s = round(status.silent_ns / 1e9, 1)
-    if health is None:
-        return pm.ServiceRow(status.service, status.id, status.condition, silent_s, "", "", 0.0, None, [], None, 0.0)
-    age = next((health.stages_ms[stage] for stage in RESULT_AGES if stage in health.stages_ms), None)
-    offset_ms = health.clock_offset_ns / 1e6 if health.clock_error_ns else None
+def _service_row(presence: Presence, row: ServiceRow, now_ns: int) -> pm.ServiceRow:
+    service = row.service, row.id
+    health = presence.view.health.get(service)
     return pm.ServiceRow(
-        status.service, status.id, status.condition, silent_s, health.phase, health.state, round(health.rate, 1),
-        None if age is None else round(age, 1), described(health.counts),
-        None if offset_ms is None else round(offset_ms, 3), round(health.memory_bytes / 1e6, 1),
+        *service, condition(presence, service, now_ns), round(silent_ns(presence, service, now_ns) / 1e9, 1),
+        row.phase, row.words, round(row.rate, 1), None if row.latency_ms is None else round(row.latency_ms, 1),
+        [] if health is None else described(health.counts),
+        None if row.offset_ms is None else round(row.offset_ms, 3), round(row.memory_mb, 1),
     )  # fmt: skip
 
 

@@ -120,7 +120,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.summary import last_message, messages_in
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.topics import TOPICS
-from zenocap.services.animator.take_verdict import verdict_update
+from zenocap.services.animator.take_marks import verdict_update
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for read in (messages_in, verdict_update, lambda path: topics_shown(path, TOPICS)):

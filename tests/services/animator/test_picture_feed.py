@@ -5,7 +5,7 @@ import json
 import threading
 from collections.abc import Iterator
 
-from zenocap.services.animator.page.broadcast import Broadcaster, PageQueue
+from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.services.animator.picture_feed import PictureFeed
 
 START_NS = 10**18
@@ -13,8 +13,8 @@ START_NS = 10**18
 
 def test_pictures_of_a_playing_take_are_of_the_time_at_which_they_are_shown() -> None:
     loop = asyncio.new_event_loop()
-    broadcaster = Broadcaster(loop, lambda: None)
-    page = PageQueue(feed="take")
+    broadcaster = Broadcaster(loop, lambda: None, ("take",))
+    page = PageQueue("take")
     broadcaster.add(page)
     asked: list[float] = []
     made = threading.Semaphore(0)

@@ -22,7 +22,7 @@ def test_page_and_outputs_get_the_same_poses(smooth: str) -> None:
     raw = messages_of_track(gentle(30))
     rig = replace(demo_rig("two-view"), animator=AnimatorTable(smooth=smooth))
     seen: list[Envelope] = []
-    service = animator_service(rig, on_message=seen.append)
+    service = animator_service(rig, on_event=seen.append)
     state, changed = service.initial(), 0
     for message in raw:
         state, published = service.step(service.setup, state, received(message, message.captured_ns))

@@ -29,13 +29,13 @@ class Feed:
 @pytest.fixture
 def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TakePage:
     page = TakePage(write_take(tmp_path / "a.mcap", messages_of_track(moving(10))), PageTable(port=0))
-    monkeypatch.setattr(page, "_feed", Feed())
+    monkeypatch.setattr(page, "_camera_feed", Feed())
     monkeypatch.setattr(page, "_start_ns", START_NS)
     return page
 
 
 def test_pictures_follow_the_poses_while_a_take_plays_and_the_position_while_it_is_paused(page: TakePage) -> None:
-    feed, track = page._feed, timed(moving(10, rate=20.0), "a.mcap")
+    feed, track = page._camera_feed, timed(moving(10, rate=20.0), "a.mcap")
     assert isinstance(feed, Feed)
     playing = PlayerUpdate("a.mcap", 0.2, 0.5)
     page._on_update(playing)  # no pose yet: the position
@@ -52,7 +52,7 @@ def test_a_dropped_take_that_cannot_be_played_does_not_end_the_page(
 ) -> None:
     sent: list[object] = []
     playback = SimpleNamespace(send=sent.append)
-    monkeypatch.setattr(page, "_playback", playback)
+    monkeypatch.setattr(page._feed, "player", playback)
     page._on_update(PlayerUpdate("a.mcap", opened=1))
     page._on_drop(Path("/tmp/x/b.mcap"))
     page._on_update(PlayerUpdate("b.mcap", opened=2))
@@ -70,6 +70,6 @@ def test_a_take_that_is_dropped_before_the_page_plays_is_refused_in_words(
     page: TakePage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     published: list[tuple[str, object]] = []
-    monkeypatch.setattr(page, "_publish", lambda key, update: published.append((key, update)))
+    monkeypatch.setattr(page._feed.page, "publish", lambda key, update: published.append((key, update)))
     page._on_drop(Path("/tmp/x/b.mcap"))
     assert published == [("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))]

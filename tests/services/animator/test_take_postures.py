@@ -7,7 +7,7 @@ from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.services.animator.page.page_messages import PosturePart, PosturesUpdate
-from zenocap.services.animator.take_postures import postures_update
+from zenocap.services.animator.take_marks import postures_update
 
 
 def posture(label: str | None, start_s: float, end_s: float) -> m.Posture:

@@ -8,7 +8,7 @@ from tests.common.formats.test_take_poses import START_NS, messages_of_track, wr
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.services.animator.page.page_messages import VerdictPart, VerdictUpdate
-from zenocap.services.animator.take_verdict import verdict_update
+from zenocap.services.animator.take_marks import verdict_update
 
 SECOND_NS = 1_000_000_000
 

@@ -13,11 +13,11 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
-from tests.services.animator.page.test_server import fetched, socket_of, talk, updates_of
+from tests.common.web.test_server import fetched, socket_of, talk, updates_of
 from tests.support.live_cameras import at_once, camera_of, paced, picture, until
 from zenocap.common.errors import OpenError, UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.parameters import MAX_UNACKNOWLEDGED
+from zenocap.common.web.parameters import MAX_UNACKNOWLEDGED
 from zenocap.tools.cli.live_page import page_table
 from zenocap.tools.live.page import CamerasOnly, LivePage, wait_for_images
 

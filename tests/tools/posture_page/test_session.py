@@ -10,6 +10,7 @@ from tests.support.command import zenocap
 from tests.support.posture_takes import NAMES, posture_spans, posture_take
 from tests.tools.cli.posture.test_add import without_sources
 from zenocap.common.errors import UserError
+from zenocap.common.web.messages import NoticeUpdate
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
@@ -53,7 +54,7 @@ class Pages:
         for command in commands:
             self.session.receive(command)
         notice = self.latest.get("notice")
-        return notice.text if isinstance(notice, pm.NoticeUpdate) else ""
+        return notice.text if isinstance(notice, NoticeUpdate) else ""
 
     @property
     def labels(self) -> list[pm.LabelEntry]:

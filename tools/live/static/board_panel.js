@@ -1,6 +1,7 @@
 // The panel of the calibration with a board: what to show next, which cameras saw it together, the verdict.
 
 import { svg } from './camera_card.js';
+import { create, el, lines, onKey } from './page.js';
 
 const GRAPH = { width: 300, radius: 21, across: 105, down: 68 };
 const BAR = `
@@ -27,30 +28,25 @@ export class BoardPanel {
     panel.innerHTML = PANEL;
     bar.hidden = panel.hidden = false;
     this.cards = cards;
-    this.find = (id) => document.getElementById(id);
     for (const name of ['floor', 'calibrate', 'discard', 'finish'])
-      this.find(name).onclick = (event) => {
+      el(name).onclick = (event) => {
         send({ type: name });
         if (event.detail) event.currentTarget.blur();  // by mouse: Enter is for Calibrate again
       };
-    addEventListener('keydown', (event) => {
-      if (event.key === 'Enter' && !event.target.closest('button, input, select, summary') && !this.find('calibrate').disabled)
-        send({ type: 'calibrate' });
-    });
+    onKey(({ key }) => key === 'Enter' && !el('calibrate').disabled && send({ type: 'calibrate' }));
   }
 
   show(update) {
-    const { find } = this;
-    find('sentence').textContent = update.sentence;
-    find('sentence').classList.toggle('ready', update.ready && update.result?.verdict !== 'poor');
+    el('sentence').textContent = update.sentence;
+    el('sentence').classList.toggle('ready', update.ready && update.result?.verdict !== 'poor');
     const missing = update.missing.length && update.cameras.every(({ moments }) => moments);
-    find('missing').textContent = missing ? `Not connected with the others yet: ${update.missing.join(', ')}` : '';
+    el('missing').textContent = missing ? `Not connected with the others yet: ${update.missing.join(', ')}` : '';
     const complete = !update.missing.length && update.cameras.every(({ moments }) => moments);
-    find('calibrate').disabled = Boolean(update.busy) || !complete;
-    find('calibrate').title = complete ? 'Enter' : 'Not while a camera is not connected with the others';
-    find('floor').textContent = update.floors ? `Floor ✓ ${update.floors}` : 'Floor';
-    find('busy').hidden = !update.busy;
-    find('busy').textContent = update.busy;
+    el('calibrate').disabled = Boolean(update.busy) || !complete;
+    el('calibrate').title = complete ? 'Enter' : 'Not while a camera is not connected with the others';
+    el('floor').textContent = update.floors ? `Floor ✓ ${update.floors}` : 'Floor';
+    el('busy').hidden = !update.busy;
+    el('busy').textContent = update.busy;
     this.drawGraph(update);
     this.drawProgress(update);
     for (const camera of update.cameras) this.cards.get(camera.name)?.drawCells(camera.cells, camera.asked, update.across);
@@ -58,17 +54,15 @@ export class BoardPanel {
   }
 
   drawProgress({ cameras }) {
-    this.find('progress').tBodies[0].replaceChildren(...cameras.map((camera) => {
-      const line = document.createElement('tr');
-      line.className = camera.enough ? 'enough' : '';
-      for (const text of [camera.name, camera.moments, `${Math.round(100 * camera.coverage)}%`, camera.sides])
-        line.append(Object.assign(document.createElement('td'), { textContent: text }));
+    el('progress').tBodies[0].replaceChildren(...cameras.map((camera) => {
+      const line = create('tr', { className: camera.enough ? 'enough' : '' });
+      line.append(...lines('td', [camera.name, camera.moments, `${Math.round(100 * camera.coverage)}%`, camera.sides]));
       return line;
     }));
   }
 
   drawGraph({ cameras, edges, missing }) {
-    const graph = this.find('graph');
+    const graph = el('graph');
     graph.replaceChildren();
     const flat = cameras.length < 3;
     const height = flat ? 64 : 190;
@@ -96,14 +90,13 @@ export class BoardPanel {
   }
 
   showResult(result) {
-    const { find } = this;
-    find('result').hidden = !result;
+    el('result').hidden = !result;
     if (!result) return;
-    find('verdict').textContent = `Calibration: ${result.verdict}`;
-    find('verdict').className = result.verdict;
-    find('written').textContent = result.written ? `written: ${result.written}` : 'nothing is written';
-    find('reasons').replaceChildren(...result.reasons.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
-    find('report').textContent = result.lines.join('\n');
-    find('report').closest('details').hidden = !result.lines.length;
+    el('verdict').textContent = `Calibration: ${result.verdict}`;
+    el('verdict').className = result.verdict;
+    el('written').textContent = result.written ? `written: ${result.written}` : 'nothing is written';
+    el('reasons').replaceChildren(...lines('li', result.reasons));
+    el('report').textContent = result.lines.join('\n');
+    el('report').closest('details').hidden = !result.lines.length;
   }
 }

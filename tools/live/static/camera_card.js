@@ -1,6 +1,7 @@
 // One camera: its picture with what is drawn on it, and its measures.
 
-const MARKS = { good: '✓', bad: '!', wait: '…' };
+import { MARKS, create } from './page.js';
+
 const SVG = 'http://www.w3.org/2000/svg';
 
 export function svg(name, attributes, parent) {
@@ -11,7 +12,7 @@ export function svg(name, attributes, parent) {
 }
 
 function row(parent) {
-  const item = document.createElement('li');
+  const item = create('li');
   item.innerHTML = '<i></i><span class="name"></span><span class="value"><span class="text"></span><span class="bar" hidden><b></b></span></span><p class="advice" hidden></p>';
   parent.append(item);
   return item;
@@ -23,8 +24,7 @@ export class CameraCard {
     this.camera = camera;
     this.size = null;
     this.pictures = 0;  // shown so far
-    this.element = document.createElement('figure');
-    this.element.className = 'camera glass';
+    this.element = create('figure', { className: 'camera glass' });
     this.element.dataset.camera = camera.name;
     this.element.dataset.condition = 'starting';
     this.element.innerHTML = '<button class="picture"><img alt=""><svg preserveAspectRatio="xMidYMid meet"></svg></button>'

@@ -2,17 +2,14 @@
 
 import { BoardPanel } from './board_panel.js';
 import { CameraCard } from './camera_card.js';
-import { Connection } from './connection.js';
+import { connect, el, onKey, showNotice } from './page.js';
 import { PointsPanel } from './points_panel.js';
 
 const TITLES = { cameras: 'Cameras', board: 'Calibration with a board', points: 'Calibration with points' };
-const NOTICE_MS = 8000;
-const $ = (id) => document.getElementById(id);
 
 const cards = new Map();
 let large = '';
 let panel = null;  // of the mode
-let noticeTimer = 0;
 
 function enlarge(name) {
   if (document.body.dataset.mode === 'points') { if (name) panel.choose(name); return; }
@@ -27,29 +24,22 @@ function step(by) {
   enlarge(names[(names.indexOf(large) + by + names.length) % names.length]);
 }
 
-function notice(text) {
-  $('notice').textContent = text;
-  $('notice').hidden = false;
-  clearTimeout(noticeTimer);
-  noticeTimer = setTimeout(() => { $('notice').hidden = true; }, NOTICE_MS);
-}
-
 function hello(update) {
-  $('title').textContent = TITLES[update.mode];
+  el('title').textContent = TITLES[update.mode];
   const count = update.cameras.length;
-  $('subtitle').textContent = `${count} ${count === 1 ? 'camera' : 'cameras'} · zenocap ${update.version}`;
+  el('subtitle').textContent = `${count} ${count === 1 ? 'camera' : 'cameras'} · zenocap ${update.version}`;
   cards.forEach(({ element }) => element.remove());
   cards.clear();
   for (const camera of update.cameras)
-    cards.set(camera.name, new CameraCard(camera, $('cameras'), {
+    cards.set(camera.name, new CameraCard(camera, el('cameras'), {
       onPicture: () => enlarge(large === camera.name ? '' : camera.name),
       onSettle: () => connection.send({ type: 'settle', camera: camera.name }),
     }));
   if (large && cards.has(large)) enlarge(large);
   document.body.dataset.mode = update.mode;
-  $('anew').hidden = update.mode !== 'cameras';
-  if (update.mode === 'points') panel ??= new PointsPanel({ bar: $('bar'), panel: $('task'), stage: $('stage') }, (command) => connection.send(command));
-  if (update.mode === 'board') panel = new BoardPanel($('bar'), $('task'), cards, (command) => connection.send(command));
+  el('anew').hidden = update.mode !== 'cameras';
+  if (update.mode === 'points') panel ??= new PointsPanel({ bar: el('bar'), panel: el('task'), stage: el('stage') }, (command) => connection.send(command));
+  if (update.mode === 'board') panel = new BoardPanel(el('bar'), el('task'), cards, (command) => connection.send(command));
 }
 
 const handlers = {
@@ -61,21 +51,20 @@ const handlers = {
   points: (update) => panel?.show(update),
   notice: ({ text }) => {
     panel?.refused?.();
-    notice(text);
+    showNotice(text);
   },
 };
 
-const connection = new Connection(handlers, (open) => {
-  document.body.classList.toggle('disconnected', !open);
-  $('connection').textContent = open ? 'live' : 'not connected';
-}, true);
+const connection = connect(handlers, { open: 'live', patient: true });
 
-$('anew').onclick = () => connection.send({ type: 'anew' });
-addEventListener('keydown', (event) => {
-  if (event.target.closest?.('input, select')) return;
-  if (event.key === 'Escape' && large) enlarge('');
-  else if (event.key === 'ArrowRight' && large) step(1);
-  else if (event.key === 'ArrowLeft' && large) step(-1);
+el('anew').onclick = () => connection.send({ type: 'anew' });
+onKey(({ key }) => {
+  if (!large) return false;
+  if (key === 'Escape') enlarge('');
+  else if (key === 'ArrowRight') step(1);
+  else if (key === 'ArrowLeft') step(-1);
+  else return false;
+  return true;
 });
 
 window.zenocap = { cards, connection, get panel() { return panel; } };

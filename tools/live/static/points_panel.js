@@ -1,5 +1,6 @@
 // The page of points in pictures: cameras, the picture, the table of points, what follows from them.
 
+import { create, el, lines } from './page.js';
 import { PointStage } from './point_stage.js';
 
 const SEND_MS = 60;  // between two places of a point that is dragged
@@ -28,8 +29,6 @@ const PANEL = `
   <ul id="reasons"></ul>
   <h2>Cameras</h2><div id="reports"></div>`;
 
-const element = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
-
 export class PointsPanel {
   // send: sends a command.
   constructor({ bar, panel, stage }, send) {
@@ -38,20 +37,19 @@ export class PointsPanel {
     stage.innerHTML = STAGE;
     bar.hidden = panel.hidden = stage.hidden = false;
     this.send = send;
-    this.find = (id) => document.getElementById(id);
     this.stills = new Map();
     this.pending = new Map();  // places that the server has not confirmed, by camera and point
     this.camera = this.point = '';
     this.sentAt = 0;
     this.rows = new Map();
-    this.stage = new PointStage(this.find('picture'), this.find('magnifier'), {
+    this.stage = new PointStage(el('picture'), el('magnifier'), {
       onPlace: (name, pixel) => this.place(name, pixel),
       onSelect: (name) => this.select(name),
       onRemove: (name) => this.unpick(name),
       onStep: (by) => this.step(by),
       onCamera: (by) => this.stepCamera(by),
     });
-    const click = (id, act) => { this.find(id).onclick = act; };
+    const click = (id, act) => { el(id).onclick = act; };
     click('save', () => send({ type: 'save' }));
     click('finish', () => send({ type: 'finish' }));
     click('add', () => this.add());
@@ -63,7 +61,7 @@ export class PointsPanel {
     click('clear', () => { this.pending.clear(); send({ type: 'clear_picks', camera: this.camera }); });
     for (const button of document.querySelectorAll('.nudges button'))
       button.onclick = () => this.stage.nudge(...button.dataset.by.split(',').map(Number));
-    for (const id of ['column', 'row']) this.find(id).onchange = () => this.typed();
+    for (const id of ['column', 'row']) el(id).onchange = () => this.typed();
   }
 
   still({ camera, width, height, jpeg }) {
@@ -146,7 +144,7 @@ export class PointsPanel {
   }
 
   typed() {
-    const pixel = ['column', 'row'].map((id) => this.find(id).valueAsNumber);
+    const pixel = ['column', 'row'].map((id) => el(id).valueAsNumber);
     if (pixel.every(Number.isFinite)) this.place(this.point, pixel);
   }
 
@@ -160,22 +158,21 @@ export class PointsPanel {
   }
 
   draw() {
-    const { find, update, view } = this;
-    find('sentence').textContent = update.sentence;
-    find('sentence').classList.toggle('ready', update.verdict === 'good');
+    const { update, view } = this;
+    el('sentence').textContent = update.sentence;
+    el('sentence').classList.toggle('ready', update.verdict === 'good');
     const words = { '': '', good: 'good', unchecked: 'unchecked: nothing contradicts, but an error would not be noticed', poor: 'poor' };
     const saved = update.written.length ? ` · ${update.unsaved ? 'changed since' : 'written:'} ${update.written.join(', ')}` : '';
-    find('outcome').textContent = `${update.busy ? 'Solving …' : update.verdict ? `Calibration: ${words[update.verdict]}` : 'Not complete yet'}${saved}`;
-    find('outcome').dataset.verdict = update.verdict;
-    find('add').hidden = !update.editable;
-    find('tabletitle').textContent = update.editable ? 'Points of the room, m' : 'Tops of the objects, m';
+    el('outcome').textContent = `${update.busy ? 'Solving …' : update.verdict ? `Calibration: ${words[update.verdict]}` : 'Not complete yet'}${saved}`;
+    el('outcome').dataset.verdict = update.verdict;
+    el('add').hidden = !update.editable;
+    el('tabletitle').textContent = update.editable ? 'Points of the room, m' : 'Tops of the objects, m';
     this.drawTabs();
     this.drawTable();
     this.drawFields();
-    const lines = (texts, tag) => texts.map((textContent) => element(tag, { textContent }));
-    find('reasons').replaceChildren(...lines(update.reasons, 'li'));
-    find('reports').replaceChildren(...update.cameras.map((one) => {
-      const report = element('pre', { textContent: one.problem || one.lines.join('\n') });
+    el('reasons').replaceChildren(...lines('li', update.reasons));
+    el('reports').replaceChildren(...update.cameras.map((one) => {
+      const report = create('pre', { textContent: one.problem || one.lines.join('\n') });
       report.classList.toggle('problem', Boolean(one.problem));
       return report;
     }));
@@ -183,30 +180,30 @@ export class PointsPanel {
       name, pick: this.pick(name), expected: view?.expected[name], suspect: view?.suspect === name, selected: name === this.point,
     })), update.centre_lines);
     const placed = update.points.filter(({ name }) => this.pick(name)).length;
-    find('picture').setAttribute('aria-label', `picture of ${this.camera}: ${placed} of ${update.points.length} points placed; chosen: ${this.point || 'none'}`);
+    el('picture').setAttribute('aria-label', `picture of ${this.camera}: ${placed} of ${update.points.length} points placed; chosen: ${this.point || 'none'}`);
     this.drawChosen();
   }
 
   drawChosen() {
-    const { find, view, point } = this;
+    const { view, point } = this;
     const pick = this.pick(point);
-    find('chosen').textContent = point ? `${point} in ${this.camera}` : 'no point chosen';
+    el('chosen').textContent = point ? `${point} in ${this.camera}` : 'no point chosen';
     const effect = view?.mm_per_px[point];
     const off = view?.off_px[point];
-    find('effect').textContent = !point ? '' : !pick ? 'not placed: click where it is'
+    el('effect').textContent = !point ? '' : !pick ? 'not placed: click where it is'
       : effect === undefined ? '' : `${off.toFixed(2)} px off; one pixel matters ${effect.toFixed(1)} mm`;
     ['column', 'row'].forEach((id, k) => {
-      if (document.activeElement !== find(id)) find(id).value = pick ? pick[k] : '';
-      find(id).disabled = !point;
+      if (document.activeElement !== el(id)) el(id).value = pick ? pick[k] : '';
+      el(id).disabled = !point;
     });
-    find('unpick').disabled = !pick;
+    el('unpick').disabled = !pick;
   }
 
   drawTabs() {
-    const { find, update } = this;
-    const old = [...find('tabs').children];
+    const { update } = this;
+    const old = [...el('tabs').children];
     update.cameras.forEach((view, k) => {
-      const tab = old[k] ?? find('tabs').appendChild(element('button'));
+      const tab = old[k] ?? el('tabs').appendChild(create('button'));
       const placed = Object.keys(view.picks).length;
       const state = view.problem ? '…' : view.suspect ? '!' : '✓';
       const text = `${view.name} ${placed} ${state}`;
@@ -220,7 +217,7 @@ export class PointsPanel {
 
   drawTable() {
     const { update, view } = this;
-    const body = this.find('points').tBodies[0];
+    const body = el('points').tBodies[0];
     const names = update.points.map(({ name }) => name);
     for (const [name, row] of this.rows) if (!names.includes(name)) { row.remove(); this.rows.delete(name); }
     update.points.forEach((point, k) => {
@@ -244,31 +241,31 @@ export class PointsPanel {
 
   makeRow(name) {
     const { editable } = this.update;
-    const row = element('tr');
-    const choose = element('button', { className: 'pointname', textContent: name, title: editable ? 'Click: choose; double click: rename' : 'choose' });
+    const row = create('tr');
+    const choose = create('button', { className: 'pointname', textContent: name, title: editable ? 'Click: choose; double click: rename' : 'choose' });
     choose.onclick = () => this.select(name);
     if (editable) choose.ondblclick = () => this.rename(name, choose);
-    row.append(element('td'));
+    row.append(create('td'));
     row.firstChild.append(choose);
     for (const axis of ['X', 'Y', 'Z']) {
-      const input = element('input', { className: 'place', type: 'number', step: '0.001', disabled: !editable });
+      const input = create('input', { className: 'place', type: 'number', step: '0.001', disabled: !editable });
       input.setAttribute('aria-label', `${name}: ${axis}, m`);
       input.onchange = () => {
         const place = [...row.querySelectorAll('input.place')].map(({ value, valueAsNumber }) => (value === '' ? null : valueAsNumber));
         this.send({ type: 'set_point', point: name, place });
       };
-      row.appendChild(element('td')).append(input);
+      row.appendChild(create('td')).append(input);
     }
-    row.append(element('td', { className: 'off' }));
-    const remove = element('button', { className: 'remove', textContent: '×', hidden: !editable });
+    row.append(create('td', { className: 'off' }));
+    const remove = create('button', { className: 'remove', textContent: '×', hidden: !editable });
     remove.setAttribute('aria-label', `remove ${name}`);
     remove.onclick = () => this.send({ type: 'remove_point', point: name });
-    row.appendChild(element('td')).append(remove);
+    row.appendChild(create('td')).append(remove);
     return row;
   }
 
   rename(name, button) {
-    const input = element('input', { value: name, className: 'newname', maxLength: 60 });
+    const input = create('input', { value: name, className: 'newname', maxLength: 60 });
     input.setAttribute('aria-label', `new name of ${name}`);
     button.replaceWith(input);
     input.select();
@@ -284,12 +281,12 @@ export class PointsPanel {
   }
 
   drawFields() {
-    const place = this.find('measures');
+    const place = el('measures');
     for (const { key, name, unit, value, needed } of this.update.fields) {
-      let input = document.getElementById(`field-${key}`);
+      let input = el(`field-${key}`);
       if (!input) {
-        const label = place.appendChild(element('label', { textContent: needed ? name : `${name} (if measured)` }));
-        input = label.appendChild(element('input', { id: `field-${key}`, type: 'number', step: '0.001' }));
+        const label = place.appendChild(create('label', { textContent: needed ? name : `${name} (if measured)` }));
+        input = label.appendChild(create('input', { id: `field-${key}`, type: 'number', step: '0.001' }));
         label.append(` ${unit}`);
         input.onchange = () => this.send({ type: 'set_field', key, value: input.value === '' ? null : input.valueAsNumber });
       }

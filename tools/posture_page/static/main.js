@@ -1,17 +1,14 @@
 // The page on which postures are taught: player, timeline, labels, training, trial.
 import { placedCapsules, shapesOf } from './capsules.js';
-import { Connection } from './connection.js';
 import { orbitControls } from './orbit_controls.js';
+import { connect, create, el, onKey, showNotice } from './page.js';
 import { Poses } from './poses.js';
 import { liveRuns, setRig, showLive, showTraining, showTrial } from './results.js';
 import { Scene } from './scene.js';
 import { Timeline, hueOf, seconds } from './timeline.js';
 
-const NOTICE_MS = 9000;
-const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
 const COVERED = 0.5;  // of a proposal that a label covers, from which it is not proposed any more
 const EXACT_S = 0.0015;  // times that are the same after rounding
-const el = (id) => document.getElementById(id);
 
 const state = {
   hello: null, take: 0, time: 0, playing: false, until: null, ticked: 0, labels: [], names: [], people: [], proposals: [], trials: new Map(),
@@ -20,9 +17,6 @@ const state = {
 };
 const scene = new Scene(el('scene'));
 const orbit = orbitControls(scene);
-const lightRoom = matchMedia('(prefers-color-scheme: light)');
-let noticeTimer = 0;
-let greeted = false;  // by the list of updates that is being handled: it may hold old notices
 
 const timeline = new Timeline({
   seek: (time) => { pause(); select(null); seek(time); },
@@ -33,7 +27,7 @@ const timeline = new Timeline({
   play: () => togglePlay(),
 });
 
-const connection = new Connection({
+const connection = connect({
   hello: showHello,
   poses: ({ take, chunk, data }) => state.poses[take]?.receive(chunk, data),
   labels: showLabels,
@@ -45,12 +39,12 @@ const connection = new Connection({
     el('tabs').hidden = pages < 2;
     el('tabs').textContent = `This page is open ${pages} times: all of them change the same labels.`;
   },
-  notice: ({ text }) => { state.pending = null; if (!greeted) notice(text); },
-}, (open) => {
-  document.body.classList.toggle('disconnected', !open);
-  el('connection').textContent = open ? 'connected' : 'not connected';
-  state.pending = null;
-  for (const poses of state.poses) poses.forgetAsked();
+  notice: ({ text }) => { state.pending = null; showNotice(text); },
+}, {
+  onChange: () => {
+    state.pending = null;
+    for (const poses of state.poses) poses.forgetAsked();
+  },
 });
 
 const take = () => state.hello?.takes[state.take];
@@ -58,16 +52,7 @@ const ownLabels = () => state.labels.filter((label) => label.take === state.take
 const isBackground = (posture) => posture === state.hello.background;
 const shown = (posture) => (isBackground(posture) ? 'background' : posture);
 
-function notice(text) {
-  el('notice').textContent = text;
-  el('notice').hidden = !text;
-  clearTimeout(noticeTimer);
-  noticeTimer = setTimeout(() => { el('notice').hidden = true; }, NOTICE_MS);
-}
-
 function showHello(update) {
-  greeted = true;
-  setTimeout(() => { greeted = false; });
   const again = state.hello?.takes.map(({ name }) => name).join() === update.takes.map(({ name }) => name).join();
   state.hello = update;
   setRig(update.rig);
@@ -79,7 +64,7 @@ function showHello(update) {
   if (!again) state.take = 0;
   el('take').value = state.take;
   setTake(state.take);
-  if (update.warnings.length) setTimeout(() => notice(update.warnings.join('; ')));
+  if (update.warnings.length) showNotice(update.warnings.join('; '));
 }
 
 function setTake(number) {
@@ -154,12 +139,10 @@ function drawLanes() {
 
 function drawList() {
   el('list').replaceChildren(...ownLabels().map((label) => {
-    const item = document.createElement('li');
-    const go = document.createElement('button');
+    const item = create('li');
     const words = `${shown(label.posture)} · ${seconds(label.start_s)} to ${seconds(label.end_s)} s`;
-    Object.assign(go, { className: 'go', textContent: words, onclick: () => choose(asEntry(label)) });
-    const remove = document.createElement('button');
-    Object.assign(remove, { className: 'remove', textContent: '✕', onclick: () => connection.send({ type: 'delete', id: label.id }) });
+    const go = create('button', { className: 'go', textContent: words, onclick: () => choose(asEntry(label)) });
+    const remove = create('button', { className: 'remove', textContent: '✕', onclick: () => connection.send({ type: 'delete', id: label.id }) });
     remove.setAttribute('aria-label', `delete ${words}`);
     item.append(go, remove);
     return item;
@@ -262,7 +245,7 @@ function seek(time) {
 function drawPose() {
   const pose = state.poses[state.take].at(state.time);
   scene.capsules = pose ? placedCapsules(take().body, pose) : [];
-  if (pose && orbit.follows) for (const axis of [0, 2]) scene.eye.target[axis] += (state.playing ? FOLLOW_SHARE : 1) * (pose.positions[axis] - scene.eye.target[axis]);
+  if (pose) orbit.follow(pose.positions, state.playing ? undefined : 1);
   const here = (one) => one.start_s <= state.time && state.time <= one.end_s;
   const label = ownLabels().find(here);
   el('now').hidden = !label;
@@ -331,9 +314,6 @@ el('try-live').onclick = () => connection.send({ type: 'try_live', on: !liveRuns
 el('copy').onclick = async () => {
   try { await navigator.clipboard.writeText(el('command').textContent); el('copy').textContent = 'Copied'; } catch { getSelection().selectAllChildren(el('command')); }
 };
-const showLight = () => { scene.light = lightRoom.matches ? 1 : 0; scene.requestDraw(); };
-lightRoom.addEventListener('change', showLight);
-showLight();
 scene.eye.distance = 4.2;
 select(null);
 
@@ -343,21 +323,15 @@ const KEYS = {
   n: () => goTo(1), p: () => goTo(-1), u: () => connection.send({ type: 'undo' }), '+': () => timeline.zoomBy(1.6), '=': () => timeline.zoomBy(1.6),
   '-': () => timeline.zoomBy(1 / 1.6), Escape: () => select(null), Home: () => step(-Infinity), End: () => step(Infinity),
 };
-addEventListener('keydown', (event) => {
-  if (event.defaultPrevented || !take()) return;
-  if (event.key === 'Escape' && event.target.matches('input')) { event.target.blur(); return; }
-  if (event.target.matches('input, select, textarea')) return;
-  if (event.ctrlKey || event.metaKey) {
-    const redo = event.key === 'y' || (event.key === 'Z' && event.shiftKey);
-    if (!redo && event.key !== 'z') return;
-    connection.send({ type: 'undo', redo });
-  } else if (event.altKey || !(event.key in KEYS)) return;
-  else if ((event.key === ' ' || event.key === 'Enter') && event.target.matches('button, summary')) return;
-  else {
-    if ('npio'.includes(event.key)) document.activeElement.blur();  // Enter then names the stretch and presses no button
-    KEYS[event.key](event);
-  }
-  event.preventDefault();
+addEventListener('keydown', ({ key, target }) => { if (key === 'Escape' && target.matches('input')) target.blur(); });
+onKey((event) => {
+  if (!take() || !(event.key in KEYS)) return false;
+  if ('npio'.includes(event.key)) document.activeElement.blur();  // Enter then names the stretch and presses no button
+  KEYS[event.key](event);
+  return true;
+}, ({ key, shiftKey }) => {
+  const redo = key === 'y' || (key === 'Z' && shiftKey);
+  return Boolean(take()) && (redo || key === 'z') && connection.send({ type: 'undo', redo });
 });
 
 // For tests.

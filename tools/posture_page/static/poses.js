@@ -1,5 +1,7 @@
 // Poses of a take, fetched in chunks as they are needed.
 
+import { bytesOf } from './page.js';
+
 const AHEAD_S = 6;  // before the end of a chunk at which the next one is requested
 const NUMBERS = 7;  // of a part: x, y, z, quaternion x, y, z, w
 
@@ -12,8 +14,7 @@ export class Poses {
 
   // data: base64 of 16-bit integers, little-endian like every browser's machine.
   receive(chunk, data) {
-    const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-    this.chunks.set(chunk, new Int16Array(bytes.buffer));
+    this.chunks.set(chunk, new Int16Array(bytesOf(data).buffer));
     this.onArrival();
   }
 

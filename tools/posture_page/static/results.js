@@ -1,7 +1,6 @@
 // The panels of training and trial.
 
-const el = (id) => document.getElementById(id);
-const items = (lines) => lines.map((text) => Object.assign(document.createElement('li'), { textContent: text }));
+import { create, el, lines } from './page.js';
 
 const live = { rig: '', trained: false, running: false };
 
@@ -31,13 +30,13 @@ export function showTraining(update) {
   el('training-text').textContent = running ? `${text} …` : text;
   if (running) return;
   el('training-lines').className = update.state;
-  el('training-lines').replaceChildren(...items(update.state === 'failed' ? [update.text] : update.lines));
+  el('training-lines').replaceChildren(...lines('li', update.state === 'failed' ? [update.text] : update.lines));
   el('training-table').hidden = !update.postures.length;
   el('training-table').tBodies[0].replaceChildren(...update.postures.map((row) => {
-    const line = document.createElement('tr');
+    const line = create('tr');
     const held = row.tested ? `${row.right} of ${row.tested}` : 'not tested';
     for (const [text, mark] of [[row.posture, ''], [row.examples, row.examples < 3 ? 'low' : ''], [row.people, ''], [held, row.right < row.tested ? 'bad' : '']])
-      line.append(Object.assign(document.createElement('td'), { textContent: text, className: mark }));
+      line.append(create('td', { textContent: text, className: mark }));
     return line;
   }));
   el('live').hidden = !update.command;
@@ -59,7 +58,7 @@ export function showLive(update) {
     el('live-now').children[1].textContent = `${percent(latest.confidence)} confident, ${latest.duration_s.toFixed(1)} s, number ${latest.number}`;
   }
   el('live-counts').textContent = update.counts.map(([posture, count]) => `${posture} ${count}`).join(' · ');
-  el('live-found').replaceChildren(...items(earlier.map((one) => `${one.number} · ${one.posture} · ${percent(one.confidence)}`)));
+  el('live-found').replaceChildren(...lines('li', earlier.map((one) => `${one.number} · ${one.posture} · ${percent(one.confidence)}`)));
 }
 
-export function showTrial(update) { el('trial-lines').replaceChildren(...items(update ? update.lines : [])); }
+export function showTrial(update) { el('trial-lines').replaceChildren(...lines('li', update ? update.lines : [])); }

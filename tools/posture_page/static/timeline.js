@@ -1,10 +1,11 @@
 // Timeline of a take: curve, proposals, labels, recognized postures, and the selected stretch with its handles.
 
+import { create, el } from './page.js';
+
 const MAX_ZOOM = 200;
 const DRAG_PX = 4;  // from which a press over the curve marks a stretch
 const HUES = [205, 28, 150, 285, 340, 55, 180, 110, 245, 5];
 const MARKS = { right: '✓ ', wrong: '✗ ', unlabelled: '? ' };
-const el = (id) => document.getElementById(id);
 export const hueOf = (names, posture) => HUES[Math.max(0, names.indexOf(posture)) % HUES.length];
 export const seconds = (value) => value.toFixed(2);
 
@@ -94,11 +95,11 @@ export class Timeline {
     const lane = el(id);
     const focused = lane.contains(document.activeElement) ? document.activeElement.dataset.key : null;
     lane.replaceChildren(...entries.map((entry) => {
-      const piece = document.createElement('button');
-      piece.className = `segment ${entry.kind}${entry.selected ? ' selected' : ''}${entry.missed ? ' missed' : ''}`;
+      const piece = create('button', {
+        className: `segment ${entry.kind}${entry.selected ? ' selected' : ''}${entry.missed ? ' missed' : ''}`,
+        textContent: (MARKS[entry.kind] ?? '') + entry.text, title: entry.title,
+      });
       piece.dataset.key = entry.key;
-      piece.textContent = (MARKS[entry.kind] ?? '') + entry.text;
-      piece.title = entry.title;
       piece.setAttribute('aria-label', entry.title);
       piece.setAttribute('aria-pressed', String(Boolean(entry.selected)));
       piece.style.left = `${this.share(entry.start_s)}%`;

@@ -1,5 +1,7 @@
 // Plots of joint angles over the last seconds, degrees: left and right in one plot.
 
+import { create } from './page.js';
+
 const SPAN_MS = 10000;
 const MIN_RANGE_DEG = 30;
 const MAX_POSES = 2000;
@@ -17,7 +19,7 @@ export const PLOTS = [
 export class AnglePlots {
   constructor(parent) {
     this.canvases = PLOTS.map(([name, series]) => {
-      const box = document.createElement('figure');
+      const box = create('figure');
       box.innerHTML = '<figcaption><span></span><b class="number"></b></figcaption><canvas></canvas>';
       box.querySelector('span').textContent = name;
       box.title = series.map(([angle]) => angle.replace('.', ' ')).join(', ');

@@ -1,11 +1,11 @@
 // View of each camera: silhouette, the model's outlines over it, and the preview where the rig sends one.
 import { colourOf } from './capsules.js';
+import { bytesOf, create } from './page.js';
 
 const PERSON = [226, 232, 242];
 const SMALL_PX = 320, LARGE_PX = 640;  // longer side of a view as it is drawn; the large one at least of this
 const ON_PROCESSOR = { willReadFrequently: true };  // the scene reads the canvases; twice as fast without a graphics card
 const css = ([r, g, b], a = 1) => `rgba(${Math.round(255 * r)},${Math.round(255 * g)},${Math.round(255 * b)},${a})`;
-const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 
 async function inflate(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
@@ -39,10 +39,9 @@ export async function decodeMask({ size, region, data }) {
 class View {
   constructor(viewer, parent) {
     this.viewer = viewer;
-    this.card = document.createElement('figure');
-    this.card.className = 'view glass empty';  // empty until the first silhouette
+    this.card = create('figure', { className: 'view glass empty' });  // empty until the first silhouette
     this.card.dataset.viewer = viewer;
-    this.canvas = this.card.appendChild(document.createElement('canvas'));
+    this.canvas = this.card.appendChild(create('canvas'));
     Object.assign(this.card, { tabIndex: 0, title: 'enlarge this view; Escape makes it small again' });
     this.card.setAttribute('role', 'button');
     this.card.setAttribute('aria-expanded', 'false');
@@ -55,13 +54,12 @@ class View {
       e.preventDefault();
       e.stopPropagation();
     };
-    this.caption = this.card.appendChild(document.createElement('figcaption'));
+    this.caption = this.card.appendChild(create('figcaption'));
     this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="score number"></span>';
     this.caption.querySelector('.score').title = 'Matching score of the model and this silhouette, 0 to 1';
     this.caption.querySelector('b').textContent = `viewer ${viewer}`;
-    this.advice = this.card.appendChild(document.createElement('ul'));
-    Object.assign(this.advice, { className: 'advice-lines', hidden: true });
-    this.mask = document.createElement('canvas');   // for the scene too: transparent except for person and outlines
+    this.advice = this.card.appendChild(create('ul', { className: 'advice-lines', hidden: true }));
+    this.mask = create('canvas');   // for the scene too: transparent except for person and outlines
     this.preview = null;
     this.number = 0;
     parent.append(this.card);
@@ -170,9 +168,9 @@ export class CameraViews {
     const { advice } = this.view(viewer);
     advice.hidden = !lines.length;
     advice.replaceChildren(...lines.map(({ code, found, change }) => {
-      const line = document.createElement('li');
+      const line = create('li');
       line.dataset.code = code;
-      line.append(Object.assign(document.createElement('b'), { textContent: `${found}: ` }), change);
+      line.append(create('b', { textContent: `${found}: ` }), change);
       return line;
     }));
   }

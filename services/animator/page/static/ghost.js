@@ -1,10 +1,10 @@
 // The second take of a comparison: a translucent figure, and the distances of its joints from those of the shown take.
 import { placedCapsules, shapesOf } from './capsules.js';
 import { jointWords } from './joints.js';
+import { el } from './page.js';
 
 const COLOUR = [0.73, 0.52, 0.98];
 const OPACITY = 0.4;
-const el = (id) => document.getElementById(id);
 const millimetres = (metres) => `${(1000 * metres).toFixed(0)} mm`;
 
 export class Ghost {

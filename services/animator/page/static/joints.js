@@ -1,11 +1,11 @@
 // Joints: name and angles of the one that the pointer is on, and the distance between two.
 import { jointCentre } from './capsules.js';
 import { minus } from './linear_algebra.js';
+import { el } from './page.js';
 
 const REACH_PX = 22;  // around a joint on the page
 const SIDES = { L: 'left', R: 'right' };
 const TURNED = { Elbow: 'elbow', Knee: 'knee', Shoulder: 'shoulder', Hip: 'hip', Ankle: 'ankle', Wrist: 'wrist' };
-const el = (id) => document.getElementById(id);
 
 // Words of a joint's name in exports: 'RWrist' is 'right wrist'.
 export function jointWords(name) {

@@ -1,12 +1,12 @@
 // Connects everything: updates from the animator go to the scene, views, plots and panels; commands go back.
 import { placedCapsules, limbEnds, jointCentre, shapesOf } from './capsules.js';
 import { CameraViews } from './camera_views.js';
-import { Connection } from './connection.js';
 import { Ghost } from './ghost.js';
 import { Joints } from './joints.js';
 import { add, minus, times } from './linear_algebra.js';
 import { MeasureDialog } from './measure_dialog.js';
 import { PRESETS, orbitControls } from './orbit_controls.js';
+import { bytesOf, connect, el, onKey, showNotice, spoken } from './page.js';
 import { PlayerControls } from './player_controls.js';
 import { AnglePlots } from './angle_plots.js';
 import { SavePanel } from './save_panel.js';
@@ -15,9 +15,7 @@ import { SlideShow } from './slides.js';
 import { TakeDrop } from './take_drop.js';
 import * as panel from './side_panel.js';
 
-const el = (id) => document.getElementById(id);
 const FRUSTUM_DEPTH = 0.22;  // of a drawn camera, relative to its distance from the world origin
-const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
 const POINTS_TIMEOUT_MS = 1500;  // older scene points are removed
 const POINTS_APART_MS = 300;  // in time of capture from the pose, beyond which scene points are of another place in the take
 const MAX_TRAIL_POSES = 400;
@@ -51,7 +49,7 @@ const state = {
   latencies: [],  // ms from the receipt of a pose by the animator until it is in the scene
   ages: [],  // ms from its capture until then
 };
-const connection = new Connection({
+const connection = connect({
   hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
   recording: panel.showRecording,  // of the live rig, also while a take is shown
   posture: setPosture,
@@ -67,13 +65,13 @@ const connection = new Connection({
   place: (update) => { state.shown_s = update.position_s; player.showPlace(update); },
   verdict: (update) => player.showVerdict(update),
   postures: (update) => player.showPostures(update),
-  ghost: (update) => { panel.showNotice(''); ghost.setTake(update); },  // the notice was that it is being read
+  ghost: (update) => { showNotice(''); ghost.setTake(update); },  // the notice was that it is being read
   ghost_pose: (update) => ghost.setPose(update),
-  notice: ({ text }) => panel.showNotice(text),
-}, (connected) => {
-  panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
-  document.body.classList.toggle('disconnected', !connected);
-  if (connected && state.feed !== 'live') connection.send({ type: 'select_feed', feed: state.feed });
+}, {
+  onChange: (connected) => {
+    panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
+    if (connected && state.feed !== 'live') connection.send({ type: 'select_feed', feed: state.feed });
+  },
 });
 const slides = new SlideShow(el('slides'), showSlides);
 const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
@@ -82,7 +80,6 @@ const joints = new Joints(scene, () => {
   const [body, pose] = [state.bodies.get(state.source), state.poses.get(state.source)];
   return body && pose ? { body, pose } : null;
 }, (name) => ghost.text(name));
-const lightRoom = matchMedia('(prefers-color-scheme: light)');
 const telephone = matchMedia('(max-width: 780px)');
 const player = new PlayerControls((command) => connection.send(command), selectFeed);
 const save = new SavePanel((command) => connection.send(command), player);
@@ -109,21 +106,17 @@ document.querySelector('[data-tab=takes]').addEventListener('click', () => conne
 showTrailLength();
 new ResizeObserver(centreScene).observe(el('bottom'));
 addEventListener('resize', centreScene);
-lightRoom.addEventListener('change', showLight);
-showLight();
-addEventListener('keydown', (event) => {
-  if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || !el('slides').hidden) return;
-  if (event.target.matches('input, select, textarea') || (event.key === ' ' && event.target.matches('button, summary'))) return;
+matchMedia('(prefers-color-scheme: light)').addEventListener('change', () => plots.redraw());
+onKey((event) => {
+  if (!el('slides').hidden) return false;
   const preset = Object.keys(PRESETS)[Number(event.key) - 1];
   if (preset) document.querySelector(`#presets [data-name=${preset}]`).click();
   else if (event.key === 'g' && ghost.body) ghost.toggle();
-  else if (!save.key(event) && !player.key(event)) return;
-  event.preventDefault();
+  else return save.key(event) || player.key(event);
+  return true;
 });
 setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
 setInterval(updateNumbers, 500);
-
-function showLight() { scene.light = lightRoom.matches ? 1 : 0; plots.redraw(); scene.requestDraw(); }
 
 function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
 
@@ -209,8 +202,7 @@ function showPose(pose) {
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
   removePointsApart(pose);
-  if (orbit.follows && !lost)
-    for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
+  if (!lost) orbit.follow(pose.positions);
   const now = performance.now();
   for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
     kept.push(performance.timeOrigin + now - sinceMs);
@@ -230,10 +222,9 @@ function showPose(pose) {
 
 // data: base64 of 16-bit millimetres, little-endian like every browser's machine.
 function setPoints({ data, captured_ms }) {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
   state.pointsMs = performance.now();
   state.pointsCaptured_ms = captured_ms;
-  scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
+  scene.setPoints(Float32Array.from(new Int16Array(bytesOf(data).buffer), (millimetres) => millimetres / 1000));
   const pose = state.poses.get(state.source);
   if (pose && state.feed === 'take') removePointsApart(pose);
 }
@@ -325,7 +316,7 @@ function setServices(update) {
 }
 
 function setPosture({ label, margin, best }) {
-  el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
+  el('posture').textContent = label ? spoken(label) : '–';
   const models = best.map(([name, value]) => `${name} ${value.toFixed(1)}`);
   el('posture').title = [`margin ${margin.toFixed(2)}; log-likelihoods of the best models:`, ...models].join('\n');
 }

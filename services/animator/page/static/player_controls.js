@@ -1,14 +1,50 @@
 // Controls of the take that is being played: pause, position, rate, steps of one pose; also by keys.
 
-const el = (id) => document.getElementById(id);
+import { create, el, spoken } from './page.js';
+
 const SCRUB_MS = 60;  // at least, between two positions that are sent while the slider is dragged
 const NEAR_S = 0.5;  // between the positions of player and pose: the former comes five times a second
 const DEFAULT_POSE_S = 1 / 30;  // of a step in a take whose rate is unknown
 
+// Parts of a take under the position, each a button that goes to its beginning; one stop of Tab, the arrow keys go along it.
+class PartBar {
+  constructor(box, seek) { Object.assign(this, { box, seek, parts: [] }); }
+
+  // parts: properties of an element, with start_s and end_s from the beginning of the take.  label: of the whole.
+  set(parts, label) {
+    Object.assign(this, { parts, drawn: 0 });
+    this.box.hidden = !parts.length;
+    this.box.setAttribute('aria-label', label);
+  }
+
+  draw(duration) {
+    if (!this.parts.length || !duration || this.drawn === duration) return;
+    this.drawn = duration;
+    this.box.replaceChildren(...this.parts.map(({ start_s, end_s, ...properties }) => {
+      const piece = create('i', { ...properties, tabIndex: -1, onclick: () => this.seek(start_s), onkeydown: (event) => this.key(event, piece) });
+      piece.setAttribute('role', 'button');
+      piece.setAttribute('aria-label', piece.title);
+      piece.style.left = `${100 * start_s / duration}%`;
+      piece.style.width = `${100 * (Math.min(end_s, duration) - start_s) / duration}%`;
+      return piece;
+    }));
+    this.box.firstElementChild.tabIndex = 0;
+  }
+
+  key(event, piece) {
+    const next = { ArrowRight: piece.nextElementSibling, ArrowLeft: piece.previousElementSibling }[event.key];
+    if (event.key === 'Enter' || event.key === ' ') piece.click();
+    else if (!event.key.startsWith('Arrow')) return;
+    if (next) { piece.tabIndex = -1; next.tabIndex = 0; next.focus(); }
+    event.preventDefault();
+  }
+}
+
 export class PlayerControls {
   // send: sends a command to the animator.  selectFeed: makes the page show 'live' or 'take'.
   constructor(send, selectFeed) {
-    Object.assign(this, { send, selectFeed, last: null, dragging: false, verdict: null, drawn: 0 });
+    Object.assign(this, { send, selectFeed, last: null, dragging: false });
+    [this.verdictBar, this.postureBar] = ['verdict-parts', 'posture-parts'].map((id) => new PartBar(el(id), (position_s) => this.seek(position_s)));
     el('pause').onclick = () => send({ type: 'control_player', paused: !this.last?.paused });
     el('stop').onclick = () => { send({ type: 'control_player', stop: true }); this.selectFeed('live'); };
     el('speed').onchange = () => send({ type: 'control_player', rate: Number(el('speed').value) });
@@ -90,83 +126,31 @@ export class PlayerControls {
     el('pause').setAttribute('aria-label', update.paused ? 'play' : 'pause');
     if (document.activeElement !== el('speed')) el('speed').value = String(update.rate);
     el('position').max = update.duration_s;
-    this.drawVerdict();
-    this.drawPostures();
+    for (const bar of [this.verdictBar, this.postureBar]) bar.draw(update.duration_s);
     if (!this.dragging) { el('position').value = update.position_s; this.showTime(update.position_s); }
   }
 
   // update: verdict on the take, with its parts in seconds from the beginning.
-  showVerdict(update) {
-    this.verdict = update;
-    this.drawn = 0;
-    el('verdict').hidden = el('verdict-parts').hidden = !update.rating;
-    el('verdict').textContent = update.rating;
-    el('verdict').className = `verdict ${update.rating}`;
-    el('verdict').title = update.reasons.join('\n');
-    this.drawVerdict();
-  }
-
-  // Make a part of the bars a button that goes to a position; the bar is one stop of Tab, the arrow keys go along it.
-  makeButton(piece, position_s) {
-    piece.setAttribute('role', 'button');
-    piece.setAttribute('aria-label', piece.title);
-    piece.tabIndex = -1;
-    piece.onclick = () => this.seek(position_s);
-    piece.onkeydown = (event) => {
-      const next = { ArrowRight: piece.nextElementSibling, ArrowLeft: piece.previousElementSibling }[event.key];
-      if (event.key === 'Enter' || event.key === ' ') piece.click();
-      else if (!event.key.startsWith('Arrow')) return;
-      if (next) { piece.tabIndex = -1; next.tabIndex = 0; next.focus(); }
-      event.preventDefault();
-    };
-  }
-
-  drawVerdict() {
-    const duration = this.last?.duration_s || 0;
-    if (!this.verdict?.rating || !duration || this.drawn === duration) return;
-    this.drawn = duration;
+  showVerdict({ rating, reasons, parts }) {
+    el('verdict').hidden = !rating;
+    Object.assign(el('verdict'), { textContent: rating, className: `verdict ${rating}`, title: reasons.join('\n') });
     const seconds = { good: 0, doubtful: 0, unusable: 0 };
-    el('verdict-parts').replaceChildren(...this.verdict.parts.map((part) => {
-      const piece = document.createElement('i');
-      seconds[part.rating] += part.end_s - part.start_s;
-      piece.className = part.rating;
-      piece.style.left = `${100 * part.start_s / duration}%`;
-      piece.style.width = `${100 * (Math.min(part.end_s, duration) - part.start_s) / duration}%`;
-      piece.title = `${part.start_s.toFixed(1)} to ${part.end_s.toFixed(1)} s: ${part.rating}, ${(1000 * part.error).toFixed(0)} mm`
-        + (part.reasons.length ? `: ${part.reasons.join(', ')}` : '');
-      this.makeButton(piece, part.start_s);
-      return piece;
-    }));
-    const first = el('verdict-parts').firstElementChild;
-    if (first) first.tabIndex = 0;
+    for (const part of parts) seconds[part.rating] += part.end_s - part.start_s;
     const shares = Object.entries(seconds).filter(([, value]) => value > 0).map(([name, value]) => `${value.toFixed(1)} s ${name}`);
-    el('verdict-parts').setAttribute('aria-label', `verdict: ${this.verdict.rating}; ${shares.join(', ')}`);
+    this.verdictBar.set(parts.map(({ start_s, end_s, rating: className, error, reasons: why }) => ({
+      start_s, end_s, className,
+      title: `${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: ${className}, ${(1000 * error).toFixed(0)} mm`
+        + (why.length ? `: ${why.join(', ')}` : ''),
+    })), `verdict: ${rating}; ${shares.join(', ')}`);
+    this.verdictBar.draw(this.last?.duration_s);
   }
 
   // update: recognized postures of the take, in seconds from the beginning.
   showPostures({ parts }) {
-    this.postures = parts;
-    this.posturesDrawn = 0;
-    el('posture-parts').hidden = !parts.length;
-    el('posture-parts').setAttribute('aria-label', `${parts.length} recognized postures`);
-    this.drawPostures();
-  }
-
-  drawPostures() {
-    const duration = this.last?.duration_s || 0;
-    if (!this.postures?.length || !duration || this.posturesDrawn === duration) return;
-    this.posturesDrawn = duration;
-    el('posture-parts').replaceChildren(...this.postures.map(({ start_s, end_s, label }) => {
-      const piece = document.createElement('i');
-      const words = label.replaceAll('_', ' ').replaceAll('-', ' ');
-      piece.textContent = words;
-      piece.style.left = `${100 * start_s / duration}%`;
-      piece.style.width = `${100 * (Math.min(end_s, duration) - start_s) / duration}%`;
-      piece.title = `${words}, ${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: go there`;
-      this.makeButton(piece, start_s);
-      return piece;
-    }));
-    el('posture-parts').firstElementChild.tabIndex = 0;
+    this.postureBar.set(parts.map(({ start_s, end_s, label }) => ({
+      start_s, end_s, textContent: spoken(label), title: `${spoken(label)}, ${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: go there`,
+    })), `${parts.length} recognized postures`);
+    this.postureBar.draw(this.last?.duration_s);
   }
 
   // Position in seconds of the pose that is shown; that of the player where no pose is near.

@@ -1,6 +1,7 @@
 // Saving the take that is played for other programs: format, part, progress, and the finished file.
 
-const el = (id) => document.getElementById(id);
+import { el } from './page.js';
+
 const DRAWN = ['mp4', 'webm', 'png'];
 const DIGITS = 3;  // after the point, of the ends of the part, seconds
 const STATES = { running: 'saving', done: 'saved', failed: 'not saved', cancelled: 'cancelled: nothing was saved' };

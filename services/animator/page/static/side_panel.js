@@ -1,9 +1,6 @@
-// Side panel: tabs, layer switches, set-up checks, takes, services; and the lines of alerts and notices.
+// Side panel: tabs, layer switches, set-up checks, takes, services; and the line of alerts.
 
-const el = (id) => document.getElementById(id);
-const create = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
-const NOTICE_MS = 8000;  // that a notice is shown
-const VERDICT_MARKS = { good: '✓', bad: '!', wait: '…' };
+import { MARKS, create, el } from './page.js';
 
 // Make the tabs act; returns a function that selects one by name.
 export function tabs() {
@@ -102,7 +99,6 @@ export function showServices(services) {
 }
 
 const alerts = new Map();
-let noticeTimer = 0;
 
 // Red line across the top; an empty text removes it.
 export function setAlert(name, text) {
@@ -113,13 +109,6 @@ export function setAlert(name, text) {
   box.textContent = alerts.get('connection') || [...alerts.values()].join(' · ');
 }
 
-// Line on what the page was asked for; unlike an alert it goes by itself.
-export function showNotice(text) {
-  clearTimeout(noticeTimer);
-  el('notice').textContent = text;
-  if (text) noticeTimer = setTimeout(() => showNotice(''), NOTICE_MS);
-}
-
 export function showChecks({ viewers, advice }) {
   el('advice').textContent = advice;
   el('checks').replaceChildren(...Object.entries(viewers).map(([viewer, checks]) => {
@@ -128,7 +117,7 @@ export function showChecks({ viewers, advice }) {
     for (const { name, verdict, text } of checks) {
       const line = create('p');
       line.dataset.verdict = verdict;
-      line.append(create('i', { textContent: VERDICT_MARKS[verdict] }), create('b', { textContent: name }), text);
+      line.append(create('i', { textContent: MARKS[verdict] }), create('b', { textContent: name }), text);
       box.append(line);
     }
     return box;

@@ -1,5 +1,7 @@
 // Slide show: a command whose target ends with slides/next, slides/previous or slides/first turns to another slide.
 
+import { create, el, lines, onKey, spoken } from './page.js';
+
 const TARGET = /(?:^|\/)slides\/(next|previous|first)$/;
 const POSTURES = { next: 'raise-right-arm', previous: 'raise-left-arm', first: 'raise-both-arms' };  // of the demo rig
 const KEYS = { ArrowRight: 'next', PageDown: 'next', ArrowLeft: 'previous', PageUp: 'previous', Home: 'first' };
@@ -7,8 +9,6 @@ const ROWS = { frameToSlide: 'frame to slide', frameToCommand: 'frame to command
 const FIRED_MS = 1200;  // for which the posture that was recognized is marked
 const MAX_LATENCIES = 1000;
 
-const el = (id) => document.getElementById(id);
-const spoken = (posture) => posture.replaceAll('_', ' ').replaceAll('-', ' ');
 const verbOf = ({ target }) => TARGET.exec(target)?.[1];
 const idOf = ({ number, captured_ms: captured }) => `${number} ${captured}`;
 
@@ -25,10 +25,11 @@ export class SlideShow {
     el('slides-open').onclick = () => this.toggle(true);
     el('slides-close').onclick = () => this.toggle(false);
     addEventListener('hashchange', () => this.toggle(location.hash === '#slides'));
-    addEventListener('keydown', (event) => {
-      if (box.hidden || event.altKey || event.ctrlKey || event.metaKey) return;
-      if (event.key === 'Escape') this.toggle(false);
-      else if (KEYS[event.key]) { this.turn(KEYS[event.key]); event.preventDefault(); }
+    onKey(({ key }) => {
+      if (box.hidden || !(key === 'Escape' || KEYS[key])) return false;
+      if (key === 'Escape') this.toggle(false);
+      else this.turn(KEYS[key]);
+      return true;
     });
     this.setCommands([]);
     this.turn('first');
@@ -96,9 +97,8 @@ export class SlideShow {
     el('slide-since-end').textContent = (command.since_end_ms + page).toFixed(0);
     el('slide-latencies').tBodies[0].replaceChildren(...Object.entries(ROWS).map(([name, text]) => {
       const values = this.latencies.map((entry) => entry[name]).sort((a, b) => a - b);
-      const row = document.createElement('tr');
-      for (const cell of [text, values[values.length >> 1].toFixed(0), values.at(-1).toFixed(0)])
-        row.append(Object.assign(document.createElement('td'), { textContent: cell }));
+      const row = create('tr');
+      row.append(...lines('td', [text, values[values.length >> 1].toFixed(0), values.at(-1).toFixed(0)]));
       return row;
     }));
   }

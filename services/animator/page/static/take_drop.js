@@ -1,6 +1,8 @@
 // A take that is dropped on the page, or chosen as a file: checked here, sent to the animator, and opened there.
 
-const el = (id) => document.getElementById(id);
+import { socketAt } from './connection.js';
+import { el } from './page.js';
+
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];  // an MCAP file begins so
 const PIECE_BYTES = 65536;
 const MAX_WAITING_BYTES = 4 * PIECE_BYTES;  // in the socket, before more is read from the file
@@ -60,7 +62,7 @@ export class TakeDrop {
       const query = new URLSearchParams(location.search);
       query.set('name', file.name);
       query.set('size', file.size);
-      const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/drop?${query}`);
+      const socket = socketAt('/drop', `?${query}`);
       let answered = false;
       socket.onmessage = ({ data }) => { answered = true; resolve(data); };
       socket.onclose = () => resolve(`${file.name}: the connection to the animator was closed`);

@@ -11,7 +11,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
-from tests.services.animator.page.test_server import TOKEN, talk
+from tests.common.web.test_server import TOKEN, talk
 from tests.support.animator_stand_in import StandIn, stand_in
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
@@ -37,8 +37,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def played(animator: StandIn, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Paths of the dropped takes that the animator plays."""
     found: list[Path] = []
-    assert animator.bridge._playback is not None
-    monkeypatch.setattr(animator.bridge._playback, "send", lambda command: found.append(command.path))
+    assert animator.bridge._feed is not None
+    monkeypatch.setattr(animator.bridge._feed.player, "send", lambda command: found.append(command.path))
     return found
 
 

@@ -2,11 +2,13 @@
 
 import json
 from base64 import b64decode
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.support.animator_stand_in import (
+    EXPECTED,
     SETUP,
     assignment,
     bap,
@@ -24,13 +26,13 @@ from tests.support.places import ROOT
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.bus.protocol import Tick
+from zenocap.common.bus.protocol import Alive
 from zenocap.common.conversion import camera_of, packed_points
 from zenocap.common.observe.losses import LOSSES
+from zenocap.common.observe.view import RigView
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.animator.page import page_updates
-from zenocap.services.animator.page.broadcast import EncodedUpdate
+from zenocap.common.web.broadcast import EncodedUpdate
 from zenocap.services.animator.page.page_messages import (
     Command,
     ControlPlayer,
@@ -45,6 +47,7 @@ from zenocap.services.animator.page.page_updates import (
     changes,
     checks_update,
     due_updates,
+    recording_update,
     services_update,
     view_updates,
 )
@@ -55,8 +58,9 @@ from zenocap.services.animator.parameters import (
     SERVICES_PERIOD_NS,
     VIEWS_PERIOD_NS,
 )
+from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.states import State
-from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.step import step
 from zenocap.services.viewer.shell import camera_info
 
 NOW = 1_700_000_000_000_000_000
@@ -64,10 +68,28 @@ CAMERAS = [camera_info(viewer, NOW) for viewer in demo_rig("two-view").viewers]
 
 
 def after(*messages: m.Message, state: State | None = None, now_ns: int = NOW) -> State:
-    state = state or initial_state(SETUP)
+    state = state or State()
     for message in messages:
         state, _ = step(SETUP, state, received(message, now_ns))
     return state
+
+
+def heard(*events: m.Message | Alive) -> Presence:
+    """Presence after events."""
+    presence = Presence(RigView("demo", EXPECTED))
+    for event in events:
+        presence = observed(presence, event if isinstance(event, Alive) else received(event, NOW), NOW)
+    return presence
+
+
+def services_of(*messages: m.Message, state: State | None = None) -> dict[str, Any]:
+    """The update of the services after messages."""
+    found: dict[str, Any] = json.loads(services_update(state or State(), heard(*messages), 0, NOW).data)
+    return found
+
+
+def due(schedule: Schedule, state: State, now_ns: int = NOW) -> tuple[Schedule, list[EncodedUpdate]]:
+    return due_updates(schedule, state, heard(), 1, now_ns)
 
 
 def decoded(updates: list[EncodedUpdate]) -> dict[str, dict[str, object]]:
@@ -122,15 +144,15 @@ def test_a_lost_person_has_no_outlines() -> None:
 
 
 def test_the_services_have_their_condition_losses_and_recording() -> None:
-    state = after(health("integrator", "main", NOW, log_messages=12, log_on=1, log_lost=3), state=full())
-    state, _ = step(SETUP, state, Tick(NOW + 1_100_000_000))
-    sent = json.loads(services_update(state, 2).data)
+    log = health("integrator", "main", NOW, log_messages=12, log_on=1, log_lost=3)
+    presence = heard(Alive("integrator", "main", True, NOW), sighting("1", 1, NOW), sighting("2", 1, NOW), log)
+    sent = json.loads(services_update(State(), presence, 2, NOW + 1_100_000_000).data)
     assert [(row["name"], row["id"], row["condition"]) for row in sent["services"]] == [
         ("viewer", "1", "stale"), ("viewer", "2", "stale"), ("integrator", "main", "ok"),
     ]  # fmt: skip
     assert sent["services"][2]["losses"] == [["messages not recorded", 3, 15]]
     assert (sent["recording"], sent["log"], sent["pages"]) == (True, 12, 2)
-    assert json.loads(services_update(full(), 0).data)["recording"] is None
+    assert services_of()["recording"] is None
 
 
 @pytest.mark.parametrize(
@@ -138,18 +160,16 @@ def test_the_services_have_their_condition_losses_and_recording() -> None:
     [({"log_on": 0}, False), ({"log_on": 1}, True), ({"log_on": 1, "log_stopped": 1}, False)],
 )
 def test_a_log_that_is_off_or_has_failed_is_not_recording(counts: dict[str, int], recording: bool) -> None:
-    assert json.loads(services_update(after(health("integrator", "main", NOW, **counts)), 0).data)["recording"] is recording
+    assert services_of(health("integrator", "main", NOW, **counts))["recording"] is recording
 
 
 def test_checks_have_advice_for_each_viewer_and_for_the_rig() -> None:
     pose = pose_at(0.0)
-    state = after(
+    presence = heard(
         health("viewer", "2", NOW, "learning the background (3 frames)", m.Phase.LEARNING_BACKGROUND),
         health("integrator", "main", NOW, "waiting for the T-pose in both views", m.Phase.AWAITING_PERSON),
-        assignment(2, NOW, pose, tracking=False),
-        state=full(),
     )
-    sent = json.loads(checks_update(state).data)
+    sent = json.loads(checks_update(after(assignment(2, NOW, pose, tracking=False), state=full()), presence).data)
     assert sent["advice"] == "waiting for the T-pose in both views"
     first = {check["name"]: check["verdict"] for check in sent["viewers"]["1"]}
     assert first["background"] == "wait"  # no health received
@@ -160,28 +180,28 @@ def test_checks_have_advice_for_each_viewer_and_for_the_rig() -> None:
 
 def test_a_damaged_silhouette_is_a_bad_check() -> None:
     broken = m.Silhouette(frame=1, captured_ns=NOW, viewer="1", size=(160, 120), region=(0, 0, 8, 8), data=b"no")
-    sent = json.loads(checks_update(after(broken)).data)
+    sent = json.loads(checks_update(after(broken), heard()).data)
     assert [check["verdict"] for check in sent["viewers"]["1"]][-1] == "bad"
 
 
 def test_silhouettes_wait_for_the_pose_of_their_instant() -> None:
     camera = demo_rig("two-view").viewers[0].camera
-    schedule, first = due_updates(Schedule(), full(), 1)
+    schedule, first = due(Schedule(), full())
     assert "view/1" in [update.key for update in first]
     later_ns = NOW + 2 * VIEWS_PERIOD_NS
     mask = silhouette("1", 2, later_ns, mask_of(camera, pose_at(0.1)))
     state = after(mask, state=schedule.state, now_ns=later_ns)
-    schedule, updates = due_updates(schedule, state, 1)
+    schedule, updates = due(schedule, state, later_ns)
     assert "view/1" not in [update.key for update in updates]
-    schedule, updates = due_updates(schedule, after(bap(2, later_ns, pose_at(0.1)), state=state, now_ns=later_ns), 1)
+    schedule, updates = due(schedule, after(bap(2, later_ns, pose_at(0.1)), state=state, now_ns=later_ns), later_ns)
     assert {"view/1", "pose/two-view"} <= {update.key for update in updates}
 
 
 def test_silhouettes_are_sent_without_poses() -> None:
-    schedule, _ = due_updates(Schedule(), full(), 1)
+    schedule, _ = due(Schedule(), full())
     late_ns = NOW + 2 * POSE_WAIT_NS
     mask = silhouette("1", 2, late_ns, mask_of(demo_rig("two-view").viewers[0].camera, pose_at(0.1)))
-    _, updates = due_updates(schedule, after(mask, state=schedule.state, now_ns=late_ns), 1)
+    _, updates = due(schedule, after(mask, state=schedule.state, now_ns=late_ns), late_ns)
     assert "view/1" in [update.key for update in updates]
 
 
@@ -193,13 +213,13 @@ def test_poses_are_sent_at_once_and_other_updates_at_their_own_rate() -> None:
         now_ns = NOW + k * 1_000_000_000 // 60
         mask = silhouette("1", k, now_ns, mask_of(demo_rig("two-view").viewers[0].camera, pose_at(0.0)))
         state = after(mask, bap(k, now_ns, pose_at(0.0)), state=state, now_ns=now_ns)
-        schedule, updates = due_updates(schedule, state, 1)
+        schedule, updates = due(schedule, state, now_ns)
         names += [update.key for update in updates]
     assert names.count("pose/two-view") == 60
     assert names.count("view/1") <= 1 + 1_000_000_000 // VIEWS_PERIOD_NS
     assert names.count("services") <= 1 + 1_000_000_000 // SERVICES_PERIOD_NS
     assert names.count("checks") <= 1 + 1_000_000_000 // CHECKS_PERIOD_NS
-    assert due_updates(schedule, state, 1) == (schedule, [])
+    assert due(schedule, state) == (schedule, [])
 
 
 @pytest.mark.parametrize(
@@ -242,6 +262,7 @@ def test_the_pages_files_are_part_of_the_package() -> None:
     assert {"index.html", "main.js", "style.css"} <= {path.name for path in folder.iterdir()}
     project = (ROOT / "pyproject.toml").read_text()
     assert '"zenocap.services.animator.page" = ["static/*"]' in project
+    assert '"zenocap.common.web" = ["static/*"]' in project
 
 
 def test_scene_points_are_sent_unchanged_and_damaged_ones_are_not() -> None:
@@ -277,8 +298,7 @@ def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
 
 
 def test_frames_skipped_under_overload_are_losses_beside_the_dropped_ones() -> None:
-    state = after(health("viewer", "1", NOW, frames=60, dropped_frames=4, skipped_frames=36, kept_percent=67))
-    sent = json.loads(services_update(state, 0).data)
+    sent = services_of(health("viewer", "1", NOW, frames=60, dropped_frames=4, skipped_frames=36, kept_percent=67))
     row = next(row for row in sent["services"] if (row["name"], row["id"]) == ("viewer", "1"))
     assert row["losses"] == [["camera frames dropped", 4, 100], ["camera frames skipped under overload", 36, 100]]
 
@@ -288,15 +308,16 @@ def test_the_page_gets_what_is_left_out_under_overload() -> None:
         frame=0, captured_ns=1, keep=1, of=2, from_ns=1, phase_ns=0, fps=30.0, limit="viewers", viewers=["1"]
     )  # fmt: skip
     state = after(rate, m.TrackerDetail(frame=0, captured_ns=1, share=0.5))
-    reduced = json.loads(services_update(state, 0).data)["reduced"]
+    reduced = services_of(state=state)["reduced"]
     assert reduced == "reduced to 15 of 30 frames/s: processor of viewer 1; tracker with 50% of its points"
     full = m.FrameRate(frame=1, captured_ns=2, keep=1, of=1, from_ns=2, phase_ns=0, fps=30.0)
-    assert json.loads(services_update(after(full), 0).data)["reduced"] == ""
+    assert services_of(state=after(full))["reduced"] == ""
 
 
 def test_failed_and_dropped_commands_are_losses_of_the_recognizer() -> None:
-    state = after(health("recognizer", "main", NOW, commands_done=9, commands_failed=2, commands_dropped=1))
-    rows = json.loads(services_update(state, 0).data)["services"]
+    rows = services_of(health("recognizer", "main", NOW, commands_done=9, commands_failed=2, commands_dropped=1))[
+        "services"
+    ]
     (row,) = (row for row in rows if row["name"] == "recognizer")
     assert row["losses"] == [["commands failed", 2, 0], ["commands dropped", 1, 0]]
 
@@ -309,6 +330,5 @@ def test_the_page_explains_every_loss() -> None:
 
 
 def test_pages_know_whether_the_live_rig_records() -> None:
-    state = after(health("integrator", "main", NOW, log_messages=12, log_on=1), state=full())
-    found = json.loads(page_updates.recording_update(state).data)
+    found = json.loads(recording_update(heard(health("integrator", "main", NOW, log_messages=12, log_on=1))).data)
     assert found == {"type": "recording", "recording": True, "log": 12}

@@ -1,14 +1,17 @@
 """Saved files that pages can get: the latest ones, each at a path of its own that cannot be guessed."""
 
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from secrets import token_urlsafe
 from urllib.parse import quote
 
-from zenocap.services.animator.parameters import MAX_OFFERED, MAX_OFFERED_BYTES
+from zenocap.common.web.parameters import MAX_OFFERED, MAX_OFFERED_BYTES
 
 OFFERED_PATH = "/saved/"
+Answer = tuple[bytes, Mapping[str, str]]
+"""Body and headers."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,16 @@ class OfferedFiles:
             while len(self._files) > MAX_OFFERED:
                 del self._files[next(iter(self._files))]
         return address
+
+    def read(self, address: str) -> Answer | None:
+        """Content and headers of the file at a path; None where `at` has none."""
+        found = self.at(address)
+        try:
+            body = found.path.read_bytes() if found is not None else b""
+        except OSError:
+            return None
+        fields = {"Content-Type": "application/octet-stream"}
+        return None if found is None else (body, {**fields, "Content-Disposition": found.disposition})
 
     def at(self, address: str) -> OfferedFile | None:
         """The file at a path; None for another path, or for a file that was removed or has grown."""

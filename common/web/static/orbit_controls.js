@@ -11,6 +11,7 @@ const SLIDE_PER_PX = 0.0011;  // of the distance
 const ZOOM_PER_PX = 0.0015;
 const KEY_PX = 24;  // of the pointer that one press of an arrow key stands for
 const KEY_ZOOM = 1.1;
+const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
 const MAX_WHEEL_PX = 120;  // of one wheel event
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
@@ -64,6 +65,10 @@ export function orbitControls(scene) {
   const controls = {
     follows: true,  // keep the person in the picture
     look(name) { Object.assign(eye, PRESETS[name]); controls.follows = true; scene.requestDraw(); },
+    // Move the look-at point by a share of the way to a person, unless the picture was slid away.
+    follow(position, share = FOLLOW_SHARE) {
+      if (controls.follows) for (const axis of [0, 2]) eye.target[axis] += share * (position[axis] - eye.target[axis]);
+    },
     turn, zoom,
   };
   return controls;

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate, PageQueue
-from zenocap.services.animator.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
+from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, PageQueue
+from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
+
+FEEDS = ("live", "take")
 
 
 def update(key: str, number: int) -> EncodedUpdate:
@@ -22,7 +24,7 @@ def taken(page: PageQueue) -> list[int] | None:
 
 
 def new_broadcaster(on_first_page: Callable[[], None] = lambda: None) -> Broadcaster:
-    return Broadcaster(asyncio.new_event_loop(), on_first_page)
+    return Broadcaster(asyncio.new_event_loop(), on_first_page, FEEDS)
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 99)), min_size=1))
@@ -55,7 +57,7 @@ def test_a_page_never_has_more_than_the_maximum_of_unacknowledged_lists(steps: l
 
 
 def test_updates_of_a_feed_reach_its_pages_and_updates_of_no_feed_reach_all() -> None:
-    broadcaster, live, take = new_broadcaster(), PageQueue(), PageQueue(feed="take")
+    broadcaster, live, take = new_broadcaster(), PageQueue("live"), PageQueue("take")
     broadcaster.add(live)
     broadcaster.add(take)
     broadcaster.put("live", (update("pose", 1),))
@@ -66,7 +68,7 @@ def test_updates_of_a_feed_reach_its_pages_and_updates_of_no_feed_reach_all() ->
 
 
 def test_a_page_that_opens_or_changes_its_feed_gets_the_latest_updates() -> None:
-    broadcaster, page = new_broadcaster(), PageQueue()
+    broadcaster, page = new_broadcaster(), PageQueue("live")
     broadcaster.put("live", (update("pose", 1), update("body", 7)))
     broadcaster.put("live", (update("pose", 2),))
     broadcaster.put("take", (update("pose", 9),))
@@ -79,7 +81,7 @@ def test_a_page_that_opens_or_changes_its_feed_gets_the_latest_updates() -> None
 def test_the_callback_is_called_whenever_a_first_page_opens() -> None:
     opened: list[int] = []
     broadcaster = new_broadcaster(lambda: opened.append(1))
-    first, second = PageQueue(), PageQueue()
+    first, second = PageQueue("live"), PageQueue("live")
     broadcaster.add(first)
     broadcaster.add(second)
     assert len(opened) == 1
@@ -92,7 +94,7 @@ def test_the_callback_is_called_whenever_a_first_page_opens() -> None:
 def test_pages_beyond_the_maximum_are_refused() -> None:
     broadcaster = new_broadcaster()
     for _ in range(MAX_PAGES):
-        broadcaster.add(PageQueue())
+        broadcaster.add(PageQueue("live"))
     with pytest.raises(ValueError, match=f"{MAX_PAGES} pages are open already"):
-        broadcaster.add(PageQueue())
+        broadcaster.add(PageQueue("live"))
     assert broadcaster.pages == MAX_PAGES

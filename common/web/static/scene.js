@@ -30,7 +30,6 @@ export class Scene {
     this.drawn = 0;
     this.waiting = false;
     this.shift = [0, 0];  // of the centre of the picture to the area free of panels, in halves of the page
-    this.light = 0;  // 1 in a light room
     this.quality = 0;  // index of SCALES
     this.pauseMs = 0;  // after each picture
     this.times = [];
@@ -47,6 +46,10 @@ export class Scene {
     this.sheet = this.renderer.mesh(new Float32Array(0), [3, 2]);
     this.shadow = this.renderer.target(SHADOW_PX);
     new ResizeObserver(() => this.requestDraw()).observe(canvas);
+    const room = matchMedia('(prefers-color-scheme: light)');
+    const showRoom = () => { this.light = Number(room.matches); this.requestDraw(); };  // 1 in a light room
+    room.addEventListener('change', showRoom);
+    showRoom();
   }
 
   // Draw at the next screen refresh after the last drawing has finished: a slow machine skips pictures and stays responsive.

@@ -5,11 +5,13 @@ after its acknowledgement.  A slow page therefore skips frames without delay, an
 """
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from zenocap.services.animator.page.page_messages import Feed
-from zenocap.services.animator.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
+import msgspec
+
+from zenocap.common.web.messages import encode
+from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
 
 
 @dataclass(frozen=True)
@@ -20,19 +22,24 @@ class EncodedUpdate:
     data: bytes
 
 
+def encoded(key: str, update: msgspec.Struct) -> EncodedUpdate:
+    """An update of a page as JSON."""
+    return EncodedUpdate(key, encode(update))
+
+
 @dataclass(eq=False)
 class PageQueue:
     """Updates for one open page.
 
-    waiting: updates by key, in the order in which their keys first came.  sent, superseded: number of updates.
+    feed: name of what it shows.  waiting: updates by key, in the order in which their keys first came.
+    superseded: number of updates that were replaced.
     unacknowledged: lists that were sent and not acknowledged.
     """
 
-    feed: Feed = "live"
+    feed: str = ""
     waiting: dict[str, bytes] = field(default_factory=dict)
     ready: asyncio.Event = field(default_factory=asyncio.Event)
     unacknowledged: int = 0
-    sent: int = 0
     superseded: int = 0
 
     def put(self, update: EncodedUpdate) -> None:
@@ -45,7 +52,6 @@ class PageQueue:
         """Return all waiting updates as one JSON list; waits for an update, and for the page's acknowledgements."""
         await self.ready.wait()
         updates, self.waiting = self.waiting, {}
-        self.sent += len(updates)
         self.unacknowledged += 1
         self._set_ready()
         return b"[" + b",".join(updates.values()) + b"]"
@@ -66,13 +72,16 @@ class Broadcaster:
     """Sends updates to all open pages.  Belongs to one asyncio loop; `publish`, `clear` and `pages` are thread-safe.
 
     on_first_page: called in the loop when a page opens and none was open: the full state must be published again.
+    feeds: names of what a page can show; a page has one of them.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, on_first_page: Callable[[], None]) -> None:
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, on_first_page: Callable[[], None], feeds: Sequence[str] = ("",)
+    ) -> None:
         self._loop = loop
         self._on_first_page = on_first_page
         self._pages: set[PageQueue] = set()
-        self._latest: dict[Feed, dict[str, bytes]] = {"live": {}, "take": {}}
+        self._latest: dict[str, dict[str, bytes]] = {feed: {} for feed in feeds}
 
     @property
     def pages(self) -> int:
@@ -84,20 +93,21 @@ class Broadcaster:
         """Number of updates that wait for the slowest page."""
         return max((len(page.waiting) for page in tuple(self._pages)), default=0)
 
-    def publish(self, feed: Feed | None, updates: Iterable[EncodedUpdate]) -> None:
-        """Send updates to all pages that show a feed; to all pages for None."""
+    def publish(self, feed: str | None, updates: Iterable[EncodedUpdate], *, kept: bool = True) -> None:
+        """Send updates to all pages that show a feed; to all pages for None.  kept: also to pages that open later."""
         if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self.put, feed, tuple(updates))
+            self._loop.call_soon_threadsafe(self.put, feed, tuple(updates), kept)
 
-    def clear(self, feed: Feed) -> None:
+    def clear(self, feed: str) -> None:
         """Discard the latest updates of a feed, which pages that open later would get."""
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._latest[feed].clear)
 
-    def put(self, feed: Feed | None, updates: tuple[EncodedUpdate, ...]) -> None:
+    def put(self, feed: str | None, updates: tuple[EncodedUpdate, ...], kept: bool = True) -> None:
         """Same as `publish`, called in the loop."""
-        for one in (feed,) if feed else self._latest:
-            self._latest[one].update((update.key, update.data) for update in updates)
+        for one in self._latest if feed is None else (feed,):
+            if kept:
+                self._latest[one].update((update.key, update.data) for update in updates)
         for page in self._pages:
             if feed in (None, page.feed):
                 for update in updates:
@@ -115,7 +125,7 @@ class Broadcaster:
     def remove(self, page: PageQueue) -> None:
         self._pages.discard(page)
 
-    def select_feed(self, page: PageQueue, feed: Feed) -> None:
+    def select_feed(self, page: PageQueue, feed: str) -> None:
         """Change the feed that a page shows."""
         page.feed = feed
         self.send_latest(page)
@@ -123,8 +133,3 @@ class Broadcaster:
     def send_latest(self, page: PageQueue) -> None:
         for key, data in self._latest[page.feed].items():
             page.put(EncodedUpdate(key, data))
-
-    @property
-    def latest(self) -> Mapping[Feed, Mapping[str, bytes]]:
-        """Latest updates by feed and key, which a page gets when it opens."""
-        return self._latest

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.services.animator.page.test_server import TOKEN, fetched
+from tests.common.web.test_server import TOKEN, fetched
 from tests.support.animator_stand_in import stand_in
-from zenocap.services.animator.page import offered_files as module
-from zenocap.services.animator.page.offered_files import OfferedFiles
-from zenocap.services.animator.parameters import MAX_OFFERED
+from zenocap.common.web import offered_files as module
+from zenocap.common.web.offered_files import OfferedFiles
+from zenocap.common.web.parameters import MAX_OFFERED
 
 
 def test_the_latest_files_are_offered(tmp_path: Path) -> None:
@@ -35,8 +35,8 @@ def test_a_large_file_is_not_offered(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_file_is_sent_with_its_name_only_with_the_token(tmp_path: Path) -> None:
     (tmp_path / "my walk ö.bvh").write_bytes(b"HIERARCHY")
     with stand_in(tmp_path, token=TOKEN) as animator:
-        assert animator.bridge._server is not None
-        path = animator.bridge._server.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
+        assert animator.bridge._feed is not None
+        path = animator.bridge._feed.page.server.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
         base, _, query = animator.address.partition("?")
         status, headers, body = fetched(f"{base}{path}?{query}")
         assert (status, body) == (200, b"HIERARCHY")

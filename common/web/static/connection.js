@@ -3,6 +3,11 @@
 const FIRST_PAUSE_MS = 250;  // before reconnecting; doubled after every failure
 const MAX_PAUSE_MS = 4000;
 
+// WebSocket of this server; the query has the token of the page.
+export function socketAt(path, query = location.search) {
+  return new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}${path}${query}`);
+}
+
 export class Connection {
   // handlers: by type of update.  onChange: called with whether the animator is connected.
   // patient: a list is acknowledged when what its handlers return is done, such as the decoding of a picture.
@@ -15,8 +20,7 @@ export class Connection {
   }
 
   open() {
-    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
-    this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
+    this.socket = socketAt('/socket');
     this.socket.onopen = () => { this.pause = FIRST_PAUSE_MS; this.onChange(true); };
     this.socket.onmessage = ({ data }) => {
       const results = [];

@@ -15,14 +15,14 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import InvalidStatus
 
-from tests.services.animator.page.test_server import fetched, talk, updates_until
+from tests.common.web.test_server import fetched, talk, updates_until
 from tests.support.animator_stand_in import stand_in
 from tests.support.bare_connections import bare_connections
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.services.animator.connections import WaitingConnections
-from zenocap.services.animator.page import server as server_module
-from zenocap.services.animator.parameters import MAX_WAITING
+from zenocap.common.web import server as server_module
+from zenocap.common.web.access import Connections
+from zenocap.common.web.parameters import MAX_WAITING
 
 SPARE = 350  # descriptors that the process may still open: more than MAX_WAITING
 
@@ -96,13 +96,13 @@ def test_an_open_page_does_not_count_as_waiting(tmp_path: Path) -> None:
 
 def test_the_oldest_waiting_connection_makes_room() -> None:
     closed: list[int] = []
-    waiting = WaitingConnections(3)
+    waiting = Connections(logging.getLogger("test"), most=3)
     for number in range(5):
         waiting.add(number, lambda number=number: closed.append(number))
     waiting.remove(3)
     waiting.remove(99)
     assert closed == [0, 1]
-    assert (len(waiting), waiting.displaced) == (2, 2)
+    assert (len(waiting), waiting.counts()) == (2, {"displaced": 2})
 
 
 @pytest.mark.parametrize("data", [b"\x16\x03\x01" + bytes(200) + b"\r\n\r\n", b"x\r\n\r\n"])

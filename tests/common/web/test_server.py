@@ -19,8 +19,9 @@ from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Preview, Request
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.server import PageServer, animator_content
-from zenocap.services.animator.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
+from zenocap.common.web.messages import Decoder
+from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
+from zenocap.common.web.server import PageContent, PageServer
 
 TOKEN = "a-token-of-sixteen-letters"
 T = TypeVar("T")
@@ -169,7 +170,8 @@ def test_a_page_that_never_reads_skips_frames_and_costs_no_memory(tmp_path: Path
                 large = Preview(frame=k, captured_ns=0, viewer="1", jpeg=bytes(200_000))
                 animator.receive(large, bap(k, animator.clock.now_ns(), pose_at(k / 60)))
                 seen += sum(update["type"] == "pose" for update in await updates_of(reading))
-            return seen, animator.bridge.longest_queue
+            assert animator.bridge._feed is not None
+            return seen, animator.bridge._feed.page.updates.longest_queue
 
     with stand_in(tmp_path) as animator:
         animator.begin()
@@ -218,7 +220,8 @@ def test_a_port_in_use_is_one_clear_error() -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        server = PageServer(PageTable(port=port), lambda page, command: None, lambda: None, animator_content())
+        content: PageContent[object] = PageContent({}, Decoder(None), "animator", "animator.page.")
+        server = PageServer(PageTable(port=port), lambda page, command: None, lambda: None, content)
         with pytest.raises(
             UserError, match=rf"animator.page: 127.0.0.1:{port} cannot be served.*another animator.page.port"
         ):
@@ -242,8 +245,8 @@ def test_a_command_that_is_too_long_closes_that_page_only(tmp_path: Path) -> Non
 
 def test_the_page_sets_html_from_its_own_literals_only() -> None:
     """Health, labels and names of takes are texts of others: only `textContent`, never markup."""
-    static = ROOT / "services" / "animator" / "page" / "static"
-    scripts = "\n".join(path.read_text() for path in sorted(static.glob("*.js")))
+    folders = (ROOT / "services" / "animator" / "page" / "static", ROOT / "common" / "web" / "static")
+    scripts = "\n".join(path.read_text() for folder in folders for path in sorted(folder.glob("*.js")))
     assert not re.search(r"outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", scripts)
     values = re.findall(r"\.innerHTML\s*\+?=\s*(.*)", scripts)
     assert values

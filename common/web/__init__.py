@@ -1,0 +1,1 @@
+"""The one server of web pages: files, updates, commands, and who may connect."""

@@ -1,0 +1,102 @@
+"""A page: updates to all browsers that show it, and their commands in the order in which they came."""
+
+import queue
+import time
+from collections.abc import Callable, Iterator
+from typing import Generic
+
+import msgspec
+
+from zenocap.common.rig.animator import PageTable
+from zenocap.common.web.broadcast import Broadcaster, PageQueue, encoded
+from zenocap.common.web.messages import C, NoticeUpdate
+from zenocap.common.web.parameters import MOST_COMMANDS
+from zenocap.common.web.server import PageContent, PageServer
+
+NOTICE = "notice"  # key of a line of text for the user
+
+
+def _never(page: PageQueue, command: object) -> bool:
+    return False
+
+
+class Page(Generic[C]):
+    """Served from `open` to `close`.
+
+    direct: is called with each command in the server's thread and returns whether that is all; other commands wait for
+    `commands`.  Raises ValueError with the reason for one that is refused.
+    wake: is called in the server's thread when a command waits, and when a page opens while none was open.
+    openings: how often the latter happened: the full state must then be published again.
+    """
+
+    def __init__(
+        self,
+        table: PageTable,
+        content: PageContent[C],
+        direct: Callable[[PageQueue, C], bool] = _never,
+        wake: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._direct, self._wake = direct, wake
+        self._commands: queue.Queue[C] = queue.Queue(MOST_COMMANDS)
+        self.openings = 0
+        self.server = PageServer(table, self._receive, self._first_page_opened, content)
+
+    @property
+    def address(self) -> str:
+        """URL of the page, token included."""
+        return self.server.address
+
+    @property
+    def updates(self) -> Broadcaster:
+        """The distribution of updates, for several at once."""
+        return self.server.broadcaster
+
+    @property
+    def pages(self) -> int:
+        """Number of open pages."""
+        return self.updates.pages
+
+    def open(self) -> None:
+        """Serve the page.  Raises UserError."""
+        self.server.start()
+
+    def close(self) -> None:
+        self.server.close()
+
+    def publish(self, key: str, update: msgspec.Struct, feed: str | None = None) -> None:
+        """Send an update to all pages that show a feed; to all pages for None.  Pages that open later get no old notice."""
+        self.updates.publish(feed, [encoded(key, update)], kept=key != NOTICE)
+
+    def notice(self, text: str) -> None:
+        """Show a line of text on all open pages."""
+        self.publish(NOTICE, NoticeUpdate(text))
+
+    def commands(self) -> Iterator[C]:
+        """The commands that wait."""
+        while not self._commands.empty():
+            yield self._commands.get()
+
+    def run(
+        self, stopped: Callable[[], bool], handle: Callable[[C], None], turn: Callable[[], bool], pause_s: float
+    ) -> None:
+        """Handle commands and call `turn` until `stopped`; there is a pause where neither had anything to do."""
+        while not stopped():
+            busy = False
+            for command in self.commands():
+                handle(command)
+                busy = True
+            if not (turn() or busy):
+                time.sleep(pause_s)
+
+    def _first_page_opened(self) -> None:
+        self.openings += 1
+        self._wake()
+
+    def _receive(self, page: PageQueue, command: C) -> None:
+        if self._direct(page, command):
+            return
+        try:
+            self._commands.put_nowait(command)
+        except queue.Full:
+            raise ValueError("refused: too many commands wait") from None
+        self._wake()

@@ -19,7 +19,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.observe.losses import lost
 from zenocap.common.observe.view import RigView
-from zenocap.common.recording.summary import messages_in
+from zenocap.common.recording.take_account import take_account
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
@@ -250,7 +250,7 @@ class Supervisor:
 def _content(path: Path) -> str:
     """Number of messages of a take as text."""
     try:
-        return f"{messages_in(path)} messages"
+        return f"{take_account(path).messages} messages"
     except UserError as error:
         return printable(error)
 

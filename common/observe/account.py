@@ -104,15 +104,12 @@ class Account:
 
     def add(self, event: Envelope | Alive) -> None:
         """Count a message, or note that a service has ended."""
-        match event:
-            case Envelope(key=key, message=message, received_ns=at_ns):
-                self.add_message(key, at_ns, message if isinstance(message, Health) else None)
-            case Alive(service=service, id=id, alive=False, received_ns=at_ns):
-                sender = self._senders.get((service, id))
-                if sender is not None and sender.lives:
-                    next(reversed(sender.lives.values())).gone_ns = at_ns
-            case _:
-                pass
+        if isinstance(event, Envelope):
+            self.add_message(event.key, event.received_ns, event.message if isinstance(event.message, Health) else None)
+        elif not event.alive:
+            sender = self._senders.get((event.service, event.id))
+            if sender is not None and sender.lives:
+                next(reversed(sender.lives.values())).gone_ns = event.received_ns
 
     def add_message(self, key: str, at_ns: int, health: Health | None = None) -> None:
         """Count a message.  health: the message, when it is one."""

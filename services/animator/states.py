@@ -8,9 +8,10 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.observe.bodies import NO_BODIES, Bodies
+from zenocap.common.observe.bodies import Source as Source
 
 Service = tuple[str, str]  # name and id
-Source = Literal["two-view", "tracker"]  # estimator of a pose
 Condition = Literal["ok", "starting", "stale", "gone"]
 
 
@@ -22,15 +23,6 @@ class Setup:
     """
 
     expected: tuple[Service, ...] = ()
-
-
-@dataclass(frozen=True)
-class SourceBody:
-    """Body definition of a source.  message: the one it was decoded from, compared by identity to detect changes."""
-
-    anatomy: Anatomy
-    bdp: Bdp
-    message: m.Body
 
 
 @dataclass(frozen=True)
@@ -89,7 +81,7 @@ class State:
     """
 
     now_ns: int = 0
-    bodies: Mapping[Source, SourceBody] = field(default_factory=dict)
+    bodies: Bodies = field(default_factory=lambda: NO_BODIES)
     actors: Mapping[Source, Actor] = field(default_factory=dict)
     services: Mapping[Service, ServiceRecord] = field(default_factory=dict)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from statistics import median
 from typing import Literal
 
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
-from zenocap.common.messages import Handled, Health, TrackerPose, UniversalBap
+from zenocap.common.messages import BothWaysPose, Handled, Health, TrackerPose, UniversalBap
 from zenocap.common.observe.view import RigView, ServiceRow, ServiceView, observed, rows, without
 from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock_offset import Offset, offset_at, offset_in, to_integrator_ns
@@ -69,7 +69,7 @@ class RigObservations:
                     self.ignored += 1
             case Envelope(message=UniversalBap(lost=lost) as pose):
                 self._add_pose("two-view", "person" in lost, pose.captured_ns, event.received_ns)
-            case Envelope(message=TrackerPose(lost=lost) as pose):
+            case Envelope(message=TrackerPose(lost=lost) as pose) if not isinstance(pose, BothWaysPose):  # another of it
                 self._add_pose("tracker", lost, pose.captured_ns, event.received_ns)
             case Envelope(message=Handled() as handled) if (handled.service, handled.id) in PAIRING:
                 self._set_times(handled)

@@ -9,7 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
-from zenocap.common.messages import Assignment, Health, PartialBap, Sighting, Silhouette, TrackerPose, UniversalBap
+from zenocap.common.messages import (
+    Assignment,
+    BothWaysPose,
+    Health,
+    PartialBap,
+    Sighting,
+    Silhouette,
+    TrackerPose,
+    UniversalBap,
+)
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at, offset_in, to_integrator_ns
 from zenocap.tools.traces.parameters import KEPT, MATCH_NS, MAX_AGE_NS, MOST_VIEWERS
 
@@ -64,7 +73,7 @@ class Instants:
                 self._add("assigned", "", message.captured_ns, event)
             case Envelope(message=PartialBap(viewer=viewer) as message):
                 self._add("limbs", viewer, to_integrator_ns(message.captured_ns, self._offsets.get(viewer)), event)
-            case Envelope(message=TrackerPose() as message):
+            case Envelope(message=TrackerPose() as message) if not isinstance(message, BothWaysPose):  # of a recorded one
                 return self._way(message, event, "tracker")
             case Envelope(message=UniversalBap() as message):
                 return self._way(message, event, "two-view")

@@ -1,6 +1,7 @@
 """Ways of instants from messages: parts, clocks, missing messages, every N-th."""
 
 import pytest
+from msgspec import structs
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope, RoundTrip
@@ -78,6 +79,13 @@ def test_one_of_n_is_traced():
         instants.receive(silhouette("1", START_NS + k * 33 * MS, START_NS + k * 33 * MS + 5 * MS))
         found.append(instants.receive(pose(START_NS + k * 33 * MS, START_NS + k * 33 * MS + 20 * MS)) is not None)
     assert found == [True, False, False] * 3
+
+
+def test_a_pose_of_both_passes_has_no_way_of_its_own():
+    instants = with_clock(Instants("rig", 1))
+    instants.receive(silhouette("1", START_NS, START_NS + 8 * MS))
+    message = m.BothWaysPose(**structs.asdict(pose(START_NS, 0).message), backward={})
+    assert instants.receive(heard(message, START_NS + 25 * MS)) is None
 
 
 @pytest.mark.parametrize("late_ns", [61 * S, -61 * S])

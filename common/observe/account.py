@@ -13,12 +13,10 @@ import msgspec
 from msgspec import structs
 
 from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.messages import Health
+from zenocap.common.messages import ENDED, PROCESS, SENT, Health
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, TOPICS, Queueing, Topic, service_at, topic_at
 
-SENT = "sent."  # counts of a health: prefix of each topic's
-PROCESS, ENDED = "process", "ended"  # random number of the process; 1 in its last health
 METADATA = "account"  # name in a take
 MAX_SERVICES = 256  # whose messages are counted; chosen by hand
 MAX_LIVES = 1024  # processes of all services; chosen by hand

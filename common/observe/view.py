@@ -10,8 +10,7 @@ from typing import Literal, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Envelope, Received, RoundTrip
 from zenocap.common.camera_advice import marks
-from zenocap.common.messages import CameraAdvice, Health
-from zenocap.common.observe.account import PROCESS
+from zenocap.common.messages import PROCESS, CameraAdvice, Health
 from zenocap.common.observe.losses import lost
 from zenocap.common.rig.services import ServiceKey, sort_key, title
 from zenocap.common.runtime.clock_offset import ClockFilter, observe

@@ -13,8 +13,7 @@ from statistics import median
 
 from zenocap.common.bus.certificate import WARNED_DAYS, expiry_text
 from zenocap.common.bus.protocol import Counters
-from zenocap.common.messages import Health, Phase
-from zenocap.common.observe.account import PROCESS, SENT
+from zenocap.common.messages import PROCESS, SENT, Health, Phase
 from zenocap.common.runtime.clock_offset import Offset
 
 RING = 256  # durations kept per stage

@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from zenocap.common.messages import FrameRate, Message, Phase
-from zenocap.common.observe.account import ENDED
+from zenocap.common.messages import ENDED, FrameRate, Message, Phase
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
 from zenocap.common.runtime.frame_rate import FrameChoice

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from zenocap.common.observe.account import SENT, Account, Line, Span
+from zenocap.common.messages import SENT
+from zenocap.common.observe.account import Account, Line, Span
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.take_account import Place, TakeAccount, readable
 from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from zenocap.common.camera_advice import take_lines
-from zenocap.common.observe.account import ENDED, SENT
+from zenocap.common.messages import ENDED, SENT
 from zenocap.common.rig.services import title
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.recordings.info import AccountLine, Info

@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from zenocap.common import messages as m
-from zenocap.common.observe.account import PROCESS
+from zenocap.common.messages import PROCESS
 from zenocap.common.runtime.frame_rate import describe, share_of
 
 

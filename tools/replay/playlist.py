@@ -10,8 +10,7 @@ import msgspec
 from zenocap.common import codec
 from zenocap.common.bus.inbox import disagreeing_name
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.messages import Health
-from zenocap.common.observe.account import ENDED, PROCESS, SENT
+from zenocap.common.messages import ENDED, PROCESS, SENT, Health
 from zenocap.common.recording.reader import Recorded, envelope
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import Queueing, Topic, topic_at

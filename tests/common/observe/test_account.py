@@ -9,8 +9,8 @@ from tests.common.bus.test_inbox import bap
 from tests.common.bus.test_local import bdp
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
-from zenocap.common.messages import Phase
-from zenocap.common.observe.account import ENDED, METADATA, PROCESS, Account, Line, read_account
+from zenocap.common.messages import ENDED, PROCESS, Phase
+from zenocap.common.observe.account import METADATA, Account, Line, read_account
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.take_account import take_account

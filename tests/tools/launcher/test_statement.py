@@ -19,8 +19,8 @@ from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
-from zenocap.common.messages import Health, Message, Phase
-from zenocap.common.observe.account import ENDED, Account, Line
+from zenocap.common.messages import ENDED, Health, Message, Phase
+from zenocap.common.observe.account import Account, Line
 from zenocap.common.observe.view import RigView, observed
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts, free_name

@@ -1,15 +1,18 @@
 """Conversion between messages, which are keyed by names, and arrays, which are ordered by an anatomy."""
 
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
-from zenocap.common.body.definition import Bdp
+from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints, Silhouette, TrackerPose, UniversalBap
 from zenocap.common.vision.mask_codec import unpack
+
+Bap: TypeAlias = UniversalBap | TrackerPose
 
 MAX_POINT_MM = 32767  # 16 bits
 MIN_FOCAL_PX = 1e-3  # chosen by hand
@@ -69,7 +72,20 @@ def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> F
     return angles
 
 
-def lost_parts(pose: UniversalBap | TrackerPose) -> Sequence[str]:
+def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
+    """Return a BAP as arrays; missing angles are those of the neutral pose.
+
+    Raises ValueError for an angle that the anatomy does not have.
+    """
+    return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))
+
+
+def is_lost(bap: Bap) -> bool:
+    """Whether the person is lost, so that the pose is invalid."""
+    return bap.lost if isinstance(bap, TrackerPose) else "person" in bap.lost
+
+
+def lost_parts(pose: Bap) -> Sequence[str]:
     """Names of the lost limbs of a pose, or "person"."""
     if isinstance(pose, TrackerPose):
         return ["person"] if pose.lost else pose.lost_limbs

@@ -5,9 +5,8 @@ import msgspec
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.one_euro import Filtered, OneEuro, filtered
-from zenocap.common.conversion import anatomy_of, angles_by_name
+from zenocap.common.conversion import Bap, anatomy_of, angles_by_name, is_lost, pose_of
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import Bap, is_lost, pose_of
 from zenocap.common.rig.animator import SMOOTHINGS, AnimatorTable, smoothing_problem
 
 

@@ -40,6 +40,8 @@ SizeTriple = tuple[Size, Size, Size]
 SCHEMA_VERSION = 1
 MOST_POINTS = 16384  # of one `ScenePoints`
 FILM_PART_BYTES = 1 << 20  # of a film, in one reply
+SENT = "sent."  # counts of a health: beginning of the numbers of messages sent, by name of the topic
+PROCESS, ENDED = "process", "ended"  # random number of the process; 1 in its last health
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

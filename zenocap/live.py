@@ -12,17 +12,15 @@ from typing import Self
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.common.conversion import is_lost
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import is_lost, pose_of
 from zenocap.common.live_smoothing import LiveSmoothing, live_smoothing
-from zenocap.common.messages import Body, TrackerBdp, TrackerPose, UniversalBap, UniversalBdp
+from zenocap.common.messages import TrackerPose
+from zenocap.common.observe.bodies import NO_BODIES, Bodies, Posed, posed, source_of
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.security import security_of
 from zenocap.common.runtime.clock import RealClock
@@ -72,7 +70,7 @@ class Subscription:
 
     def __init__(self, bus: ZenohBus, timeout_s: float | None, smoothing: LiveSmoothing | None = None) -> None:
         self._bus, self._timeout_s, self._smoothing = bus, timeout_s, smoothing
-        self._bodies: dict[type[UniversalBap | TrackerPose], tuple[Anatomy, Bdp]] = {}
+        self._bodies: Bodies = NO_BODIES
         self._closed = False
         for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
             bus.subscribe(topic)
@@ -85,14 +83,15 @@ class Subscription:
             if not isinstance(event, Envelope):
                 continue
             message = event.message if self._smoothing is None else self._smoothing.message(event.message)
-            match message:
-                case UniversalBdp(body=body):
-                    self._define(UniversalBap, body)
-                case TrackerBdp(body=body):
-                    self._define(TrackerPose, body)
-                case UniversalBap() | TrackerPose() as bap if type(bap) in self._bodies:
-                    anatomy, bdp = self._bodies[type(bap)]
-                    return _live_pose(anatomy, bdp, bap)
+            try:
+                self._bodies, found = posed(self._bodies, message)
+            except ValueError as error:  # published by another version: its poses cannot be interpreted here
+                logger.warning("body ignored: %s", error)
+                other = source_of(message)
+                self._bodies = {source: body for source, body in self._bodies.items() if source != other}
+                continue
+            if found is not None:
+                return _live_pose(found)
         return None
 
     def __iter__(self) -> Iterator[LivePose]:
@@ -117,14 +116,6 @@ class Subscription:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
-
-    def _define(self, kind: type[UniversalBap | TrackerPose], body: Body) -> None:
-        try:
-            anatomy = anatomy_of(body)
-            self._bodies[kind] = anatomy, bdp_of(anatomy, body)
-        except ValueError as error:  # published by another version: its poses cannot be interpreted here
-            logger.warning("body ignored: %s", error)
-            self._bodies.pop(kind, None)
 
 
 def subscribe(
@@ -169,11 +160,11 @@ def subscribe(
     return Subscription(ZenohBus.open(options, name, RealClock()), timeout_s, smoothing)
 
 
-def _live_pose(anatomy: Anatomy, bdp: Bdp, bap: UniversalBap | TrackerPose) -> LivePose:
-    pose = pose_of(anatomy, bap)
+def _live_pose(posed: Posed) -> LivePose:
+    anatomy, pose, bap = posed.anatomy, posed.pose, posed.message
     angles = dict(zip(anatomy.angles, pose.angles.tolist(), strict=True))
     names = tuple(marker.name for marker in anatomy.markers)
-    centres = joint_centres(anatomy, bdp, pose)
+    centres = joint_centres(anatomy, posed.body, pose)
     limbs, heading = (bap.limbs, bap.heading) if isinstance(bap, TrackerPose) else ({}, None)
     position = np.asarray(pose.position)
     return LivePose(bap.frame, bap.captured_ns, position, angles, names, centres, is_lost(bap), limbs, heading)

@@ -14,10 +14,11 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.body.keypoints import Keypoints, keypoints
+from zenocap.common.conversion import Bap, is_lost, pose_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS, format_of
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.take_poses import TOPICS_USED, Bap, Summary, is_lost, limbs_of, pose_of, summary_of
+from zenocap.common.formats.take_poses import TOPICS_USED, Summary, limbs_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording

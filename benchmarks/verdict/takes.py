@@ -25,8 +25,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.bus.protocol import Tick
-from zenocap.common.conversion import bdp_of
-from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import Options, Setup

@@ -5,6 +5,7 @@ Messages are delivered in the order of `publish`: equal sequences of calls give 
 
 import logging
 import re
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from types import TracebackType
@@ -61,7 +62,7 @@ class LocalBus:
         self._subscriptions: list[_Subscription] = []
         self._watches_alive = False
         self._sent: set[str] = set()
-        self._sent_in_all = 0
+        self._sent_in_all: Counter[str] = Counter()  # by name of the topic
 
     @property
     def rig(self) -> str:
@@ -69,7 +70,7 @@ class LocalBus:
 
     @property
     def counters(self) -> Counters:
-        return replace(self._inbox.counters, sent=self._sent_in_all)
+        return replace(self._inbox.counters, sent=dict(self._sent_in_all))
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self.rig, topic, message, names)
@@ -86,7 +87,8 @@ class LocalBus:
         if topic.queueing is Queueing.LATCHED:
             self._network.kept[key] = (topic, data)
         self._sent.add(key)
-        self._sent_in_all += counts_as_sent(topic)
+        if counts_as_sent(topic):
+            self._sent_in_all[topic.name] += 1
         for bus in self._network.buses:
             bus.deliver(key, data)
 

@@ -73,7 +73,7 @@ class Counters:
     rejected: by reason ("invalid", "version", "names", "size").  dropped: by limit ("superseded", "queue_full",
     "too_many_keys"); superseded messages of LATEST topics are normal.  queued: messages and events that wait.
     certificate_days: whole days until the own certificate expires, None for a rig without certificates.
-    sent: messages published on keys of services, without those of LATCHED topics; None when not counted.
+    sent: messages published on keys of services, by name of the topic, without those of LATCHED topics.
     """
 
     received: int
@@ -81,7 +81,7 @@ class Counters:
     dropped: Mapping[str, int]
     queued: int = 0
     certificate_days: int | None = None
-    sent: int | None = None
+    sent: Mapping[str, int] = field(default_factory=dict)
 
 
 class BusError(UserError):

@@ -99,7 +99,7 @@ class ZenohBus:
         self._asked = 0
         self._expiry = Expiry(certificate, logger) if certificate is not None else None
         self._sent: Counter[str] = Counter()  # by key, since the last flow-control query
-        self._sent_in_all = 0
+        self._sent_in_all: Counter[str] = Counter()  # by name of the topic
 
     @classmethod
     def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
@@ -114,7 +114,7 @@ class ZenohBus:
 
     @property
     def counters(self) -> Counters:
-        counters = replace(self._inbox.counters, sent=self._sent_in_all)
+        counters = replace(self._inbox.counters, sent=dict(self._sent_in_all))
         if self._expiry is None:
             return counters
         return replace(counters, certificate_days=self._expiry.days_left(self._clock.now_ns()))
@@ -150,7 +150,8 @@ class ZenohBus:
         except zenoh.ZError as error:
             raise BusError(f"{key} cannot be published: {error}") from error
         self._sent[key] += 1
-        self._sent_in_all += counts_as_sent(topic)
+        if counts_as_sent(topic):
+            self._sent_in_all[topic.name] += 1
 
     def _publisher(self, topic: Topic, key: str) -> _Publisher:
         publisher = self._publishers.get(key)

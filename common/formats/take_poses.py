@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, lost_parts
+from zenocap.common.conversion import Bap, anatomy_of, bdp_of, is_lost, lost_parts, pose_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
@@ -27,7 +26,6 @@ from zenocap.common.topics import (
     UNIVERSAL_BDP,
 )
 
-Bap: TypeAlias = m.UniversalBap | m.TrackerPose
 NO_VIEW = ("", np.nan)
 TOPICS_USED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE)
 USED_ROLE = "used"  # role of a view in the tracker
@@ -217,11 +215,6 @@ def _body_of(path: Path, kind: type[Bap], body: m.Body | None, poses: int) -> tu
         raise UserError(f"{path}: {error}") from error
 
 
-def is_lost(bap: Bap) -> bool:
-    """Whether the person is lost, so that the pose is invalid."""
-    return bap.lost if isinstance(bap, m.TrackerPose) else "person" in bap.lost
-
-
 def limbs_of(baps: Sequence[Bap]) -> dict[str, Floats]:
     """(n,) confidence by limb of n poses, NaN where unknown; empty without any."""
     stated = [bap.limbs if isinstance(bap, m.TrackerPose) else {} for bap in baps]
@@ -235,11 +228,3 @@ def views_of(bap: Bap) -> Mapping[str, tuple[str, float]]:
         return {viewer: (USED_ROLE, np.nan) for viewer in bap.views}
     viewers = dict.fromkeys([*bap.views, *bap.scores])
     return {viewer: (bap.views.get(viewer, ""), bap.scores.get(viewer, np.nan)) for viewer in viewers}
-
-
-def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
-    """Return a BAP as arrays; missing angles are those of the neutral pose.
-
-    Raises ValueError for an angle that the anatomy does not have.
-    """
-    return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))

@@ -10,7 +10,7 @@ from typing import Literal, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Envelope, Received, RoundTrip
 from zenocap.common.camera_advice import marks
-from zenocap.common.messages import CameraAdvice, Health
+from zenocap.common.messages import PROCESS, CameraAdvice, Health
 from zenocap.common.observe.losses import lost
 from zenocap.common.rig.services import ServiceKey, sort_key, title
 from zenocap.common.runtime.clock_offset import ClockFilter, observe
@@ -31,6 +31,7 @@ class ServiceView:
     """One service.  alive: whether its liveliness token exists.  since_ns: time of the token or first health.
 
     rates: the last ones, oldest first.  lately: losses between the last two health messages.
+    past: counts of its processes before the present one.
     """
 
     alive: bool
@@ -40,6 +41,11 @@ class ServiceView:
     rates: tuple[float, ...] = ()
     lately: int = 0
     advice: CameraAdvice | None = None
+    past: Mapping[str, int] = field(default_factory=lambda: _nothing())
+
+    def total(self, name: str) -> int:
+        """A count over all processes of the service."""
+        return self.past.get(name, 0) + (self.health.counts.get(name, 0) if self.health is not None else 0)
 
 
 def _nothing() -> Mapping[K, V]:
@@ -158,10 +164,21 @@ def _stored(view: RigView, key: ServiceKey, one: ServiceView) -> RigView:
 
 
 def _with_health(one: ServiceView, health: Health, at_ns: int) -> ServiceView:
-    """View after a health message.  A count that decreased means that the service was restarted."""
+    """View after a health message."""
     lately = lost(health.counts) - (lost(one.health.counts) if one.health else 0)
     rates = (*one.rates, health.rate)[-KEPT_RATES:]
-    return replace(one, health=health, health_ns=at_ns, rates=rates, lately=max(0, lately) if one.health else 0)
+    past = one.past
+    if one.health is not None and is_restarted(one.health, health):
+        past = {name: past.get(name, 0) + one.health.counts.get(name, 0) for name in {*past, *one.health.counts}}
+    return replace(
+        one, health=health, health_ns=at_ns, rates=rates, lately=max(0, lately) if one.health else 0, past=past
+    )  # fmt: skip
+
+
+def is_restarted(before: Health, after: Health) -> bool:
+    """Whether two healths of one service are of different processes; those of earlier versions have no number of it."""
+    processes = [health.counts.get(PROCESS) for health in (before, after)]
+    return processes[0] != processes[1] if None not in processes else after.frame <= before.frame
 
 
 def _row(view: RigView, key: ServiceKey, its_status: Status) -> ServiceRow:

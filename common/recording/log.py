@@ -3,13 +3,13 @@
 import logging
 import shutil
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
 
-from zenocap.common.bus.protocol import Alive, Bus, Envelope
-from zenocap.common.recording.arrivals import Arrivals
+from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
+from zenocap.common.observe.account import METADATA, Account
 from zenocap.common.recording.parts import Parts
 from zenocap.common.recording.writer import Recording, Statistics
 from zenocap.common.topics import HEALTH, TOPICS, Topic
@@ -23,7 +23,8 @@ DRAIN_S = 5.0  # longest time to write queued messages at the end; chosen by han
 class Log:
     """Records topics between `start` and `close`.  bus: a separate reader (`bus.reader()`); its queue is the buffer.
 
-    whole_rig: the bus receives every key of one rig, and all topics are recorded: messages that never arrive are counted.
+    whole_rig: the bus receives every key of one rig, and all topics are recorded: messages that never arrive are counted,
+    and each file ends with its `Account`.
     """
 
     def __init__(
@@ -32,7 +33,10 @@ class Log:
         self._bus = bus
         self._recording = recording
         self._topics = topics
-        self._arrivals = Arrivals() if whole_rig else None
+        self._whole_rig = whole_rig
+        self._accounts = Account(), Account()  # of the files before, and of the one that is written; one value, for threads
+        if whole_rig:
+            recording.closing = self._account
         self._space = DiskSpace(recording.path.parent)
         self._cpu_ns = 0
         self._closing = threading.Event()
@@ -40,13 +44,16 @@ class Log:
 
     def start(self) -> None:
         """Subscribe and start the thread."""
+        self.subscribe()
+        self._thread.start()
+
+    def subscribe(self) -> None:
         if self._recording.failure is None:
             # The health last: when it arrives, all that was sent after it does.
             for topic in sorted(self._topics, key=lambda topic: topic is HEALTH):
                 self._bus.subscribe(topic, every=True)
-            if self._arrivals is not None:
+            if self._whole_rig:
                 self._bus.watch_alive()
-        self._thread.start()
 
     @property
     def statistics(self) -> Statistics:
@@ -56,7 +63,7 @@ class Log:
         """
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        missing = self._arrivals.missing if self._arrivals is not None else 0
+        missing = sum(account.missing for account in self._accounts)
         return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
 
     @property
@@ -110,10 +117,7 @@ class Log:
         while self._recording.failure is None:
             closing = self._closing.is_set()
             event = self._bus.receive(0.0 if closing else FLUSH_S / 2)
-            if self._arrivals is not None and isinstance(event, Envelope | Alive):
-                self._arrivals.add(event)
-            if isinstance(event, Envelope):
-                self._recording.record(event)
+            self.handle(event)
             now_s = monotonic()
             if now_s >= flush_s:
                 self._recording.flush()
@@ -127,6 +131,20 @@ class Log:
                     break
         self._cpu_ns = thread_time_ns()
         self._bus.close()
+
+    def handle(self, event: Received | None) -> None:
+        """Write an event; called by the thread."""
+        if isinstance(event, Envelope):
+            self._recording.record(event)  # in a new file, if the one before is full: then its account is another one
+        if self._whole_rig and isinstance(event, Envelope | Alive):
+            self._accounts[1].add(event)
+
+    def _account(self) -> Mapping[str, Mapping[str, str]]:
+        """The account of a file, at its end; that of the next begins."""
+        before, now = self._accounts
+        now.dropped = sum(self._bus.counters.dropped.values()) - before.dropped
+        self._accounts = before.then(now, continued=before.end_ns > 0), Account()
+        return {METADATA: now.metadata()}
 
 
 logger = logging.getLogger(__name__)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.recording.writer import Recording, RecordingError, Statistics, TakeExists
+from zenocap.common.recording.writer import Closing, Recording, RecordingError, Statistics, TakeExists
 from zenocap.common.topics import Queueing
 
 logger = logging.getLogger(__name__)
@@ -81,6 +81,7 @@ class Parts:
         self._begin_bytes = 0  # of a part, before its messages
         self._standing: tuple[Statistics, Recording | None, Statistics] = (NOTHING, None, NOTHING)
         self._failure: str | None = None
+        self.closing: Closing = dict  # metadata to write at the end of each part
         self.path = path
         try:
             self._standing = (NOTHING, self._opened(path, start_ns, ""), NOTHING)
@@ -145,7 +146,7 @@ class Parts:
         if self._recording:
             self._replace_removed(last=True)
         if self._recording:
-            self._recording.close()
+            self._closed(self._recording)
         return self.statistics
 
     def _full(self, now_ns: int) -> bool:
@@ -158,7 +159,7 @@ class Parts:
     def _next_part(self, now_ns: int) -> None:
         """Close the part and open the next."""
         if self._recording:
-            self._recording.close()
+            self._closed(self._recording)
         before = self.statistics
         self._standing = (before, None, NOTHING)
         if before.failure:
@@ -172,7 +173,7 @@ class Parts:
         removal = recording.removal() if recording else None
         if recording is None or removal is None:
             return
-        path, now = self.path, recording.close()
+        path, now = self.path, self._closed(recording)
         gone = max(0, now.messages - repeated.messages) if removal == "deleted" else 0
         if gone:
             before = replace(before, lost=before.lost + now.lost + gone, unconverted=before.unconverted + now.unconverted)
@@ -191,6 +192,10 @@ class Parts:
             f": {gone} messages are lost" if gone else "",
             "" if last or self._failure else f"; the take continues in {self.path}",
         )
+
+    def _closed(self, recording: Recording) -> Statistics:
+        recording.closing = self.closing
+        return recording.close()
 
     def _open_next(self, now_ns: int) -> None:
         previous, before = self.path, self._standing[0]

@@ -5,6 +5,7 @@ Time and memory are bounded for any file: a size that a file only claims is neve
 
 import struct
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -12,23 +13,27 @@ from pathlib import Path
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Message, Statistics
+from mcap.records import Channel, ChunkIndex, Message, Metadata, MetadataIndex, Statistics
 
 from zenocap.common.recording.mcap_content import BrokenChunk, BrokenRecord, chunk_records, decode_record
 from zenocap.common.recording.mcap_records import Records
-from zenocap.common.recording.reader import Take
 
 MAX_SEARCHED = 8  # chunks that are read for one message; chosen by hand
 
 
 @dataclass(frozen=True)
 class Summary:
-    """messages: number.  start_ns: log time of the first.  channels: by id.  chunks: in the order of the file."""
+    """messages: number.  start_ns: log time of the first.  channels: by id.  chunks: in the order of the file.
+
+    counts: messages by id of the channel.  metadata: places of the records, by name.
+    """
 
     messages: int
     start_ns: int
     channels: Mapping[int, Channel]
     chunks: tuple[ChunkIndex, ...]
+    counts: Mapping[int, int]
+    metadata: Mapping[str, int]
 
 
 def read_summary(path: Path) -> Summary | None:
@@ -63,20 +68,23 @@ def last_message(path: Path, is_wanted: Callable[[Channel], bool]) -> tuple[byte
     return None
 
 
-def messages_in(path: Path) -> int:
-    """Number of messages that can be read from a take: of its index, or counted for one that is cut or damaged.
-
-    Raises UserError when it is no take or cannot be read.
-    """
-    try:
-        summary = read_summary(path)
-    except OSError:
-        summary = None
-    return sum(1 for _ in Take(path).messages()) if summary is None else summary.messages
+def metadata_of(path: Path, summary: Summary) -> dict[str, dict[str, str]]:
+    """Metadata of a take by name, read through its index; without those that are damaged.  Raises OSError."""
+    found = {}
+    with path.open("rb") as file:
+        records = Records(file)
+        for name, offset in summary.metadata.items():
+            body = records.body_at(offset, Opcode.METADATA)
+            with suppress(BrokenRecord):
+                record = decode_record(Opcode.METADATA, body) if body is not None else None
+                if isinstance(record, Metadata):
+                    found[name] = record.metadata
+    return found
 
 
 def _summary(records: Records) -> Summary | None:
     statistics: Statistics | None = None
+    metadata: dict[str, int] = {}
     channels: dict[int, Channel] = {}
     chunks: list[ChunkIndex] = []
     try:
@@ -87,6 +95,9 @@ def _summary(records: Records) -> Summary | None:
                     statistics = Statistics.read(stream)
                 case Opcode.CHUNK_INDEX:
                     chunks.append(ChunkIndex.read(stream))
+                case Opcode.METADATA_INDEX:
+                    place = MetadataIndex.read(stream)
+                    metadata[place.name] = place.offset
                 case Opcode.CHANNEL:
                     channel = decode_record(kind, body)
                     if isinstance(channel, Channel):
@@ -97,4 +108,11 @@ def _summary(records: Records) -> Summary | None:
         return None
     if statistics is None:
         return None
-    return Summary(statistics.message_count, statistics.message_start_time, channels, tuple(chunks))
+    return Summary(
+        statistics.message_count,
+        statistics.message_start_time,
+        channels,
+        tuple(chunks),
+        statistics.channel_message_counts,
+        metadata,
+    )

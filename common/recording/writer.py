@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import zstandard
 from mcap.writer import Writer
@@ -29,6 +29,9 @@ logger = logging.getLogger(__name__)
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
 FLUSH_NS = 1_000_000_000  # of receive times between writes to disk; chosen by hand
+
+
+Closing: TypeAlias = Callable[[], Mapping[str, Mapping[str, str]]]  # metadata by name
 
 
 class RecordingError(UserError):
@@ -64,7 +67,7 @@ class Statistics:
     failure: reason of an early end, else None.
     unconverted: messages whose conversion failed; the messages themselves are in the take.
     removed: files that were deleted or moved while they were written; the messages of deleted ones are lost.
-    missing: lost messages that services sent and that never arrived, see `Arrivals`.
+    missing: lost messages that services sent and that never arrived, see `Account`.
     """
 
     messages: int
@@ -99,13 +102,16 @@ class Recording:
         overwrite: bool = False,
         own: Collection[ServiceKey] = (),
         convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
+        closing: Closing = dict,
     ) -> None:
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
         own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.
         convert: messages of other channels to write after a message, with its times; its errors are counted.
+        closing: returns metadata to write at the end.
         """
         self.path = path
+        self.closing = closing
         self._convert = convert
         self._unconverted = 0
         self._limits = ChannelLimits(path, rig, own)
@@ -222,6 +228,8 @@ class Recording:
         """Finish the file with its index.  Repeated calls have no effect."""
         if not self._failure and not self._file.closed:
             try:
+                for name, values in self.closing().items():
+                    self._writer.add_metadata(name, dict(sorted(values.items())))
                 self._writer.finish()  # type: ignore[no-untyped-call]  # mcap's annotations lack "-> None"
                 self._file.flush()
                 os.fsync(self._file.fileno())

@@ -2,6 +2,7 @@
 
 import os
 import resource
+import secrets
 import sys
 import time
 from collections import Counter, defaultdict, deque
@@ -12,20 +13,29 @@ from statistics import median
 
 from zenocap.common.bus.certificate import WARNED_DAYS, expiry_text
 from zenocap.common.bus.protocol import Counters
-from zenocap.common.messages import Health, Phase
+from zenocap.common.messages import PROCESS, SENT, Health, Phase
 from zenocap.common.runtime.clock_offset import Offset
 
 RING = 256  # durations kept per stage
 WORK = ("step_", "publish")  # stages that occupy the loop; the others are ages
+MOST_COUNTS = 64  # of a health message
+FIRST = (SENT, PROCESS, "step_errors", "unsendable")  # beginnings of the counts that are never left out
 
 
 class Meter:
     """Durations by stage, counts, and rates since the last report.
 
     processor_ns: processor time used by this process so far.  busy_ns: time of all steps and of publishing so far.
+    process: number that another process of this name does not have; default: random.
     """
 
-    def __init__(self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns) -> None:
+    def __init__(
+        self,
+        service: str,
+        id: str,
+        processor_ns: Callable[[], int] = time.process_time_ns,
+        process: int | None = None,
+    ) -> None:
         self._service = service
         self._id = id
         self._processor_ns = processor_ns
@@ -36,6 +46,7 @@ class Meter:
         self._frames = 0
         self._reports = 0
         self._since_ns: int | None = None
+        self._process = secrets.randbits(48) if process is None else process
         self.counts: Counter[str] = Counter()
         self.busy_ns = 0
 
@@ -65,8 +76,8 @@ class Meter:
         counts = dict(self.counts) | {"received": bus.received, "queued": bus.queued}
         counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
         counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
-        if bus.sent is not None:
-            counts["sent"] = bus.sent  # before this health
+        counts |= {f"{SENT}{topic}": count for topic, count in bus.sent.items()}  # before this health
+        counts[PROCESS] = self._process
         if bus.certificate_days is not None:
             counts["certificate_days"] = max(0, bus.certificate_days)
             if bus.certificate_days <= WARNED_DAYS:
@@ -80,7 +91,7 @@ class Meter:
             phase=phase,
             rate=min(most / seconds, 1e6) if seconds > 0 else 0.0,
             stages_ms={stage: min(median(ring) / 1e6, 1e6) for stage, ring in sorted(self._durations_ns.items())[:32]},
-            counts=dict(sorted(counts.items())[:64]),
+            counts=dict(sorted(sorted(counts.items(), key=_less_needed)[:MOST_COUNTS])),
             clock_offset_ns=offset.offset_ns if offset else 0,
             clock_error_ns=offset.error_ns if offset else 0,
             memory_bytes=memory_bytes(),
@@ -93,6 +104,11 @@ class Meter:
         self._reported_busy_ns, self._frames = self.busy_ns, 0
         self._published.clear()
         return health
+
+
+def _less_needed(count: tuple[str, int]) -> tuple[bool, str]:
+    """Sort key of a count: where there are too many, the last ones are left out."""
+    return not count[0].startswith(FIRST), count[0]
 
 
 def memory_bytes() -> int:

@@ -1,7 +1,7 @@
 """The service loop: events in, pure step, messages out.
 
 A service is its `step(setup, state, event) -> (state, messages)`.  The loop passes it frames, envelopes, alive changes and
-ticks from one thread, publishes the messages it returns, and publishes its health at 1 Hz.
+ticks from one thread, publishes the messages it returns, and publishes its health at 1 Hz and at the end.
 """
 
 import logging
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from zenocap.common.messages import FrameRate, Message, Phase
+from zenocap.common.messages import ENDED, FrameRate, Message, Phase
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
 from zenocap.common.runtime.frame_rate import FrameChoice
@@ -137,12 +137,16 @@ class Runner(Generic[Setup, State, F]):
             if self._trace.full:
                 self.report_handled()
             self._trace.add(event)
+        of_source = not isinstance(event, Envelope | Alive | Tick)
+        learning = of_source and self.service.phase(self.state) is Phase.LEARNING_BACKGROUND
         started_ns = self.clock.elapsed_ns()
         try:
             messages = self._stepper.step(event)
         except Exception as error:  # one bad frame must not end a take; the previous state is kept
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
+            if of_source:
+                self.meter.counts["failed_frames"] += 1
             self._log_once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:
                 raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
@@ -165,7 +169,19 @@ class Runner(Generic[Setup, State, F]):
         elif not isinstance(event, Alive | Tick):
             self._frame = event.frame
             self.meter.frame()
+            if learning:
+                self.meter.counts["learning_frames"] += 1
             self.meter.time("frame_age", self.clock.now_ns() - event.captured_ns)
+
+    def set_counts(self, counts: Mapping[str, int]) -> None:
+        """Counts of others for the health."""
+        for name, count in counts.items():
+            self.meter.counts[name] = count  # `Counter.update` would add
+
+    def report(self, text: str, offset: Offset | None) -> None:
+        """Publish the health.  text: of the state, for display."""
+        clock, phase = self.clock, self.service.phase(self.state)
+        self.publish(self.meter.report(clock.now_ns(), clock.elapsed_ns(), phase, text, self.bus.counters, offset))
 
     @property
     def pending(self) -> bool:
@@ -213,7 +229,7 @@ def run(
     on_state: receives the state whenever all received events are handled.
     on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
     choice: frames of the source that are processed; it follows the decisions on the frame rate that are received.
-    final_counts: ends what the service owns, such as its log, and returns the counts of a last health; None for none.
+    final_counts: ends what the service owns, such as its log, and returns counts for one more health; None for none.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -227,12 +243,9 @@ def run(
         if frames:
             frames.start()
         _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset, choice)
-        runner.report_handled()
         if final_counts is not None:
-            for name, count in final_counts().items():
-                runner.meter.counts[name] = count
-            phase, text = service.phase(runner.state), service.describe(runner.state)
-            runner.publish(runner.meter.report(clock.now_ns(), clock.elapsed_ns(), phase, text, bus.counters, None))
+            runner.set_counts(final_counts())
+            runner.report(service.describe(runner.state), None)
     except (BusError, TooManyFailures) as error:
         logger.error("%s", error)
         return 1
@@ -259,23 +272,26 @@ def _loop(
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()
     queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
+
+    def report() -> None:
+        if frames:
+            runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
+        offset = offset_at(trips, clock.now_ns())
+        on_clock_offset(offset)
+        if choice:
+            choice.set_clock_offset(offset)
+        for counts in (extra_counts(), service.count(runner.state), choice.counts() if choice else {}):
+            runner.set_counts(counts)
+        text = service.describe(runner.state)
+        if choice and (reduced := choice.describe()):
+            text = f"{text}; {reduced}"
+        runner.report(text, offset)
+
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
         queries.ask(now_ns, service.recovers(runner.state))
         if now_ns >= health_ns:
-            if frames:
-                runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
-            offset = offset_at(trips, clock.now_ns())
-            on_clock_offset(offset)
-            if choice:
-                choice.set_clock_offset(offset)
-            chosen = choice.counts() if choice else {}
-            for name, count in (*extra_counts().items(), *service.count(runner.state).items(), *chosen.items()):
-                runner.meter.counts[name] = count  # `Counter.update` would add
-            phase, text = service.phase(runner.state), service.describe(runner.state)
-            if choice and (reduced := choice.describe()):
-                text = f"{text}; {reduced}"
-            runner.publish(runner.meter.report(clock.now_ns(), now_ns, phase, text, bus.counters, offset))
+            report()
             runner.report_handled()
             health_ns = max(health_ns + HEALTH_NS, now_ns)
         if service.tick_ns and now_ns >= tick_ns:
@@ -299,6 +315,9 @@ def _loop(
         for message in requested():
             runner.publish(message)
         on_state(runner.state)
+    runner.report_handled()
+    runner.meter.counts[ENDED] = 1
+    report()  # the last one: it has the numbers of all messages before
 
 
 def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:

@@ -11,10 +11,10 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import angles_of, lost_parts
+from zenocap.common.conversion import Bap, angles_of, is_lost, lost_parts
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
-from zenocap.common.formats.take_poses import TOPICS_USED, Bap, is_lost, summary_of
+from zenocap.common.formats.take_poses import TOPICS_USED, summary_of
 from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import read_summary

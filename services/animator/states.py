@@ -2,17 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
-
-Source = Literal["two-view", "tracker"]  # estimator of a pose
-SOURCES: Mapping[type[m.Message], Source] = {
-    m.UniversalBdp: "two-view", m.UniversalBap: "two-view", m.TrackerBdp: "tracker", m.TrackerPose: "tracker",
-}  # fmt: skip
+from zenocap.common.observe.bodies import NO_BODIES, Bodies
+from zenocap.common.observe.bodies import Source as Source
 
 
 @dataclass(frozen=True)
@@ -20,15 +16,6 @@ class Setup:
     """Setup of the animator.  viewers: of the rig."""
 
     viewers: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class SourceBody:
-    """Body definition of a source.  message: the one it was decoded from, compared by identity to detect changes."""
-
-    anatomy: Anatomy
-    bdp: Bdp
-    message: m.Body
 
 
 @dataclass(frozen=True)
@@ -59,7 +46,7 @@ class State:
     """
 
     now_ns: int = 0
-    bodies: Mapping[Source, SourceBody] = field(default_factory=dict)
+    bodies: Bodies = field(default_factory=lambda: NO_BODIES)
     actors: Mapping[Source, Actor] = field(default_factory=dict)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)

@@ -2,19 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeAlias, TypeVar
-
-import numpy as np
+from typing import TypeVar
 
 from zenocap.common import messages as m
-from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, lost_parts, points_of
+from zenocap.common.conversion import camera_of, points_of
+from zenocap.common.observe.bodies import posed
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
-from zenocap.services.animator.states import SOURCES, Actor, Setup, Source, SourceBody, State
+from zenocap.services.animator.states import Actor, Setup, State
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the animator has no frames
-Bap: TypeAlias = m.UniversalBap | m.TrackerPose
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -62,10 +59,8 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
 
 def _update_content(state: State, message: m.Message, received_ns: int) -> State:
     match message:
-        case m.UniversalBdp() | m.TrackerBdp():
-            return _update_body(state, SOURCES[type(message)], message.body)
-        case m.UniversalBap() | m.TrackerPose():
-            return _update_pose(state, SOURCES[type(message)], message, received_ns)
+        case m.UniversalBdp() | m.TrackerBdp() | m.UniversalBap() | m.TrackerPose():
+            return _update_actor(state, message, received_ns)
         case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice():
             return _update_view(state, message)
         case m.CameraInfo():
@@ -121,26 +116,16 @@ def _update_points(state: State, message: m.ScenePoints) -> State:
     return replace(state, points=message)
 
 
-def _update_body(state: State, source: Source, message: m.Body) -> State:
+def _update_actor(state: State, message: m.Message, received_ns: int) -> State:
+    """Update the body of a source, or its pose."""
     try:
-        anatomy = anatomy_of(message)
-        body = SourceBody(anatomy, bdp_of(anatomy, message), message)
+        bodies, found = posed(state.bodies, message)
     except ValueError:
         return replace(state, unusable=state.unusable + 1)
-    return replace(state, bodies=_with(state.bodies, source, body))
-
-
-def _update_pose(state: State, source: Source, message: Bap, received_ns: int) -> State:
-    body = state.bodies.get(source)
-    if body is None:  # order across topics is not guaranteed: the first pose may arrive before its body
-        return state
-    try:
-        angles = angles_of(body.anatomy, message.angles, body.anatomy.neutral)
-    except ValueError:
-        return replace(state, unusable=state.unusable + 1)
-    pose = Pose(np.array(message.position, dtype=np.float64), angles)
-    lost = tuple(message.lost if isinstance(message, m.UniversalBap) else lost_parts(message))
-    actor = Actor(message.frame, message.captured_ns, received_ns, source, body.anatomy, body.bdp, pose, lost)
+    if found is None:  # also a pose before its body: order across topics is not guaranteed
+        return state if bodies is state.bodies else replace(state, bodies=bodies)
+    bap, source = found.message, found.source
+    actor = Actor(bap.frame, bap.captured_ns, received_ns, source, found.anatomy, found.body, found.pose, found.lost)
     return replace(state, actors=_with(state.actors, source, actor))
 
 

@@ -19,6 +19,7 @@ from msgspec import to_builtins
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip, Tick
+from zenocap.common.observe.spans import SpanReader
 from zenocap.common.observe.view import RigView, observed, rows
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.services import ServiceKey, sort_key
@@ -33,7 +34,6 @@ from zenocap.tools.metrics.observations import Observations
 from zenocap.tools.monitor.display import as_json
 from zenocap.tools.recordings.export import ExportOptions, export
 from zenocap.tools.recordings.info import info
-from zenocap.tools.traces.instants import Instants
 
 SECOND_NS = 1_000_000_000
 OWN = ("trc", "bvh", "csv", "mot", "npz")  # formats whose bytes depend on no library
@@ -130,17 +130,17 @@ def metrics_text(path: Path) -> str:
 
 def spans_text(path: Path) -> str:
     """Spans of `zenocap traces` for every tenth pose, times in ns from the first capture."""
-    instants = Instants(rig_of(path), 10)
+    reader = SpanReader(rig_of(path), 10)
     lines = []
     for event in events(path):
-        instants.receive(RoundTrip(event.received_ns, event.received_ns, event.received_ns))
-        way = instants.receive(event)
-        if way is not None:
-            begin_ns = way.whole.begin_ns
-            lines.append(" ".join(f"{key}={value}" for key, value in way.whole.attributes.items()))
+        reader.receive(RoundTrip(event.received_ns, event.received_ns, event.received_ns))
+        spans = reader.receive(event)
+        if spans is not None:
+            begin_ns = spans.whole.begin_ns
+            lines.append(" ".join(f"{key}={value}" for key, value in spans.whole.attributes.items()))
             lines += [
                 f"  {part.service}: {part.name}: {part.begin_ns - begin_ns} to {part.end_ns - begin_ns}"
-                for part in (way.whole, *way.parts)
+                for part in (spans.whole, *spans.parts)
             ]
     return "\n".join([*lines, ""])
 

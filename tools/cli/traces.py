@@ -16,14 +16,14 @@ def traces(
     endpoint: Annotated[
         str, typer.Option(metavar="URL", help="Collector or tracing program that takes OTLP over HTTP.")
     ] = DEFAULT_ENDPOINT,
-    every: Annotated[int, typer.Option(min=1, metavar="N", help="Trace one instant of N; 1 for all.")] = 30,
+    every: Annotated[int, typer.Option(min=1, metavar="N", help="Trace one frame set of N; 1 for all.")] = 30,
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Send the way of instants, from the cameras to the pose, to an OpenTelemetry collector, Jaeger, Tempo and others.
+    """Send the latency of frame sets, from cameras to pose, to an OpenTelemetry collector, Jaeger, Tempo and others.
 
-    Every traced instant is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker, or
-    the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
+    Every traced frame set is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker,
+    or the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
     publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
 
     Exit status 1: no pose was received; 3: the collector did not take all.
@@ -42,12 +42,12 @@ def traces(
         if parts.scheme not in ("http", "https") or not parts.hostname:
             raise UserError(f"--endpoint {endpoint}: allowed: an address such as {DEFAULT_ENDPOINT}")
         try:
-            from zenocap.tools.traces.shell import run_traces
+            from zenocap.tools.traces.export import run_traces
         except ModuleNotFoundError as error:
             raise UserError(f"no package {error.name}: pip install 'zenocap[traces]'") from error
         loaded = [rig_at(path, files=False) for path in rigs]
         sent, lost = run_traces([rig.name for rig in loaded], zenoh.options(loaded[0]), endpoint, every, stopped)
-        typer.echo(f"{sent} instants traced, {lost} of their spans not taken by {endpoint}")
+        typer.echo(f"{sent} frame sets traced, {lost} of their spans not taken by {endpoint}")
         if not sent:
             typer.echo("no pose was received: is the rig running, and reached (-m client -e its router)?", err=True)
             raise typer.Exit(FAILED)

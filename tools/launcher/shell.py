@@ -12,27 +12,37 @@ from pathlib import Path
 from rich.console import Console
 from rich.live import Live
 
-from zenocap.common.bus.protocol import Alive, Bus, Envelope
+from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.errors import UserError
+from zenocap.common.observe.account import Account
 from zenocap.common.observe.losses import lost
 from zenocap.common.observe.view import RigView
-from zenocap.common.recording.summary import messages_in
 from zenocap.common.rig.hosted import assignment, hosted_cameras
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import (
+    HEALTH,
+    POSTURE,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    Topic,
+)
 from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.launcher.display import plain_line, table
 from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
 from zenocap.tools.launcher.rig_status import RigStatus
+from zenocap.tools.launcher.statement import Statement, frame_lines, new_takes, statement
 from zenocap.tools.warmup.processes import compile_parts
 
 DONE, FAILED, LOSS = 0, 1, 3
@@ -93,7 +103,7 @@ def run_rig(
                 FilmSession.open(places[-2], stopped), elsewhere, lambda id: assignment(rig, id, clock.now_ns())
             )
             stack.callback(hosted.close)
-        supervisor = Supervisor(children, bus, services, take, console, hosted)
+        supervisor = Supervisor(children, bus, services, take, console, hosted, method_of(rig.method).sends[0])
         try:
             children.start()
             if hosted is not None:
@@ -120,14 +130,19 @@ class Supervisor:
         take: Path | None,
         console: Console,
         hosted: HostedViewers | None = None,
+        frames: Topic = SILHOUETTE,
     ) -> None:
-        """hosted: viewers that other machines run."""
+        """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
         self._hosted = hosted
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(RigView(bus.rig, tuple(services)))
+        self._reports = Account()
+        self._frames = frames
+        self._takes_before = set() if take is None else set(take.parent.glob("*.mcap"))
         self._first_s: float | None = None
-        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
+        bus.subscribe(HEALTH, every=True)
+        for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
             bus.subscribe(topic)
         bus.watch_alive()
 
@@ -163,8 +178,7 @@ class Supervisor:
         """Print the result; return the exit status."""
         failed = self._failed_services()
         integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
-        lost = self._lost(integrator.status)
-        loss = "an unknown number lost: see the integrator's output" if lost is None else f"{lost} lost"
+        lost = False
         if self._first_s is not None:
             self._print(
                 f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
@@ -175,43 +189,52 @@ class Supervisor:
         if self._status.postures:
             counts = ", ".join(f"{label} {count}" for label, count in self._status.postures.items())
             self._print(f"postures: {counts}")
+        for line in frame_lines(self._status.services, self._frames):
+            self._print(line)
         if self._take is not None:
-            takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
-            for path in takes:
-                self._print(f"take: {path}: {_content(path)}" + (f", {loss}" if len(takes) == 1 else ""))
-            if len(takes) != 1 and (takes or lost != 0):
-                self._print(f"takes: {loss}")
-            if takes and self._status.poses:
-                self._print(f"content: zenocap info {takes[0]}")
-                self._print(f"joint centres: zenocap export {takes[0]} --to trc -o {self._take.stem}.trc")
+            lost = self._print_takes(self._take)
         broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
         never_ran = self._hosted.never_ran if self._hosted is not None else []
         for text in never_ran:
             self._print(f"error: {printable(text, MAX_LINE)}")
-        stopped = self._log_counts().get("log_stopped", 0)
-        return FAILED if broken or never_ran else LOSS if failed or lost != 0 or stopped else DONE
+        return FAILED if broken or never_ran else LOSS if failed or lost else DONE
 
     def receive_rest(self) -> None:
         """Handle what the services published until they ended, such as the integrator's last health."""
         while (event := self._bus.receive(POLL_S)) is not None:
-            if isinstance(event, Envelope | Alive):
-                self._status = self._status.updated(event, time.monotonic_ns())
+            self._handle(event)
+
+    def _print_takes(self, take: Path) -> bool:
+        """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
+        takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
+        counts = self._log_counts()
+        whole = not (counts.get("log_stopped") or counts.get("log_removed"))
+        whole = whole and bool(takes) and all(one.complete for one in takes)
+        found = statement(takes, self._reports, self._services, whole=whole)
+        loss = _loss(found) if found.lines or whole else "an unknown number lost: see the integrator's output"
+        for one in takes:
+            self._print(f"take: {one.path}: {one.messages} messages" + (f", {loss}" if len(takes) == 1 else ""))
+        for line in unreadable:
+            self._print(f"take: {printable(line)}")
+        if len(takes) != 1:
+            self._print(f"takes: {loss}")
+        for line in found.text():
+            self._print(line)
+        if takes and self._status.poses:
+            self._print(f"content: zenocap info {takes[0].path}")
+            self._print(f"joint centres: zenocap export {takes[0].path} --to trc -o {takes[0].path.stem}.trc")
+        return not (found.complete and whole)
+
+    def _handle(self, event: Received) -> None:
+        if isinstance(event, Envelope | Alive):
+            self._status = self._status.updated(event, time.monotonic_ns())
+            self._reports.add(event)
 
     def _log_counts(self) -> Mapping[str, int]:
         health = self._status.services.health.get((TIMEKEEPER, MAIN))
         return health.counts if health is not None else {}
-
-    def _lost(self, status: int | None) -> int | None:
-        """Messages that are not in the takes; None when unknown.  status: exit status of the integrator.
-
-        Its last health, after the log was closed, has their number; without it the exit status says whether there are any.
-        """
-        counts = self._log_counts()
-        if counts.get("log_closed", 0):
-            return counts.get("log_lost", 0)
-        return (counts.get("log_lost", 0) or None) if self._take is not None and status != DONE else 0
 
     def _is_over(self) -> bool:
         names = [title(service) for service in self._services if service[0] == "viewer"]
@@ -229,8 +252,8 @@ class Supervisor:
         until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
         while (left_s := until_s - time.monotonic()) > 0:
             event = self._bus.receive(left_s)
-            if isinstance(event, Envelope | Alive):
-                self._status = self._status.updated(event, time.monotonic_ns())
+            if event is not None:
+                self._handle(event)
                 if self._status.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s
 
@@ -247,12 +270,11 @@ class Supervisor:
         self._console.file.flush()
 
 
-def _content(path: Path) -> str:
-    """Number of messages of a take as text."""
-    try:
-        return f"{messages_in(path)} messages"
-    except UserError as error:
-        return printable(error)
+def _loss(found: Statement) -> str:
+    """What is lost as text."""
+    unknown_ns = sum(end - begin for spans in found.unknown.values() for begin, end in spans)
+    more = f", and an unknown number in {unknown_ns / 1e9:.1f} s" if found.unknown else ""
+    return f"{found.lost} lost{more}"
 
 
 def _finished(child: ChildProcess) -> bool:

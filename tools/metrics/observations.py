@@ -8,10 +8,12 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from statistics import median
-from typing import Literal
 
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
-from zenocap.common.messages import Handled, Health, TrackerPose, UniversalBap
+from zenocap.common.conversion import Bap, is_lost
+from zenocap.common.messages import Handled, Health
+from zenocap.common.observe.bodies import Source
+from zenocap.common.observe.spans import age_ns, live_pose
 from zenocap.common.observe.view import RigView, ServiceRow, ServiceView, observed, rows, without
 from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock_offset import Offset, offset_at, offset_in, to_integrator_ns
@@ -19,14 +21,12 @@ from zenocap.common.topics import NAME, SIGHTING, SILHOUETTE, topic_at
 from zenocap.tools.metrics.parameters import (
     FORGET_NS,
     LATENCY_BUCKETS_S,
-    MAX_AGE_NS,
     MAX_RIGS,
     MAX_SERVICES,
     SERVICE_NAMES,
     TIMES_KEPT,
 )
 
-PoseSource = Literal["two-view", "tracker"]
 PAIRING: frozenset[ServiceKey] = frozenset({("integrator", "main"), ("tracker", "main")})  # their traces have all viewers
 
 
@@ -50,8 +50,8 @@ class RigObservations:
 
     def __init__(self, rig: str, expected: Sequence[ServiceKey]) -> None:
         self.rig = rig
-        self.poses: Counter[tuple[PoseSource, bool]] = Counter()
-        self.latency: dict[PoseSource, Histogram] = {}
+        self.poses: Counter[tuple[Source, bool]] = Counter()
+        self.latency: dict[Source, Histogram] = {}
         self.ignored = 0
         self._expected = frozenset(expected)
         self._view = RigView(rig, tuple(expected))
@@ -67,14 +67,12 @@ class RigObservations:
                     self._view = observed(self._view, event, now_ns)
                 else:
                     self.ignored += 1
-            case Envelope(message=UniversalBap(lost=lost) as pose):
-                self._add_pose("two-view", "person" in lost, pose.captured_ns, event.received_ns)
-            case Envelope(message=TrackerPose(lost=lost) as pose):
-                self._add_pose("tracker", lost, pose.captured_ns, event.received_ns)
-            case Envelope(message=Handled() as handled) if (handled.service, handled.id) in PAIRING:
-                self._set_times(handled)
-            case _:
-                pass
+            case Envelope(message=Handled() as handled):
+                if (handled.service, handled.id) in PAIRING:
+                    self._set_times(handled)
+            case Envelope(message=message, received_ns=received_ns):
+                if (found := live_pose(message)) is not None:
+                    self._add_pose(*found, received_ns)
 
     def services(self) -> Mapping[ServiceKey, ServiceView]:
         return self._view.services
@@ -120,12 +118,11 @@ class RigObservations:
         others = sum(key not in self._expected for key in self._view.services)
         return others < MAX_SERVICES
 
-    def _add_pose(self, source: PoseSource, lost: bool, captured_ns: int, received_ns: int) -> None:
-        self.poses[source, lost] += 1
-        offset = self.own_offset(received_ns)
-        age_ns = to_integrator_ns(received_ns, offset) - captured_ns
-        if offset is not None and abs(age_ns) <= MAX_AGE_NS:
-            self.latency.setdefault(source, Histogram()).add(max(0, age_ns) / 1e9)
+    def _add_pose(self, source: Source, pose: Bap, received_ns: int) -> None:
+        self.poses[source, is_lost(pose)] += 1
+        age = age_ns(pose, received_ns, self._view.trips)
+        if age is not None:
+            self.latency.setdefault(source, Histogram()).add(max(0, age) / 1e9)
 
     def _set_times(self, handled: Handled) -> None:
         viewers: dict[int, str] = {}

@@ -13,7 +13,6 @@ DEFAULT_PORT = 9464  # of Prometheus exporters of OpenTelemetry
 MAX_RIGS = 16  # that are found on the network; rigs of files are always exported; by hand
 MAX_SERVICES = 64  # of a rig, besides those of its file; by hand
 FORGET_NS = 300_000_000_000  # a service not of a rig file and silent for this long is removed; by hand
-MAX_AGE_NS = 60_000_000_000  # older poses are of a replayed take and have no latency; by hand
 TIMES_KEPT = 256  # capture times of a viewer from which its skew is computed, as many as a `Handled` message has
 
 # Upper bounds of the latency histogram (s): about 20 % to 50 % apart around the tracker's budget of 20 ms, p99 40 ms.

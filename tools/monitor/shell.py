@@ -2,15 +2,14 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 
 import msgspec
 from rich.console import Console
 from rich.live import Live
 
-from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.observe.view import TROUBLE, RigView, ServiceRow, observed, rows
+from zenocap.common.observe.watch import Watch
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import printable
@@ -20,50 +19,32 @@ from zenocap.tools.monitor.display import as_json, shown, words
 
 DONE, FAILED = 0, 1
 ONCE_S = 2.5  # every service publishes its health once a second
-SEARCH_S, REFRESH_S, LINE_S = 2.0, 0.25, 1.0
-OWN_RIG = "zenocap-top"  # rig name of the connection itself, on which no service publishes
+REFRESH_S, LINE_S = 0.25, 1.0
 
 
 class Top:
-    """One connection with a reader for each rig.  rigs: their services by name; empty for all rigs on the network."""
+    """Views of one or several rigs.  rigs: their services by name; empty for all rigs on the network."""
 
     def __init__(
         self, options: ZenohOptions, rigs: Mapping[str, Sequence[ServiceKey]], stopped: Callable[[], bool]
     ) -> None:
         """Open the connection.  Raises BusError, and ValueError for a bad name."""
         self._clock = RealClock()
-        self._stack = ExitStack()
-        self._own = self._stack.enter_context(ZenohBus.open(options, OWN_RIG, self._clock, stopped))
-        self._search, self._searched_s = not rigs, -SEARCH_S
-        self._readers: dict[str, ZenohBus] = {}
-        self._views: dict[str, RigView] = {}
-        for rig, services in rigs.items():
-            self._read(rig, services)
+        self._watch = Watch(options, "top", rigs, (HEALTH, CAMERA_ADVICE), stopped)
+        self._views = {rig: RigView(rig, tuple(services)) for rig, services in rigs.items()}
 
     def __enter__(self) -> "Top":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stack.close()
-
-    def _read(self, rig: str, services: Sequence[ServiceKey] = ()) -> None:
-        self._views[rig] = RigView(rig, tuple(services))
-        reader = self._readers[rig] = self._stack.enter_context(self._own.reader_of(rig))
-        reader.subscribe(HEALTH)
-        reader.subscribe(CAMERA_ADVICE)
-        reader.watch_alive()
+        self._watch.__exit__()
 
     def listen(self, seconds: float) -> None:
-        """Receive events for a number of seconds, and find new rigs."""
+        """Receive events for a number of seconds."""
         end_s = time.monotonic() + seconds
-        while (now_s := time.monotonic()) < end_s:
-            if self._search and now_s - self._searched_s >= SEARCH_S:
-                self._searched_s = now_s
-                for rig in sorted(self._own.rigs() - self._readers.keys()):
-                    self._read(rig)
-            for rig, reader in self._readers.items():
-                while (event := reader.receive(0.0)) is not None:
-                    self._views[rig] = observed(self._views[rig], event, self._clock.elapsed_ns())
+        while time.monotonic() < end_s:
+            for rig, event, at_ns in self._watch.events():
+                self._views[rig] = observed(self._views.get(rig) or RigView(rig), event, at_ns)
             time.sleep(min(0.05, max(0.0, end_s - time.monotonic())))
 
     def rows(self) -> list[ServiceRow]:

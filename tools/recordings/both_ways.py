@@ -18,9 +18,8 @@ from zenocap.common.arrays import Mask
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.definition import Bdp
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import angles_by_name, bdp_of, silhouette_mask
+from zenocap.common.conversion import angles_by_name, bdp_of, pose_of, silhouette_mask
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import recorded_rig

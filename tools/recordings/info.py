@@ -1,6 +1,6 @@
 """`zenocap info`: content of a take, read once from beginning to end, in bounded memory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,8 +9,10 @@ from zenocap.common import messages as m
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
+from zenocap.common.observe.account import METADATA, Account, read_account
 from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
+from zenocap.common.recording.take_account import refused_of
 from zenocap.common.topics import (
     ASSIGNMENT,
     CAMERA_ADVICE,
@@ -25,8 +27,7 @@ from zenocap.common.topics import (
     VERDICT,
     topic_at,
 )
-from zenocap.tools.recordings.rate_statistics import RateTally, Reduced
-from zenocap.tools.recordings.take_health import HealthTally, ServiceHealth
+from zenocap.tools.recordings.take_health import HealthTally, RateTally, Reduced, ServiceHealth
 from zenocap.tools.recordings.take_part import TakePart
 from zenocap.tools.recordings.take_statistics import (
     Channel,
@@ -46,7 +47,26 @@ from zenocap.tools.verdict.verdict import USED, verdict_of
 BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
 UPDATE_EVERY = 1000  # messages between two calls of `watch`
 
-READ = (ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE, CAMERA_DELAYS)
+READ = (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE, CAMERA_DELAYS)
+
+
+@dataclass(frozen=True)
+class AccountLine:
+    """Messages of one topic of one service: sent == recorded + refused + missing + unlogged.
+
+    refused: received by the log, and not written.  missing: not received although it was on.  unlogged: sent before it was.
+    unknown: log times (ns) without a count: after the last report of a process that was killed, or went on.
+    """
+
+    service: str
+    id: str
+    topic: str
+    sent: int
+    recorded: int
+    refused: int
+    missing: int
+    unlogged: int
+    unknown: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -84,6 +104,7 @@ class Info:
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
     commands: Commands | None
     health: tuple[ServiceHealth, ...]
+    account: tuple[AccountLine, ...]  # of services that report what they send
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, int]
     parameters: dict[str, int]
@@ -146,13 +167,25 @@ def info(
         recognised=tally.recognized if tally.recognized.answers else None,
         commands=tally.commands.commands(),
         health=tuple(one.health(service, id) for (service, id), one in sorted(tally.health.items())),
-        metadata=take.metadata,
+        account=tuple(_account(tally, {} if first or last else take.metadata.get(METADATA, {}))),
+        metadata={name: values for name, values in take.metadata.items() if name != METADATA},
         attachments={name: len(data) for name, data in take.attachments.items()},
         parameters=_parameters(path, take),
         verdict=tally.verdict_of(),
         verdict_stored=tally.verdict is not None,
         advice=tuple(tally.advice.faults()),
     )
+
+
+def _account(tally: "_Tally", stored: Mapping[str, str]) -> Iterator[AccountLine]:
+    """Lines of the stored account of a take, or of the messages that were read."""
+    account = read_account(stored) or tally.account
+    refused = refused_of(account, {key: one.messages for (key, *_), one in tally.channels.items()})
+    for ((service, id), topic), line in account.lines().items():
+        more = refused[(service, id), topic]
+        yield AccountLine(
+            service, id, topic, line.sent, line.seen - more, more, line.missing, line.unlogged, line.unknown
+        )  # fmt: skip
 
 
 def _parameters(path: Path, take: Take) -> dict[str, int]:
@@ -173,6 +206,7 @@ class _Tally:
         self.channels: dict[tuple[str, str, str], ChannelTally] = {}
         self.frames: dict[tuple[str, str], FrameTally] = {}
         self.health: dict[tuple[str, str], HealthTally] = {}
+        self.account = Account()
         self.pairs = Pairs()
         self.height_ratio: float | None = None
         self.tracked = Tracked()
@@ -196,26 +230,15 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        if topic in (
-            *USED,
-            ASSIGNMENT,
-            POSTURE,
-            COMMAND,
-            HEALTH,
-            VERDICT,
-            FRAME_RATE,
-            TRACKER_DETAIL,
-            CAMERA_ADVICE,
-            CAMERA_DELAYS,
-        ):
-            self._read(recorded)
+        message = self._read(recorded) if topic in READ else None
+        self.account.add_message(recorded.topic, recorded.log_ns, message if isinstance(message, m.Health) else None)
 
-    def _read(self, recorded: Recorded) -> None:
+    def _read(self, recorded: Recorded) -> m.Message | None:
         try:
             received = envelope(recorded)
         except BadMessage:
             self.unreadable += 1
-            return
+            return None
         if received is not None:
             self.evidence.add(received.message)
         match received.message if received else None:
@@ -241,6 +264,7 @@ class _Tally:
                 self.rate.add(decision)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).add(health)
+        return received.message if received else None
 
     def verdict_of(self) -> m.Verdict | None:
         """The recorded verdict, or that on what was read; None without a pose or a silhouette."""

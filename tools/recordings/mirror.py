@@ -18,9 +18,8 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.definition import Bdp
-from zenocap.common.conversion import bdp_of
+from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, RecordedTurn, read_setup
 from zenocap.common.recording.writer import Recording

@@ -1,7 +1,6 @@
 """Pictures and a video of the model drawn over the images of every view."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -10,12 +9,13 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.arrays import Image
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import anatomy_of, bdp_of, lost_parts, silhouette_mask
+from zenocap.common.conversion import is_lost, silhouette_mask
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import NO_VIEW, Bap, is_lost, pose_of, views_of
+from zenocap.common.formats.take_poses import NO_VIEW, views_of
+from zenocap.common.observe.bodies import NO_BODIES, Bodies, Posed, SourceBody, posed
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.video.film_writer import FilmWriter
 from zenocap.services.viewer.frame import Frame
@@ -29,23 +29,13 @@ CONTOUR = (255, 255, 255)
 LEFT, RIGHT, MIDDLE = (60, 150, 255), (255, 190, 60), (110, 220, 110)  # orange, blue, green (BGR)
 
 
-@dataclass(frozen=True)
-class BodyPose:
-    """The last body and pose, of the integrator or the tracker."""
-
-    anatomy: Anatomy
-    bdp: Bdp
-    pose: Pose
-    bap: Bap
-
-
 class Overlay:
     """Writes frame-NNNNNN.png for every `every`-th frame, and overlay.mp4 of all, into `folder`."""
 
     def __init__(self, rig: Rig, folder: Path, every: int) -> None:
         """Raises UserError when the folder cannot be written."""
         self._rig, self._folder, self._every = rig, folder, every
-        self._body: tuple[Anatomy, Bdp] | None = None
+        self._bodies: Bodies = NO_BODIES
         self._is_last_body = False
         self._film: FilmWriter | None = None
         self._last: dict[str, Image] = {}
@@ -57,27 +47,25 @@ class Overlay:
 
     def use_body(self, anatomy: Anatomy, bdp: Bdp) -> None:
         """Draw this body from now on: poses from both directions are those of the last body of their take."""
-        self._body, self._is_last_body = (anatomy, bdp), True
+        self._bodies, self._is_last_body = {"tracker": SourceBody(anatomy, bdp)}, True
 
     def add(self, frame_set: TrackedFrameSet) -> None:
         """Draw one frame set, with the pose from both directions where it has one."""
-        posed: BodyPose | None = None
+        shown: Posed | None = None
         masks: dict[str, Image] = {}
         for message in frame_set.messages:
             match message:
-                case m.UniversalBdp(body=body) | m.TrackerBdp(body=body):
-                    if not self._is_last_body:
-                        anatomy = anatomy_of(body)
-                        self._body = anatomy, bdp_of(anatomy, body)
-                case m.UniversalBap() | m.TrackerPose() as bap if self._body is not None:  # of both directions last
-                    anatomy, bdp = self._body
-                    posed = BodyPose(anatomy, bdp, pose_of(anatomy, bap), bap)
                 case m.Silhouette() as silhouette:
                     masks[silhouette.viewer] = silhouette_mask(silhouette)
+                case m.UniversalBdp() | m.TrackerBdp() if self._is_last_body:
+                    pass
+                case _:
+                    self._bodies, found = posed(self._bodies, message)
+                    shown = found or shown  # the pose of both directions comes last
         for viewer in self._rig.viewers:
             frame = frame_set.frames.get(viewer.id)
             if frame is not None:
-                self._last[viewer.id] = drawn(viewer, frame, masks.get(viewer.id), posed)
+                self._last[viewer.id] = drawn(viewer, frame, masks.get(viewer.id), shown)
         if len(self._last) < len(self._rig.viewers):
             return
         picture = side_by_side([self._last[viewer.id] for viewer in self._rig.viewers])
@@ -115,7 +103,7 @@ def side_by_side(views: Sequence[Image]) -> Image:
     return np.vstack(rows)
 
 
-def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: BodyPose | None) -> Image:
+def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None) -> Image:
     """One view with caption: dimmed image, contour of the silhouette, parts of the model, scores."""
     scale = LONG_SIDE_PX / max(viewer.camera.size)
     width, height = (2 * round(scale * side / 2) for side in viewer.camera.size)  # even, as video codecs need it
@@ -127,20 +115,20 @@ def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: BodyPose | No
         cv2.drawContours(image, contours, -1, CONTOUR, 1)
     text = f"viewer {viewer.id}   {'initial ' if frame.initial else ''}frame {frame.frame}"
     if posed is not None:
-        if not is_lost(posed.bap):
+        if not is_lost(posed.message):
             draw_model(image, viewer.camera.resized(size), posed)
-        view, score = views_of(posed.bap).get(viewer.id, NO_VIEW)
+        view, score = views_of(posed.message).get(viewer.id, NO_VIEW)
         text += f"   {view}" + ("" if np.isnan(score) else f"   score {score:.2f}")
-        lost = ", ".join(lost_parts(posed.bap))
+        lost = ", ".join(posed.lost)
         text += f"   lost: {lost}" if lost else ""
     caption = np.full((CAPTION_PX, size[0], 3), 32, dtype=np.uint8)
     cv2.putText(caption, text, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (235, 235, 235), 1, cv2.LINE_AA)
     return np.vstack([image, caption])
 
 
-def draw_model(image: Image, camera: Camera, posed: BodyPose) -> None:
+def draw_model(image: Image, camera: Camera, posed: Posed) -> None:
     """Outline every part as `camera` sees it, tilt and lens included: left limbs orange, right ones blue."""
-    outlines = body_ellipses(posed.bdp, part_frames(posed.anatomy, posed.bdp, posed.pose))
+    outlines = body_ellipses(posed.body, part_frames(posed.anatomy, posed.body, posed.pose))
     for part, ellipses in zip(posed.anatomy.parts, outlines, strict=True):
         points = camera.project(ellipses)
         if not np.all(np.isfinite(points)) or np.abs(points).max() > 1e5:

@@ -10,8 +10,7 @@ import msgspec
 from zenocap.common import codec
 from zenocap.common.bus.inbox import disagreeing_name
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.messages import Health
-from zenocap.common.recording.arrivals import SENT
+from zenocap.common.messages import ENDED, PROCESS, SENT, Health
 from zenocap.common.recording.reader import Recorded, envelope
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import Queueing, Topic, topic_at
@@ -151,8 +150,10 @@ class Playlist:
             message = self._plan.remapping.message(found.topic, message, found.key)
         if shift:
             message = shifted(message, shift)
-        if message != found.message and isinstance(message, Health) and SENT in message.counts:  # not of this process
-            message = msgspec.structs.replace(message, counts={k: v for k, v in message.counts.items() if k != SENT})
+        if message != found.message and isinstance(message, Health):  # what it sent is not of this process
+            own = [name for name in message.counts if name.startswith(SENT) or name in (PROCESS, ENDED)]
+            counts = {name: count for name, count in message.counts.items() if name not in own}
+            message = msgspec.structs.replace(message, counts=counts)
         return found.data if message == found.message else codec.encode(message)
 
 

@@ -1,1 +1,1 @@
-"""`zenocap traces`: the way of an instant from cameras to pose, as OpenTelemetry traces."""
+"""`zenocap traces`: latency spans of frame sets, from cameras to pose, as OpenTelemetry traces."""

@@ -1,6 +1,10 @@
-"""Ways of instants as OpenTelemetry spans, sent with OTLP over HTTP; every service of a rig is a service of the trace."""
+"""`zenocap traces`: latency spans of frame sets to OpenTelemetry, with OTLP over HTTP.
 
-from collections.abc import Sequence
+Each frame set is a trace, and each service of a rig a service of it.
+"""
+
+import time
+from collections.abc import Callable, Sequence
 
 from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
 from opentelemetry.sdk.resources import Resource
@@ -8,10 +12,15 @@ from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
 from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter, SpanExportResult
 from opentelemetry.trace import Tracer, set_span_in_context
 
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.observe.spans import FrameSetSpans, Span, SpanReader
+from zenocap.common.observe.watch import Watch
 from zenocap.common.runtime.service_info import versions
-from zenocap.tools.traces.instants import InstantWay, Part
-from zenocap.tools.traces.parameters import EXPORT_TIMEOUT_S
+from zenocap.common.topics import ASSIGNMENT, HEALTH, PARTIAL_BAP, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP
 
+EXPORT_TIMEOUT_S = 5.0
+WAIT_S = 0.02  # between two looks at the queues; receipt is stamped earlier
+TOPICS_READ = (HEALTH, SILHOUETTE, SIGHTING, ASSIGNMENT, PARTIAL_BAP, TRACKER_POSE, UNIVERSAL_BAP)
 MOST_SERVICES = 256  # names of services from the network, of which each has a tracer; further ones are left out
 
 
@@ -30,10 +39,31 @@ class _Counted(SpanExporter):
         self._exporter.shutdown()
 
 
-class WayExporter:
-    """Sends ways until `close`.  A collector that does not answer loses spans, and delays nothing.
+def run_traces(
+    rigs: Sequence[str], options: ZenohOptions, endpoint: str, every: int, stopped: Callable[[], bool]
+) -> tuple[int, int]:
+    """Send traces until `stopped`; numbers of traced frame sets and of undelivered spans.
 
-    sent: number of ways.  lost: of their spans, after `close`.
+    Raises BusError, and ValueError for a bad name.
+    """
+    exporter, readers = FrameSetExporter(endpoint), {rig: SpanReader(rig, every) for rig in rigs}
+    try:
+        with Watch(options, "traces", rigs, TOPICS_READ, stopped, every=True, clock=True) as watch:
+            while not stopped():
+                for rig, event, _ in watch.events():
+                    spans = readers[rig].receive(event)
+                    if spans is not None:
+                        exporter.send(rig, spans)
+                time.sleep(WAIT_S)
+    finally:
+        exporter.close()
+    return exporter.sent, exporter.lost
+
+
+class FrameSetExporter:
+    """Sends spans until `close`.  A collector that does not answer loses spans, and delays nothing.
+
+    sent: number of frame sets.  lost: of their spans, after `close`.
     """
 
     def __init__(self, endpoint: str, exporter: SpanExporter | None = None) -> None:
@@ -49,15 +79,15 @@ class WayExporter:
         """Spans that no collector has taken."""
         return self._spans - self._counted.delivered
 
-    def send(self, rig: str, way: InstantWay) -> None:
-        """Queue the spans of one way."""
-        whole = way.whole
+    def send(self, rig: str, spans: FrameSetSpans) -> None:
+        """Queue the spans of one frame set."""
+        whole = spans.whole
         tracer = self._tracer(rig, whole)
         if tracer is None:
             return
         root = tracer.start_span(whole.name, start_time=whole.begin_ns, attributes=whole.attributes)
         context = set_span_in_context(root)
-        for part in way.parts:
+        for part in spans.parts:
             own = self._tracer(rig, part)
             if own is not None:
                 span = own.start_span(part.name, context, start_time=part.begin_ns, attributes=part.attributes)
@@ -71,7 +101,7 @@ class WayExporter:
         self._processor.force_flush(round(1e3 * EXPORT_TIMEOUT_S))
         self._processor.shutdown()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
-    def _tracer(self, rig: str, part: Part) -> Tracer | None:
+    def _tracer(self, rig: str, part: Span) -> Tracer | None:
         key = rig, part.service
         if key not in self._tracers:
             if len(self._tracers) >= MOST_SERVICES:

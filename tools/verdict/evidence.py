@@ -11,8 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.conversion import anatomy_of, bdp_of, camera_of
-from zenocap.common.formats.take_poses import is_lost
+from zenocap.common.conversion import anatomy_of, bdp_of, camera_of, is_lost
 from zenocap.tools.verdict.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
 
 RECENT = 16  # silhouettes of a viewer among which that of a pose is searched

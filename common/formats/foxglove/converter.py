@@ -15,7 +15,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, points_of
+from zenocap.common.conversion import anatomy_of, bdp_of, points_of, pose_of
 from zenocap.common.formats.foxglove import channels as to
 from zenocap.common.formats.foxglove.cameras import bilevel_png, calibration
 from zenocap.common.formats.foxglove.channels import FoxgloveMessage
@@ -121,8 +121,7 @@ class FoxgloveConverter:
         figure, anatomy = self._figure, self._anatomy
         if figure is None:
             return
-        pose = Pose(np.array(bap.position), angles_of(anatomy, bap.angles, anatomy.neutral))
-        part_to_world = part_frames(anatomy, figure.bdp, pose)
+        part_to_world = part_frames(anatomy, figure.bdp, pose_of(anatomy, bap))
         transforms = body_transforms(anatomy, figure.bdp.offsets, part_to_world, stamp)
         yield FoxgloveMessage(to.BODY.channel(rig=self._rig), fox.FrameTransforms(transforms=transforms).encode())
         yield FoxgloveMessage(to.SCENE.channel(rig=self._rig), figure.shown(part_to_world, lost_limbs, stamp).encode())

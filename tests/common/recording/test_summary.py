@@ -16,7 +16,8 @@ from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
-from zenocap.common.recording.summary import last_message, messages_in, read_summary
+from zenocap.common.recording.summary import last_message, read_summary
+from zenocap.common.recording.take_account import take_account
 
 FRAMES = 300
 LIMIT_S = 20.0  # of processor time, for any small file
@@ -35,7 +36,7 @@ def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     assert found is not None
     assert (found.messages, found.start_ns) == (len(messages), min(one.log_ns for one in messages))
     assert {channel.topic for channel in found.channels.values()} == {one.topic for one in messages}
-    assert messages_in(take) == len(messages)
+    assert take_account(take).messages == len(messages)
 
 
 def test_the_last_message_of_a_channel_is_found(take: Path) -> None:
@@ -52,16 +53,17 @@ def test_the_messages_of_a_cut_take_are_counted(take: Path, share: float) -> Non
     content = take.read_bytes()
     take.write_bytes(content[: int(share * len(content))])
     assert read_summary(take) is None
-    assert messages_in(take) == sum(1 for _ in Take(take).messages())
-    assert messages_in(take) > 0 or share < 0.5
+    found = take_account(take)
+    assert (found.messages, found.complete) == (sum(1 for _ in Take(take).messages()), False)
+    assert found.messages > 0 or share < 0.5
 
 
 def test_what_is_no_take_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "no.mcap").write_bytes(bytes(1000))
     with pytest.raises(UserError, match="is no MCAP file"):
-        messages_in(tmp_path / "no.mcap")
+        take_account(tmp_path / "no.mcap")
     with pytest.raises(UserError, match="cannot be read"):
-        messages_in(tmp_path / "none.mcap")
+        take_account(tmp_path / "none.mcap")
 
 
 def with_index(data: bytes, index: bytes) -> bytes:
@@ -117,13 +119,14 @@ import resource, sys, time
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
 from zenocap.common.errors import UserError
-from zenocap.common.recording.summary import last_message, messages_in
+from zenocap.common.recording.summary import last_message
+from zenocap.common.recording.take_account import take_account
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.topics import TOPICS
 from zenocap.services.animator.take_marks import verdict_update
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-for read in (messages_in, verdict_update, lambda path: topics_shown(path, TOPICS)):
+for read in (take_account, verdict_update, lambda path: topics_shown(path, TOPICS)):
     started = time.process_time()
     try:
         read(path)

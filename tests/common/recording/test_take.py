@@ -19,8 +19,9 @@ from tests.support.two_view_scene import BDP
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
+from zenocap.common.conversion import pose_of
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
-from zenocap.common.formats.take_poses import pose_of, read_poses
+from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.writer import Channel, Recording, no_conversion

@@ -9,7 +9,8 @@ from zenocap.common.bus.protocol import Counters
 from zenocap.common.codec import decode, encode
 from zenocap.common.messages import Health, Phase
 from zenocap.common.runtime.clock_offset import Offset
-from zenocap.common.runtime.health import RING, Meter, memory_bytes
+from zenocap.common.runtime.health import MOST_COUNTS, RING, Meter, memory_bytes
+from zenocap.common.topics import TOPICS
 
 SECOND = 1_000_000_000
 NO_COUNTERS = Counters(0, {}, {})
@@ -45,12 +46,12 @@ def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
 
 
 def test_health_has_all_counts() -> None:
-    meter = Meter("viewer", "1")
+    meter = Meter("viewer", "1", process=5)
     meter.counts["step_errors"] += 2
-    health = meter.report(
-        5, 0, Phase.TRACKING, "tracking", Counters(7, {"invalid": 1}, {"superseded": 3}, 9), Offset(-4, 2)
-    )
+    bus = Counters(7, {"invalid": 1}, {"superseded": 3}, 9, sent={"health": 4})
+    health = meter.report(5, 0, Phase.TRACKING, "tracking", bus, Offset(-4, 2))
     expected = {"step_errors": 2, "received": 7, "queued": 9, "rejected_invalid": 1, "dropped_superseded": 3}
+    expected |= {"sent.health": 4, "process": 5}
     assert health.counts == expected
     assert (health.clock_offset_ns, health.clock_error_ns, health.state) == (-4, 2, "tracking")
     assert health.phase is Phase.TRACKING
@@ -75,6 +76,22 @@ def test_health_with_too_many_values_is_a_valid_message() -> None:
         meter.time(f"stage{index}", 10**30)
     health = meter.report(0, 0, Phase.RUNNING, "x" * 5000, NO_COUNTERS, None)
     assert decode(encode(health), Health) == health
+
+
+def test_what_is_needed_to_count_messages_is_never_left_out() -> None:
+    meter = Meter("viewer", "1")
+    for index in range(100):
+        meter.counts[f"count{index}"] = index
+    meter.counts.update(step_errors=1, unsendable=2)
+    sent = {topic.name: 3 for topic in TOPICS}
+    counts = meter.report(0, 0, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None).counts
+    assert len(counts) == MOST_COUNTS
+    assert {f"sent.{name}" for name in sent} | {"process", "step_errors", "unsendable"} <= counts.keys()
+
+
+def test_two_processes_of_a_service_have_different_numbers() -> None:
+    healths = [Meter("viewer", "1").report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None) for _ in range(10)]
+    assert len({health.counts["process"] for health in healths}) == 10
 
 
 def test_memory_is_that_of_this_process() -> None:

@@ -180,7 +180,7 @@ def test_a_service_exits_with_0_when_its_source_ends(network: LocalNetwork) -> N
 
 def test_a_service_publishes_its_health(network: LocalNetwork) -> None:
     reader = network.bus()
-    reader.subscribe(HEALTH, service="viewer", id="1")
+    reader.subscribe(HEALTH, every=True, service="viewer", id="1")
     segmenting = viewer(describe=lambda state: "segmenting", phase=lambda state: m.Phase.SEGMENTING)
     run(segmenting, network.bus(), RealClock(), paced(network, 3), extra_counts=lambda: {"log_lost": 4})
     health = messages_on(reader, m.Health)[0]
@@ -189,6 +189,31 @@ def test_a_service_publishes_its_health(network: LocalNetwork) -> None:
     assert health.phase is m.Phase.SEGMENTING
     assert health.counts["log_lost"] == 4
     assert health.memory_bytes > 1 << 20
+
+
+def test_the_last_health_has_the_number_of_all_messages_before_it(network: LocalNetwork) -> None:
+    reader, bus = network.bus(), network.bus()
+    reader.subscribe(HEALTH, every=True)
+    learning = viewer(
+        phase=lambda state: m.Phase.SEGMENTING if 1 in state.frames else m.Phase.LEARNING_BACKGROUND,
+        setup=Setup(frozenset({3})),
+    )
+    run(learning, bus, RealClock(), paced(network, 3))
+    first, last = (one.counts for one in messages_on(reader, m.Health) if isinstance(one, m.Health))
+    assert "ended" not in first
+    assert last["ended"] == 1
+    assert last["process"] == first["process"]
+    sent = {name: count for name, count in last.items() if name.startswith("sent.")}
+    assert sent == {"sent.sighting": 3, "sent.health": 1, "sent.handled": sent["sent.handled"]}
+    assert (last["frames"], last["learning_frames"], last.get("failed_frames", 0)) == (3, 2, 0)
+
+
+def test_frames_of_which_the_step_fails_are_counted() -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    runner = Runner(viewer(setup=Setup(frozenset({1}))), network.bus(), ManualClock(1))
+    for event in (Image(0, 1), Image(1, 1), Tick(2)):
+        runner.handle(event)
+    assert (runner.meter.counts["frames"], runner.meter.counts["failed_frames"]) == (1, 1)
 
 
 @pytest.mark.slow

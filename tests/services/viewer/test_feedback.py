@@ -65,4 +65,4 @@ def test_a_pose_of_another_anatomy_is_dropped() -> None:
 
 
 def aged(feedback: Feedback, frames: int) -> Feedback:
-    return Feedback(feedback.body, feedback.points, feedback.captured_ns, feedback.prediction, frames)
+    return Feedback(feedback.bodies, feedback.points, feedback.captured_ns, feedback.prediction, frames)

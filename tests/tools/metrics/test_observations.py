@@ -1,6 +1,7 @@
 """Observations of rigs: what is counted, what is admitted, latency and skew on the integrator's clock."""
 
 import pytest
+from msgspec import structs
 
 from tests.support.animator_stand_in import health, received
 from tests.support.built_messages import built
@@ -42,6 +43,18 @@ def test_latency_is_on_the_integrators_clock() -> None:
     histogram = observed.latency["tracker"]
     assert [bound for bound, count in zip(LATENCY_BUCKETS_S, histogram.counts, strict=False) if count] == [0.015, 0.03]
     assert histogram.sum_s == pytest.approx(0.040)
+
+
+def test_a_pose_of_both_passes_is_another_one_of_a_pose_that_is_counted() -> None:
+    """As a replay of a take that was tracked both ways publishes them."""
+    observed = rig()
+    observed.receive(RoundTrip(NOW_NS, NOW_NS, NOW_NS + 1), NOW_NS)
+    first = pose(NOW_NS)
+    second = m.BothWaysPose(**structs.asdict(first), backward={})
+    for message in (first, second):
+        observed.receive(received(message, NOW_NS, "studio"), NOW_NS)
+    assert observed.poses == {("tracker", False): 1}
+    assert sum(observed.latency["tracker"].counts) == 1
 
 
 @pytest.mark.parametrize("known", [False, True])

@@ -15,12 +15,14 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.errors import UserError
+from zenocap.common.observe.account import METADATA
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.take_account import take_account
 from zenocap.common.recording.writer import Attachment, Channel, Recording
 from zenocap.common.topics import topic_of
 from zenocap.tools.recordings.info import info, utc
 from zenocap.tools.recordings.info_text import lines_of
-from zenocap.tools.recordings.rate_statistics import RateTally
-from zenocap.tools.recordings.take_health import HealthTally
+from zenocap.tools.recordings.take_health import HealthTally, RateTally
 from zenocap.tools.recordings.take_statistics import FrameTally
 
 START_NS = 1_700_000_000_000_000_000
@@ -263,3 +265,44 @@ def test_commands_have_counts_and_latencies(tmp_path: Path) -> None:
     assert "commands 3 done, 1 failed, zenoh lab/first 1, zenoh lab/next 2, " in text
     assert "pose to action: median 20.0 ms, largest 30.0 ms" in text
     assert info(take_of(tmp_path / "b.mcap", (0, sighting("1", 0)))).commands is None
+
+
+def reported(at: int, *, ended: bool = False, **sent: int) -> tuple[int, m.Health]:
+    counts = {"process": 7, **({"ended": 1} if ended else {}), **{f"sent.{topic}": count for topic, count in sent.items()}}
+    one = replace_time(health(at, **counts), START_NS + at * FRAME_NS)
+    return at, one
+
+
+def replace_time(message: m.Health, captured_ns: int) -> m.Health:
+    return msgspec.structs.replace(message, captured_ns=captured_ns)
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_what_was_sent_and_what_became_of_it(tmp_path: Path, stored: bool) -> None:
+    """From the account at the end of the take, or from its messages."""
+    poses: list[tuple[int, m.Message]] = [(k, sighting("1", k)) for k in (1, 2, 3, 7)]
+    path = take_of(tmp_path / "a.mcap", reported(0, sighting=40), *poses, reported(25, sighting=46, health=1))
+    if stored:
+        account = take_account(path).account
+        account.add_message("zenocap/studio/viewer/1/sighting", START_NS + 26 * FRAME_NS)  # it is not written
+        again = Recording(
+            path, rig="studio", start_ns=START_NS, overwrite=True, closing=lambda: {METADATA: account.metadata()}
+        )
+        for one in Take(take_of(tmp_path / "b.mcap", reported(0, sighting=40), *poses)).messages():
+            again.write(Channel(one.topic, "msgpack", one.schema, "", b""), one.data, one.log_ns, one.publish_ns)
+        again.close()
+    found = info(path)
+    by_topic = {one.topic: one for one in found.account}
+    one = by_topic["sighting"]
+    assert (one.sent, one.recorded, one.refused, one.missing, one.unlogged) == (46 + stored, 4, int(stored), 2, 40)
+    assert METADATA not in found.metadata
+    text = "\n".join(lines_of(found))
+    assert f"sent        {48 + stored} messages, " in text
+    assert f"viewer 1  sighting    {46 + stored}     {2 + stored}" in text
+    assert "process" not in text
+
+
+def test_a_take_of_an_earlier_version_has_no_account(tmp_path: Path) -> None:
+    found = info(take_of(tmp_path / "a.mcap", (0, health(0, sent=4)), (25, health(1, sent=9))))
+    assert found.account == ()
+    assert "never arrived" not in "\n".join(lines_of(found))

@@ -233,7 +233,7 @@ def test_unresponsive_consumer_is_reported_and_given_up(
 
 def test_a_replayed_health_does_not_say_how_much_another_process_sent(replay: ReplayNetwork, tmp_path: Path) -> None:
     """A log of the replay would count as lost what the replay leaves out.  At the old times, its time tells the log."""
-    counts = {"sent": 7, "frames": 3}
+    counts = {"sent.health": 7, "process": 5, "ended": 1, "frames": 3}
     health = m.Health(
         frame=0, captured_ns=START_NS, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts=counts
     )

@@ -5,17 +5,17 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
-from zenocap.tools.traces.instants import InstantWay, Part
+from zenocap.common.observe.spans import FrameSetSpans, Span
 
 pytest.importorskip("opentelemetry.sdk", reason="opentelemetry is not installed")
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 from opentelemetry.sdk.trace.export import SpanExporter, SpanExportResult
 
-from zenocap.tools.traces.export import WayExporter
+from zenocap.tools.traces.export import FrameSetExporter
 
-WAY = InstantWay(
-    Part("rig", "pose by tracker", 1_000, 9_000, {"zenocap.frame": 7, "zenocap.lost": False}),
-    (Part("viewer 1", "silhouette", 1_000, 4_000), Part("tracker", "pose", 4_000, 9_000)),
+SPANS = FrameSetSpans(
+    Span("rig", "pose by tracker", 1_000, 9_000, {"zenocap.frame": 7, "zenocap.lost": False}),
+    (Span("viewer 1", "silhouette", 1_000, 4_000), Span("tracker", "pose", 4_000, 9_000)),
 )
 
 
@@ -44,8 +44,8 @@ def collector():
 @pytest.mark.slow
 def test_a_collector_receives_the_spans_of_an_instant(collector):
     url, requests = collector
-    exporter = WayExporter(url)
-    exporter.send("studio", WAY)
+    exporter = FrameSetExporter(url)
+    exporter.send("studio", SPANS)
     exporter.close()
     assert (exporter.sent, exporter.lost) == (1, 0)
     found = {}
@@ -70,7 +70,7 @@ def test_spans_that_no_collector_takes_are_counted():
         def export(self, spans):
             return SpanExportResult.FAILURE
 
-    exporter = WayExporter("", Refusing())
-    exporter.send("studio", WAY)
+    exporter = FrameSetExporter("", Refusing())
+    exporter.send("studio", SPANS)
     exporter.close()
     assert (exporter.sent, exporter.lost) == (1, 3)

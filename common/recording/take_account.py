@@ -1,0 +1,109 @@
+"""Account of a take: what the services of its rig sent, what its log received, and what is in the file."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from zenocap.common import codec
+from zenocap.common.errors import UserError
+from zenocap.common.messages import Health
+from zenocap.common.observe.account import METADATA, Account, read_account, sender_of
+from zenocap.common.recording.reader import Recorded, Take
+from zenocap.common.recording.summary import metadata_of, read_summary
+from zenocap.common.rig.services import ServiceKey
+from zenocap.common.topics import HEALTH, topic_at
+
+Place = tuple[ServiceKey, str]  # service, and name of the topic
+
+
+@dataclass(frozen=True)
+class TakeAccount:
+    """rig: name.  start_ns: log time of its first message.  messages: in the file.
+
+    refused: messages that the log received and that are not in the file.  take, previous: of a part, names of the first and
+    of the earlier file; "" otherwise.  complete: whether the file was finished by its log.
+    """
+
+    path: Path
+    rig: str
+    start_ns: int
+    messages: int
+    account: Account
+    refused: Counter[Place]
+    take: str = ""
+    previous: str = ""
+    complete: bool = True
+
+
+def take_account(path: Path) -> TakeAccount:
+    """The account in a take; of a cut or damaged one, and of one without, it is that of the messages that can be read.
+
+    Raises UserError when it is no take or cannot be read.
+    """
+    try:
+        summary = read_summary(path)
+        metadata = {} if summary is None else metadata_of(path, summary)
+    except OSError:
+        summary, metadata = None, {}
+    account = read_account(metadata[METADATA]) if METADATA in metadata else None
+    if summary is None or account is None:
+        return _scanned(path, complete=summary is not None)
+    written = {summary.channels[id].topic: count for id, count in summary.counts.items() if id in summary.channels}
+    part = metadata.get("part", {})
+    return TakeAccount(
+        path, metadata.get("zenocap", {}).get("rig", ""), summary.start_ns, summary.messages, account,
+        refused_of(account, written),
+        part.get("take", ""), part.get("previous", ""),
+    )  # fmt: skip
+
+
+def account_of(messages: Iterable[Recorded]) -> Account:
+    """The account of messages of a take; only healths are decoded."""
+    account = Account()
+    for recorded in messages:
+        if recorded.encoding != "msgpack":
+            continue
+        health: Health | None = None
+        if topic_at(recorded.topic) is HEALTH:
+            with suppress(codec.BadMessage):
+                health = codec.decode(recorded.data, Health)
+        account.add_message(recorded.topic, recorded.log_ns, health)
+    return account
+
+
+def _scanned(path: Path, *, complete: bool) -> TakeAccount:
+    take, first, count = Take(path), 0, 0
+
+    def counted() -> Iterable[Recorded]:
+        nonlocal first, count
+        for recorded in take.messages():
+            first, count = first or recorded.log_ns, count + 1
+            yield recorded
+
+    account = account_of(counted())
+    part = take.metadata.get("part", {})
+    return TakeAccount(
+        path, take.metadata.get("zenocap", {}).get("rig", ""), first, count, account, Counter(),
+        part.get("take", ""), part.get("previous", ""), complete,
+    )  # fmt: skip
+
+
+def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:
+    """Messages that a log received and did not write.  written: messages in the file, by key."""
+    found: Counter[Place] = Counter()
+    for key, count in written.items():
+        topic = topic_at(key)
+        service = sender_of(topic, key) if topic is not None else None
+        if topic is not None and service is not None:
+            found[service, topic.name] += count
+    return +Counter({place: line.seen - found[place] for place, line in account.lines().items()})
+
+
+def readable(path: Path) -> TakeAccount | str:
+    """The account in a take, or why it cannot be read."""
+    try:
+        return take_account(path)
+    except UserError as error:
+        return str(error)

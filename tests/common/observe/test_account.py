@@ -1,0 +1,253 @@
+"""Messages that were sent, that arrived at a log, and that did not."""
+
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from tests.common.bus.test_inbox import bap
+from tests.common.bus.test_local import bdp
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Alive, Counters, Envelope
+from zenocap.common.messages import ENDED, PROCESS, Phase
+from zenocap.common.observe.account import METADATA, Account, Line, read_account
+from zenocap.common.recording.log import Log
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.take_account import take_account
+from zenocap.common.recording.writer import Recording
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.health import Meter
+from zenocap.common.topics import HEALTH, PARTIAL_BDP, TOPICS, UNIVERSAL_BAP, Topic
+from zenocap.services.integrator.log_control import LogControl
+
+SECOND = 1_000_000_000
+INTEGRATOR = ("integrator", "main")
+BEGINS, ENDS = Alive(*INTEGRATOR, True, 0), Alive(*INTEGRATOR, False, 0)
+
+
+def pose(second: float = 0) -> Envelope:
+    return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(0), int(second * SECOND))
+
+
+def health(second: float, poses: int | None, process: int = 1, late_ns: int = 0, *, ended: bool = False) -> Envelope:
+    """Health of a process that has sent this number of poses; None: of one of an earlier version."""
+    meter = Meter(*INTEGRATOR, process=process)
+    meter.counts.update({ENDED: 1} if ended else {})
+    sent, at_ns = {} if poses is None else {"universal_bap": poses}, int(second * SECOND)
+    now = meter.report(at_ns, at_ns, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None)
+    if poses is None:
+        now = structs.replace(now, counts={name: count for name, count in now.counts.items() if name != PROCESS})
+    return Envelope("zenocap/studio/integrator/main/health", HEALTH, now, at_ns + late_ns)
+
+
+def account(*events: Envelope | Alive) -> Account:
+    found = Account()
+    for event in events:
+        found.add(event)
+    return found
+
+
+def poses(found: Account) -> Line | None:
+    """The line of the poses, which must agree with the sum of all."""
+    lines = found.lines()
+    assert found.missing == sum(line.missing for line in lines.values())
+    for line in lines.values():
+        assert line.sent == line.seen + line.missing + line.unlogged
+        assert min(line.seen, line.missing, line.unlogged) >= 0
+    return lines.get((INTEGRATOR, "universal_bap"))
+
+
+def missing(*events: Envelope | Alive) -> int:
+    line = poses(account(*events))
+    return 0 if line is None else line.missing
+
+
+def test_everything_that_arrives_is_not_missing() -> None:
+    assert missing(BEGINS, pose(), health(1, 100), pose(), pose(), health(2, 102), health(3, 102)) == 0
+
+
+def test_a_message_that_was_sent_and_does_not_arrive_is_missing() -> None:
+    assert missing(BEGINS, health(1, 100), pose(), health(2, 102)) == 1
+    assert missing(BEGINS, health(1, 100), pose(), health(2, 102), health(3, 104)) == 3
+
+
+def test_each_topic_is_counted_by_itself() -> None:
+    """A health that does not arrive hides no pose, and is hidden by none."""
+    first, last = (
+        Envelope(
+            "zenocap/studio/integrator/main/health", HEALTH,
+            Meter(*INTEGRATOR, process=1).report(
+                second * SECOND, 0, Phase.RUNNING, "", Counters(0, {}, {}, sent={"universal_bap": poses, "health": second}),
+                None,
+            ),
+            second * SECOND,
+        )
+        for second, poses in ((1, 0), (3, 1))
+    )  # fmt: skip
+    lines = account(first, pose(), last).lines()
+    assert lines[INTEGRATOR, "health"].missing == 1
+    assert lines[INTEGRATOR, "universal_bap"].missing == 0
+
+
+def test_healths_of_a_replay_do_not_say_what_was_sent() -> None:
+    early, late = (health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103)))
+    assert missing(BEGINS, early, pose(), late) == 0
+
+
+def test_what_was_sent_before_the_first_health_was_sent_without_a_log() -> None:
+    found = poses(account(BEGINS, pose(5), health(5, 5000), health(6, 5001)))
+    assert found == Line(5001, 1, 1, 4999, ((6 * SECOND, 6 * SECOND),))
+
+
+def test_a_process_that_starts_again_has_lost_nothing() -> None:
+    before = (BEGINS, health(1, 100), health(2, 103))
+    assert missing(*before) == 3
+    assert missing(*before, ENDS, BEGINS, health(8, 50, process=2), health(9, 51, process=2)) == 4
+    assert missing(*before, health(8, 50, process=2), health(9, 51, process=2)) == 4  # killed, and its token still there
+
+
+def test_a_process_that_ended_by_itself_leaves_nothing_unknown() -> None:
+    ended = (health(1, 0), pose(1), health(2, 2, ended=True))
+    found = poses(account(*ended, health(8, 5, process=2), health(9, 5, process=2, ended=True)))
+    assert found == Line(7, 1, 6, 0, ())
+
+
+def test_what_a_killed_process_sent_last_is_unknown() -> None:
+    killed = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))
+    assert poses(account(*killed)) == Line(2, 1, 1, 0, ((2 * SECOND, 3 * SECOND),))
+    again = health(8, 5, process=2), pose(8), health(9, 6, process=2, ended=True)
+    assert poses(account(*killed, *again)) == Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),))
+
+
+def test_an_unknown_time_is_divided_where_the_clock_was_set_back() -> None:
+    found = poses(account(health(100, 0), pose(100.5), pose(20), health(23, 0, process=2, ended=True)))
+    assert found is not None
+    assert found.unknown == ((100 * SECOND, 100 * SECOND + SECOND // 2), (20 * SECOND, 23 * SECOND))
+
+
+def test_a_clock_that_is_set_ends_no_process() -> None:
+    events = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000, 3, ended=True))
+    assert poses(account(*events)) == Line(3, 2, 1, 0, ())
+
+
+def test_two_processes_of_one_name_lose_nothing() -> None:
+    """As both sides of a network that was cut, until the younger one ends."""
+    one, other = (tuple(health(60 + k, 10 + k, process) for k in (0, 1)) for process in (1, 2))
+    assert missing(BEGINS, one[0], other[0], pose(), one[1], other[1]) == 0
+
+
+def test_a_health_without_the_count_is_of_an_earlier_version() -> None:
+    found = account(BEGINS, health(1, None), pose(), health(2, None))
+    assert (found.missing, found.lines()) == (0, {})
+
+
+def test_the_account_is_kept_in_the_metadata_of_a_take() -> None:
+    found = account(health(100, 7), pose(100), pose(20), health(23, 5, process=2), pose(24), health(25, 9, process=2))
+    found.dropped = 3
+    again = read_account(found.metadata())
+    assert again is not None
+    assert (again.lines(), again.missing, again.end_ns, again.dropped) == (
+        found.lines(), found.missing, found.end_ns, 3,
+    )  # fmt: skip
+    assert read_account({}) is None
+    assert read_account(found.metadata() | {"viewer 1": "7"}) is None
+
+
+@pytest.mark.parametrize("cut", range(1, 7))
+def test_two_logs_have_what_one_has(cut: int) -> None:
+    """The second log goes on where the first ends."""
+    events = (health(1, 5), pose(1), health(2, 8), pose(2), health(3, 9), pose(3), health(4, 12, ended=True))
+    parts = account(*events[:cut]).then(account(*events[cut:]), continued=True)
+    assert poses(parts) == poses(account(*events))
+
+
+def test_what_is_sent_between_two_logs_is_unlogged_or_missing() -> None:
+    logs = account(health(1, 5), pose(1), health(2, 6), pose(2)), account(pose(9), health(9, 20), health(10, 21))
+    stopped, continued = (poses(logs[0].then(logs[1], continued=value)) for value in (False, True))
+    assert stopped == Line(21, 3, 1, 17, ((10 * SECOND, 10 * SECOND),))
+    assert continued == Line(21, 3, 13, 5, ((10 * SECOND, 10 * SECOND),))
+
+
+def test_healths_beside_the_logs_say_what_was_sent_after_them() -> None:
+    log = account(health(1, 0), pose(1), health(2, 1), pose(2.5))
+    reports = account(health(1, 0), health(2, 1), health(3, 4, ended=True))
+    assert poses(log.completed(reports, continued=False)) == Line(4, 2, 0, 2, ())
+    assert poses(log.completed(reports, continued=True)) == Line(4, 2, 2, 0, ())
+    alone = Account().completed(reports, continued=True)
+    assert poses(alone) == Line(4, 0, 4, 0, ())
+
+
+@pytest.fixture
+def network() -> LocalNetwork:
+    return LocalNetwork("studio", RealClock())
+
+
+class Lossy:
+    """A log's bus that loses the poses of some frames before its queue."""
+
+    def __init__(self, bus: LocalBus, lost: range) -> None:
+        self._bus, self._deliver, self._frames, self._lost = bus, bus.deliver, 0, lost
+        bus.deliver = self.deliver  # type: ignore[method-assign]
+
+    def deliver(self, key: str, data: bytes) -> None:
+        if key.endswith("/bap"):
+            self._frames += 1
+            if self._frames - 1 in self._lost:
+                return
+        self._deliver(key, data)
+
+
+def publish(bus: LocalBus, poses: int, seconds: int = 3) -> None:
+    """Publish poses, and a health each second."""
+    meter, frame, begun_ns = Meter("integrator", "main"), 0, RealClock().now_ns() - SECOND
+    for second in range(seconds):
+        report = meter.report(begun_ns + second * SECOND, second * SECOND, Phase.RUNNING, "", bus.counters, None)
+        bus.publish(HEALTH, report)
+        bus.publish(PARTIAL_BDP, bdp("1", second))  # latched: not counted
+        for _ in range(poses):
+            bus.publish(UNIVERSAL_BAP, bap(frame))
+            frame += 1
+
+
+@pytest.mark.parametrize(("lost", "expected"), [(range(0), 0), (range(3, 5), 2), (range(8, 12), 4)])
+def test_a_log_reports_what_the_network_lost(network: LocalNetwork, tmp_path: Path, lost: range, expected: int) -> None:
+    bus = network.bus()
+    bus.declare_alive("integrator", "main")
+    reader = network.bus()
+    Lossy(reader, lost)
+    log = Log(reader, Recording(tmp_path / "take.mcap", rig="studio", start_ns=0), whole_rig=True)
+    control = LogControl(network.bus(), lambda: log, log)
+    control.start()
+    publish(bus, 5, seconds=4)
+    (end,) = control.close()
+    assert (end.lost, end.missing, end.incomplete) == (expected, expected, expected > 0)
+    assert control.counts().get("log_missing", 0) == control.counts()["log_lost"] == expected
+    found = take_account(tmp_path / "take.mcap")
+    assert (found.complete, found.account.missing, found.refused) == (True, expected, {})
+    line = found.account.lines()[INTEGRATOR, "universal_bap"]
+    assert (line.sent, line.seen, line.missing) == (20 - sum(k >= 15 for k in lost), 20 - len(lost), expected)
+
+
+def test_a_log_of_some_topics_has_lost_nothing(network: LocalNetwork, tmp_path: Path) -> None:
+    bus = network.bus()
+    bus.declare_alive("integrator", "main")
+    log = Log(network.bus(), Recording(tmp_path / "take.mcap", rig="studio", start_ns=0), (HEALTH,))
+    log.start()
+    publish(bus, 5)
+    assert log.close().lost == 0
+    take = Take(tmp_path / "take.mcap")
+    list(take.messages())
+    assert METADATA not in take.metadata
+
+
+def test_a_log_subscribes_to_the_health_last(
+    network: LocalNetwork, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a health could arrive before messages that it counts are received, and they would be missing."""
+    reader, topics = network.bus(), list[Topic]()
+    monkeypatch.setattr(reader, "subscribe", lambda topic, **_: topics.append(topic))
+    log = Log(reader, Recording(tmp_path / "take.mcap", rig="studio", start_ns=0), whole_rig=True)
+    log.start()
+    log.close()
+    assert topics[-1] is HEALTH
+    assert set(topics) == set(TOPICS)

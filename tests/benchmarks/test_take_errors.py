@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from benchmarks.errors import summary
+
 from benchmarks.recognition.take_errors import take_errors
 from benchmarks.table import table
 from zenocap.tools.dataset.batch import PostureTake, generate_takes, take_path

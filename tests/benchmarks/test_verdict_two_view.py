@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-
 from benchmarks.simulated_clip import SIZE, cameras_of
+
 from benchmarks.verdict.faults import Scene
 from benchmarks.verdict.two_view import two_view_messages
 from zenocap.common import messages as m

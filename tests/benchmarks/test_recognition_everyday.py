@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.recognition.bench import Bench
-from benchmarks.recognition.everyday import AWAY, everyday_examples, session_of, stretches_of, true_rows
+from benchmarks.cases.recognition.everyday import AWAY, everyday_examples, session_of, stretches_of, true_rows
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.training.example_files import read_features
 from zenocap.simulation.motion.timeline import Segment
@@ -43,9 +42,9 @@ def test_rows_equal_those_of_a_take_of_true_poses(tmp_path: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_examples_are_kept_and_equal(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, tmp_path, 1, 3, 1)
-    made, read = (everyday_examples(bench, "truth", SEED, 0.05) for _ in range(2))
+def test_examples_are_kept_and_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ZENOCAP_CACHE", str(tmp_path))
+    made, read = (everyday_examples("truth", SEED, 0.05) for _ in range(2))
     assert made
     for one, other in zip(made, read, strict=True):
         assert (one.label, one.person, one.repetition) == (other.label, other.person, other.repetition)

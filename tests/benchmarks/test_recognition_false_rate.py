@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.recognition.false_rate import RATES, UNLIMITED, false_postures, hours_of, interval, models
+from benchmarks.cases.recognition.false_rate import RATES, UNLIMITED, false_postures, hours_of, interval, models
 from tests.services.recognizer.training.test_rejection_rate import background
 from tests.support.posture_cases import RATE, examples, movement
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example, TrainingSettings

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.recognition.real_stream import BLEND_S, RATE, Movement, halves, joined, movements_of, resampled
+from benchmarks.cases.recognition.real_stream import BLEND_S, RATE, Movement, halves, joined, movements_of, resampled
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.motion_rows import HEADING, WAY, WIDTH
 from zenocap.services.recognizer.training.examples import Example

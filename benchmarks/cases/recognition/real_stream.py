@@ -11,18 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.recognition.bench import Bench
-from benchmarks.recognition.real import (
-    STRIDE_S,
-    UNTRAINED,
-    UNTRAINED_WINDOW_S,
-    WALKS,
-    missing_motions,
-    real_examples,
-)
-from benchmarks.recognition.scenario import Event, Score, score_of, sum_of
-from benchmarks.recognition.streaming import answers_of, cells
-from benchmarks.sections import Section, Table
+from benchmarks.cases.recognition.real import MOTIONS, STRIDE_S, UNTRAINED, UNTRAINED_WINDOW_S, real_examples
+from benchmarks.cases.recognition.scenario import Event, score_of, sum_of
+from benchmarks.cases.recognition.streams import COLUMNS, answers_of, figures
+from benchmarks.harness.case import Case, Figures, Kind, case
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.motion_rows import HEADING, WAY
@@ -33,7 +25,6 @@ from zenocap.services.recognizer.training.train import train
 
 RATE = 60.0  # of the rows of a stream
 BLEND_S = 0.5  # between two movements
-ORDERS = 3  # random orders of the movements
 HALVES = 2
 
 
@@ -47,14 +38,10 @@ class Movement:
     parts: int = 1
 
 
-def real_stream(bench: Bench) -> Section:
-    if missing := missing_motions(bench.motions):
-        note = f"Skipped: {', '.join(missing)} missing (expected beside the checkout)."
-        return Section("real-stream", "Streams of real motion", (note,), ())
-    examples = real_examples(bench)
-    untrained = [(name, whole(bench, name)) for name in UNTRAINED]
-    scores: dict[int, list[Score]] = {order: [] for order in range(ORDERS)}
-    of_kinds: dict[str, list[Score]] = {}
+def run(one: Case) -> Figures:
+    """Figures of one random order of the movements."""
+    examples, scores = real_examples(), []
+    untrained = [(name, whole(name)) for name in UNTRAINED]
     for half, (tested, trained) in enumerate(halves(examples)):
         known = {example.label for example in trained}
         background = [Example(BACKGROUND, untrained[half][0], "0", RATE, untrained[half][1])]
@@ -63,37 +50,15 @@ def real_stream(bench: Bench) -> Section:
             *movements_of([example for example in tested if example.label in known]),
             *windows(*untrained[1 - half]),
         ]
-        for order in range(ORDERS):
-            shuffled = np.random.default_rng((order, half)).permutation(len(movements))
-            rows, events = joined([movements[k] for k in shuffled])
-            answers = answers_of(setup, rows, RATE)
-            scores[order].append(score_of(events, answers, len(rows) / RATE / 60.0))
-            for kind in dict.fromkeys(event.label for event in events if event.label is not None):
-                own, given = ([one for one in some if one.label == kind] for some in (events, answers))
-                of_kinds.setdefault(kind, []).append(score_of(own, given, 1.0))
-    kinds = [(kind, sum_of(found).events, sum_of(found).right) for kind, found in of_kinds.items()]
-    table = [(f"order {order}", *cells(sum_of(found))) for order, found in scores.items()]
-    table.append(("all", *cells(sum_of([one for found in scores.values() for one in found]))))
-    minutes = sum(one.minutes for one in scores[0])
-    notes = (
-        f"{minutes:.1f} minutes in each order: {len(examples)} examples of {len(WALKS)} walks and other motions. Two "
-        "models, each of half of the takes, or of the spans of motions recorded once; the other half is tested. "
-        f"Untrained: a sword or a broom in windows of {UNTRAINED_WINDOW_S:g} s. Between movements, rows are interpolated "
-        f"over {BLEND_S:g} s.",
-        "A walk is one event for each stride. An answer is right when it has the label of a posture and overlaps it by "
-        "half of the shorter one.",
-    )
-    columns = (
-        "stream", "postures", "precision %", "recall %", "delay p50 s", "delay p95 s", "false / minute",
-        "unknown", "unknown with a posture", "misclassified",
-    )  # fmt: skip
-    tables = (Table("Streams", columns, tuple(table)), Table("By kind", ("posture", "tested", "right"), tuple(kinds)))
-    return Section("real-stream", "Streams of real motion", notes, tables)
+        shuffled = np.random.default_rng((one.seed, half)).permutation(len(movements))
+        rows, events = joined([movements[k] for k in shuffled])
+        scores.append(score_of(events, answers_of(setup, rows, RATE), len(rows) / RATE / 60.0))
+    return figures(sum_of(scores))
 
 
-def whole(bench: Bench, name: str) -> Floats:
+def whole(name: str) -> Floats:
     """All rows of a file, at RATE."""
-    motion = read_features(bench.motions / f"{name}.bvh", DEFAULT)
+    motion = read_features(MOTIONS / f"{name}.bvh", DEFAULT)
     return resampled(motion.features, motion.rate)
 
 
@@ -170,3 +135,17 @@ def continued(rows: Floats, last: Floats) -> Floats:
     out[:, HEADING] = rows[:, HEADING] @ turn.T
     out[:, WAY] = (rows[:, WAY] - rows[0, WAY]) @ turn.T + last[WAY]
     return out
+
+
+REAL_STREAM = Kind(
+    "real-stream",
+    "Motion capture, one movement after another with half a second of interpolated poses between, in three random orders; "
+    "two models, each of half of the takes, or of the spans of motions recorded once. The other half is tested; a sword "
+    "or a broom are untrained movements.",
+    run,
+    COLUMNS,
+    {"forest": case("motions")},
+    case("motions"),
+    rows="classifier",
+    inputs=lambda _: ("motions",),
+)

@@ -1,27 +1,25 @@
 """Everyday movement without postures: sessions of simulated people, for backgrounds and for counting false postures."""
 
-import os
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.recognition.bench import Bench, code_of
-from benchmarks.recognition.scenario import MINUTE_S, NO_PAUSE_SHARE, PAUSES_S
+from benchmarks.cases.recognition.examples import session_examples
+from benchmarks.cases.recognition.scenario import MINUTE_S, NO_PAUSE_SHARE, PAUSES_S
+from tests.support.stored import stored
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.errors import UserError
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.motion_rows import rows_of
-from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, LEAST_ROWS, Example
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.activities import ACTIVITIES
 from zenocap.simulation.motion.timeline import MotionTimeline, session_timeline
-from zenocap.tools.dataset.generate import FPS, Method, dataset_rig, generate_take
+from zenocap.tools.dataset.generate import FPS
 
 AWAY, AWAY_SHARE = "turn-and-walk", 0.1  # of the movements: a posture, and the walk back is everyday movement
 
@@ -52,35 +50,20 @@ def stretches_of(script: MotionTimeline) -> Iterator[tuple[float, float]]:
     return ((begin, end) for begin, end in list(pairwise(edges))[::2] if end > begin)
 
 
-def everyday_examples(bench: Bench, method: Method, seed: int, minutes: float) -> list[Example]:
-    """Background of a person, without gaps; kept.  Empty without poses."""
-    folder = bench.out / "acted" / f"{method}-everyday-{minutes:g}-{code_of(method)}"
-    folder.mkdir(parents=True, exist_ok=True)
+def everyday_examples(method: str, seed: int, minutes: float) -> list[Example]:
+    """Background of a person, without gaps.  Empty without poses."""
     script = session_of(seed, minutes)
     if method == "truth":
-        return _true_examples(folder, script, seed)
-    take = folder / f"{seed}.mcap"
-    if not take.is_file():
-        part = take.with_suffix(f".{os.getpid()}.part")
-        generate_take(dataset_rig(method), method, script, seed, part)
-        part.replace(take)
-    rows = [Row(0, take, *span, BACKGROUND, str(seed), str(number)) for number, span in enumerate(stretches_of(script))]
-    try:
-        return examples_of(folder / "everyday.csv", rows, DEFAULT, missing=[])
-    except UserError:
-        return []
+        return stored(lambda: _true_examples(script, seed), seed, minutes, sources=(__name__,))
+    spans = enumerate(stretches_of(script))
+    rows = [Row(0, Path(), *span, BACKGROUND, str(seed), str(number)) for number, span in spans]
+    return session_examples(method, script, seed, rows)
 
 
-def _true_examples(folder: Path, script: MotionTimeline, seed: int) -> list[Example]:
+def _true_examples(script: MotionTimeline, seed: int) -> list[Example]:
     """The same without a take: a recording of true poses takes twice the time."""
-    path = folder / f"{seed}.npy"
     first = round(script.motion_from_s * FPS)
-    if not path.is_file():
-        part = path.with_suffix(f".{os.getpid()}.part")
-        with part.open("wb") as file:
-            np.save(file, true_rows(script, np.arange(first, int(script.duration_s * FPS)) / FPS))
-        part.replace(path)
-    rows = np.load(path)
+    rows = true_rows(script, np.arange(first, int(script.duration_s * FPS)) / FPS)
     found = []
     for number, (begin_s, end_s) in enumerate(stretches_of(script)):
         stretch = rows[max(round(begin_s * FPS) - first, 0) : round(end_s * FPS) - first]

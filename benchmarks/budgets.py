@@ -20,12 +20,12 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 import numpy as np
-
 from benchmarks.clips import SHARED
 from benchmarks.hybrid.accuracy import VIEWS
 from benchmarks.hybrid.priors import KINDS
 from benchmarks.hybrid.runs import ANATOMY, Case, setup_of
 from benchmarks.hybrid.silhouettes import load_clip
+
 from benchmarks.table import table
 from zenocap.common.rig.rig import load_rig
 from zenocap.services.tracker import tracking

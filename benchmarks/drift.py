@@ -10,8 +10,8 @@ import argparse
 
 import cv2
 import numpy as np
-
 from benchmarks.simulated_clip import cycle_clip
+
 from zenocap.common.lags.tangents import outline_of
 from zenocap.tools.calibration.drift import drift_of, moved_camera
 

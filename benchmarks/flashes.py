@@ -18,9 +18,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from benchmarks.takes import SMALL, Film, default_folder, filmed, simulation_digest
 
 from benchmarks.table import Cell, table
-from benchmarks.takes import SMALL, Film, default_folder, filmed, simulation_digest
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes, Floats, Image
 from zenocap.common.camera.calibration_files import write_calibration

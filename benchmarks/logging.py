@@ -13,9 +13,10 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from benchmarks.takes import LARGE, SMALL, Size
+
 from benchmarks.mixture import START_NS, instants, mixture, sized, with_viewers
 from benchmarks.table import Cell, table
-from benchmarks.takes import LARGE, SMALL, Size
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope, Received

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import msgspec
-
 from benchmarks.takes import SMALL, Size, default_folder
+
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode

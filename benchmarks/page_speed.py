@@ -21,10 +21,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from benchmarks.page_pictures import await_page, await_pose
 from playwright.sync_api import Browser, ViewportSize, sync_playwright
 
 from benchmarks.animator import FLAGS
-from benchmarks.page_pictures import await_page, await_pose
 from benchmarks.table import Cell, table
 from tests.support.places import GOLDEN
 from tests.system.test_animator import rig_file

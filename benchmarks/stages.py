@@ -15,10 +15,10 @@ from unittest.mock import patch
 
 import cv2
 import numpy as np
+from benchmarks.takes import FPS, LARGE, SMALL, VIEWERS, Film, Size, default_folder, film, takes
 
 from benchmarks import loop
 from benchmarks.table import table
-from benchmarks.takes import FPS, LARGE, SMALL, VIEWERS, Film, Size, default_folder, film, takes
 from zenocap.common.messages import PartialBap
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.services.viewer import segmentation

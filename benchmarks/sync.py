@@ -22,13 +22,13 @@ from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
-from scipy.signal import butter, fftconvolve, sosfilt
-
 from benchmarks.clips import SHARED
 from benchmarks.hybrid.silhouettes import load_clip
 from benchmarks.simulated_clip import cycle_clip
-from benchmarks.table import Cell, table
 from benchmarks.takes import default_folder
+from scipy.signal import butter, fftconvolve, sosfilt
+
+from benchmarks.table import Cell, table
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s

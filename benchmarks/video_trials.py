@@ -23,8 +23,8 @@ from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
-
 from benchmarks.clips import SHARED
+
 from benchmarks.table import Cell, table
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError

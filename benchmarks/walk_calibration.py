@@ -23,9 +23,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
 from benchmarks.hybrid.runs import Case, run
 from benchmarks.simulated_clip import cycle_clip
+
 from tests.support.walkers import Walker, walker
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.calibration_files import read_calibration

@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
+from benchmarks.sections import Section, markdown, report, write
 from rich.console import Console
 
 from benchmarks.load.bench import Bench, bench
@@ -19,7 +20,6 @@ from benchmarks.load.pages import pages
 from benchmarks.load.predictions import predictions
 from benchmarks.load.readers import readers
 from benchmarks.load.settings import settings
-from benchmarks.sections import Section, markdown, report, write
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.load_test.shell import run_soak

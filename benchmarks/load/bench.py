@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from benchmarks.sections import Cell, Row, Table
 from rich.console import Console
 
-from benchmarks.sections import Cell, Row, Table
 from zenocap.common.bus.protocol import BusError
 from zenocap.tools.load_test.measurement import Measurement
 from zenocap.tools.load_test.plan import LoadError, Plan

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from benchmarks.load.bench import Bench, limits, table
 from benchmarks.sections import Section, Table
+
+from benchmarks.load.bench import Bench, limits, table
 from zenocap.tools.load_test.measurement import Measurement
 from zenocap.tools.load_test.plan import MAX_RATE, LoadError, Plan, RampQuantity
 from zenocap.tools.load_test.ramp import ramp, ramp_lines

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table, markdown
+
+from benchmarks.load.bench import Bench
 from zenocap.tools.load_test.measurement import Measurement
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.plan.calculator import demand

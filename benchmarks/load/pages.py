@@ -18,12 +18,12 @@ from statistics import mean, median
 
 import msgspec
 import numpy as np
+from benchmarks.sections import Row, Section, Table
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from benchmarks.load.bench import Bench
 from benchmarks.load.readers import CHANGED_S, ROUNDS, SETTLE_S, Phase, measured_phase
-from benchmarks.sections import Row, Section, Table
 from zenocap.common.runtime.priority import NICENESS
 from zenocap.tools.launcher.peer_mesh import free_ports
 from zenocap.tools.load_test.launch import LoadProcesses

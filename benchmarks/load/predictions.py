@@ -6,8 +6,9 @@ Predicted with the costs that are shipped, and with those of this machine as `--
 from collections import defaultdict
 from dataclasses import replace
 
-from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table
+
+from benchmarks.load.bench import Bench
 from zenocap.tools.load_test.measurement import Measurement
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.plan.calculator import demand

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
 
-from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table
+
+from benchmarks.load.bench import Bench
 from zenocap.common.runtime.priority import NICENESS
 from zenocap.tools.load_test.costs import MachineUse
 from zenocap.tools.load_test.latency import Window, figures

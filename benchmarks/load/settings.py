@@ -12,10 +12,11 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+from benchmarks.sections import Row, Section, Table
+
 from benchmarks.load.bench import Bench
 from benchmarks.load.player import Play
 from benchmarks.load.trials import PlayerResult, endpoint, player, result_of, router, trial
-from benchmarks.sections import Row, Section, Table
 
 SHARED = Path("/dev/shm")
 LEASE, RETRY = "transport/link/tx/lease", "connect/retry"

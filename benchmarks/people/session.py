@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from benchmarks.people.errors import Estimate, estimate_of
 from benchmarks.people.films import Film
@@ -22,7 +22,7 @@ from zenocap.common.rig.viewers import Viewer
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.session.session import Session
 from zenocap.common.topics import TOPICS
-from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.members import members
@@ -68,11 +68,11 @@ def rig_of(
     )  # fmt: skip
 
 
-def stepped(rig: Rig, frame_sets: Iterable[Mapping[str, Frame]]) -> Iterator[Sequence[m.Message]]:
-    """The messages that result from each frame set, frames by viewer."""
+def stepped(rig: Rig, frame_sets: Iterable[Mapping[str, Frame | SegmentedFrame]]) -> Iterator[Sequence[m.Message]]:
+    """The messages that result from each frame set, frames or silhouettes by viewer."""
     session = Session(rig.name, ManualClock(EPOCH_NS), members(rig), TOPICS)
     for frames in frame_sets:
-        yield [one.message for one in session.frames(frames)]
+        yield [one.message for one in session.frames(cast(Mapping[str, Frame], frames))]
 
 
 def frame_sets(film: Film) -> Iterator[Mapping[str, Frame]]:

@@ -4,14 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.rooms.__main__ import overlap
-from benchmarks.rooms.film import CHANGE_S, EMPTY_S, FPS
-from benchmarks.rooms.real_light import film, masks
-from benchmarks.rooms.situations import SITUATIONS
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS
+from benchmarks.cases.rooms.real_light import film, masks
+from benchmarks.cases.rooms.silhouettes import NAMED, overlap
 from tests.support.simulated_cameras import look
 
 SIZE = (96, 72)
-LAMP = next(one.tone for one in SITUATIONS if one.name == "lamp switched off")
+LAMP = NAMED["lamp switched off"].tone
 
 
 def room_and_figures() -> tuple[np.ndarray, list[np.ndarray]]:

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.verdict.messages import EPOCH_NS
-from benchmarks.verdict.takes import FPS, FaultyTake
+from benchmarks.cases.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.verdict.evidence import Evidence, PoseRow, evidence_of
 from zenocap.tools.verdict.features import Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (

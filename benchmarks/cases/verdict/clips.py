@@ -1,30 +1,25 @@
 """The verdict on the shared clips, with faults in calibration, order and time of the videos.
 
-    python -m benchmarks.verdict.clips [--clip NAME ...] [--fault NAME ...] [--jobs 1]
-
 Every case is a folder with the clip's videos, tracked by `zenocap track` in a process of its own and scored against the
 clip's truth by time (`zenocap evaluate`).  No parameter was chosen on these clips.  The references of the real clips are
 triangulated key points, a few centimetres off.
 """
 
-import argparse
 import json
 import subprocess
 import sys
-import tomllib
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.clips import SHARED
-from benchmarks.table import Cell, table
-from benchmarks.verdict.truth import CLASSES
+from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
+from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.people.shared_clips import clip_table, motion_from
+from tests.support.stored import stored
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.verdict.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
@@ -100,92 +95,73 @@ CLIPS: dict[str, tuple[str, ...]] = {  # the cameras used; none: all
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Case:
-    """One tracked folder.  mean_m and lost: against the truth; verdict: line of `track`."""
-
-    clip: str
-    fault: str
-    status: int
-    mean_m: float
-    lost: float
-    verdict: str
-
-    @property
-    def truth(self) -> str:
-        if not np.isfinite(self.mean_m) or self.mean_m > UNUSABLE_ERROR_M or self.lost > UNUSABLE_LOST:
-            return "unusable"
-        return "good" if self.mean_m <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
-
-    @property
-    def found(self) -> str:
-        return self.verdict.split()[0].rstrip(":,;") if self.verdict else STATUS.get(self.status, f"status {self.status}")
+def run(one: Case) -> Figures:
+    """Error, and the class in truth and by the verdict, of one clip with a fault, or of all.  Options: fault."""
+    if one.film != ALL:
+        return _tried(one.film, one.option("fault", "none"))
+    every = [_tried(clip, fault) for clip in CLIPS for fault in FAULTS]
+    return {column.name: total for column in CLASS_COLUMNS if (total := sum(each.get(column.name, 0) for each in every))}
 
 
-def tried(clip: str, fault: str) -> Case:
-    source = SHARED / "clips" / clip.split(",")[0]
-    settings = tomllib.loads((source / "clip.toml").read_text())
+def _tried(clip: str, fault: str) -> dict[str, float]:
+    sources = (__name__, "zenocap.tools", "zenocap.services")  # `zenocap track` runs them by name
+    mean_m, lost, found = stored(lambda: _tracked(clip, fault), clip, fault, sources=sources)
+    if not np.isfinite(mean_m) or mean_m > UNUSABLE_ERROR_M or lost > UNUSABLE_LOST:
+        true = "unusable"
+    else:
+        true = "good" if mean_m <= GOOD_ERROR_M and lost <= GOOD_LOST else "doubtful"
+    return {"mean": 1e3 * mean_m, "lost": 100.0 * lost, f"{true} in truth, called {found}": 1}
+
+
+def _tracked(clip: str, fault: str) -> tuple[float, float, str]:
+    """Mean error (m), share of lost joints, and the verdict."""
+    name = clip.split(",")[0]
+    source = SHARED / "clips" / name
     videos = {path.stem: path for path in sorted((source / "videos").iterdir()) if path.suffix in (".mp4", ".mkv", ".avi")}
-    chosen = {name: path for name, path in videos.items() if name in (CLIPS[clip] or videos)}
-    up_axis = str(settings["up_axis"])
+    chosen = {camera: path for camera, path in videos.items() if camera in (CLIPS[clip] or videos)}
+    up_axis = str(clip_table(name)["up_axis"])
     folder = FAULTS[fault](Folder(read_calibration(source / "calibration.toml", up_axis), chosen))
     with TemporaryDirectory(prefix="zenocap-") as place:
         root, take = Path(place) / source.name, Path(place) / "take.mcap"
         (root / "videos").mkdir(parents=True)
-        for name, path in folder.videos.items():
-            (root / "videos" / f"{name}{path.suffix}").symlink_to(path)
-        for name in ("background", "stretched", "clip.toml"):
-            if (source / name).exists():
-                (root / name).symlink_to(source / name)
+        for camera, path in folder.videos.items():
+            (root / "videos" / f"{camera}{path.suffix}").symlink_to(path)
+        for each in ("background", "stretched", "clip.toml"):
+            if (source / each).exists():
+                (root / each).symlink_to(source / each)
         write_calibration(root / "calibration.toml", folder.cameras, up_axis)
         if folder.offsets_s:
-            lines = (f"{name} = {offset}\n" for name, offset in folder.offsets_s.items())
+            lines = (f"{camera} = {offset}\n" for camera, offset in folder.offsets_s.items())
             (root / "sync.toml").write_text("[offset_s]\n" + "".join(lines))
         done = _zenocap("track", str(root), "-o", str(take), "--jobs", "1", "--cameras", ",".join(sorted(folder.videos)))
         printed = (done.stdout + done.stderr).splitlines()
         verdict = next((line.removeprefix(VERDICT) for line in printed if line.startswith(VERDICT)), "")
         mean_m, lost = float("nan"), 1.0
-        truth = next(
-            source / name for name in ("truth.trc", "reference.trc", "reference_P1.trc") if (source / name).is_file()
-        )
+        truth = next(source / each for each in TRUTHS if (source / each).is_file())
         if take.is_file():
             halpe = ["--joints", "halpe"] if truth.name != "truth.trc" else []
-            since = str(settings.get("motion_from_frame", 0))
+            since = str(motion_from(name))
             scored = _zenocap("evaluate", str(take), "--truth", str(truth), "--from", since, "--json", *halpe)
             if scored.returncode == 0:
                 figures = json.loads(scored.stdout)
                 mean_m, lost = figures["mpjpe_mm"] / 1e3, figures["lost_pct"] / 100
-        return Case(clip, fault, done.returncode, mean_m, lost, verdict)
+        words = verdict.split()
+        return mean_m, lost, words[0].rstrip(":,;") if words else STATUS[done.returncode]
 
 
 def _zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "zenocap", *arguments], capture_output=True, text=True, check=False)
 
 
-def summary(cases: Sequence[Case]) -> str:
-    counts = Counter((case.truth, case.found) for case in cases)
-    rows: list[list[Cell]] = [[f"{true} in truth", *(counts[true, found] for found in CLASSES)] for true in CLASSES]
-    return table("Verdict on the shared clips", ("takes", *CLASSES), rows)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--clip", nargs="+", choices=CLIPS, default=list(CLIPS), metavar="NAME")
-    parser.add_argument("--fault", nargs="+", choices=FAULTS, default=list(FAULTS), metavar="NAME")
-    parser.add_argument("--jobs", type=int, default=1)
-    options = parser.parse_args()
-    if not (SHARED / "clips").is_dir():
-        print(f"verdict.clips: skipped: {SHARED / 'clips'} missing (expected beside the checkout)")
-        return
-    with ThreadPool(options.jobs) as pool:
-        cases = pool.starmap(tried, [(clip, fault) for clip in options.clip for fault in options.fault], chunksize=1)
-    columns = ("clip", "fault", "mean mm", "lost %", "in truth", "verdict")
-    rows: list[list[Cell]] = [
-        [c.clip, c.fault, c.mean_m * 1e3, c.lost * 100, c.truth, c.verdict or f"status {c.status}"] for c in cases
-    ]
-    print(table("Takes", columns, rows))
-    print(summary(cases))
-
-
-if __name__ == "__main__":
-    main()
+CLIP_VERDICTS = Kind(
+    "verdict-clips",
+    "The verdict on the shared clips, which nothing was fitted to, with the videos as they are and with faults, tracked by "
+    "`zenocap track`. Nothing in it is random.",
+    run,
+    (Column("mean", "mm", 0), Column("lost", "%", 1), *CLASS_COLUMNS),
+    {ALL: case(ALL)} | {f"{clip}, {fault}": case(clip, fault=fault) for clip in CLIPS for fault in FAULTS},
+    case("walk2"),
+    seeds=1,
+    rows="clip, fault",
+    inputs=lambda one: ("clips",) if one.film == ALL else (f"clips/{one.film.split(',')[0]}",),
+)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from benchmarks.rooms.film import CHANGE_S, EMPTY_S, FPS, Scene, Situation
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, Scene, Situation
 from tests.support.walkers import walker
 from zenocap.common.arrays import Floats, Floats32, Image
 from zenocap.simulation.body.person import Person

@@ -7,8 +7,8 @@ from itertools import islice
 import cv2
 import numpy as np
 
-from benchmarks.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, Scene, Shot, Situation, Tone, shots
-from benchmarks.rooms.situations import SITUATIONS, WHITE_BALANCE
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, Scene, Shot, Situation, Tone, shots
+from benchmarks.cases.rooms.situations import SITUATIONS, WHITE_BALANCE
 from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import Camera

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.video_trials import at_times, true_class
+from benchmarks.cases.videos.video_trials import at_times, true_class
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.tools.recordings.evaluate import Selection, accuracy
 

@@ -1,16 +1,10 @@
 """Films of two machines, processes here, by one command: how far apart they begin, and the rate of copying.
 
-    python -m benchmarks.film [--films N] [--seconds S] [--fps F] [--size WxH]
-
-Each machine has a network camera that draws the time into its images.  Begin: from the first image of one video to that of
-the other, by the drawn times; two free cameras are up to a period apart.  Error: of the offset in sync.toml against the
-drawn one.  Copying: over TCP on this machine, checksums included.
+Each machine has a network camera that draws the time into its images.
 """
 
-import argparse
 import re
 import subprocess
-import sys
 import tempfile
 import time
 import tomllib
@@ -20,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.films import size_of
 from tests.support.mjpeg_server import BITS, MjpegServer, time_in
 from tests.support.processes import ZENOCAP
 from tests.support.simulated_cameras import paper_cameras
@@ -63,45 +59,37 @@ def figures(folder: Path, text: str) -> tuple[float, float, list[float]]:
     return apart_ms, error_ms, [float(rate) for rate in re.findall(r" at (\d+) MB/s", text)]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--films", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=6.0)
-    parser.add_argument("--fps", type=float, default=30.0)
-    parser.add_argument("--size", default="640x480")
-    options = parser.parse_args()
-    width, height = (int(side) for side in options.size.split("x"))
+def run(one: Case) -> Figures:
+    """One film.  Options: size, fps, seconds."""
+    size, fps, seconds = size_of(one.option("size", "640x480")), one.option("fps", 30.0), one.option("seconds", 6.0)
     with tempfile.TemporaryDirectory() as place, ExitStack() as stack:
         base, (port,) = Path(place), free_ports(1)
-        write_calibration(base / "calibration.toml", dict(zip(NAMES, paper_cameras((width, height)), strict=True)))
+        write_calibration(base / "calibration.toml", dict(zip(NAMES, paper_cameras(size), strict=True)))
         rig = 'name = "film"\ncalibration = "calibration.toml"\n'
         for k, name in enumerate(NAMES):
-            server = stack.enter_context(MjpegServer((width, height), options.fps))
-            rig += f'[[viewer]]\nid = "{k}"\ncamera = "{name}"\nsource = "{server.url}"\nfps = {options.fps}\n'
+            server = stack.enter_context(MjpegServer(size, fps))
+            rig += f'[[viewer]]\nid = "{k}"\ncamera = "{name}"\nsource = "{server.url}"\nfps = {fps}\n'
             network = ("-l" if k == 0 else "-e", f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
-            stack.enter_context(
-                machine(base / f"lab{k}", "--machine", f"lab{k}", "--camera", f"{name}={server.url}", *network)
-            )
+            camera = ("--machine", f"lab{k}", "--camera", f"{name}={server.url}")
+            stack.enter_context(machine(base / f"lab{k}", *camera, *network))
         (base / "rig.toml").write_text(rig)
-        for number in range(options.films):
-            command = ("film", "rig.toml", "-o", f"{number}", "--seconds", f"{options.seconds}", "--fetch")
-            done = subprocess.run(
-                [*ZENOCAP, *command, "-e", f"tcp/127.0.0.1:{port}", "--no-multicast-scouting"],
-                cwd=base,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            if done.returncode:
-                sys.exit(done.stdout + done.stderr)
-            apart_ms, error_ms, rates = figures(base / f"{number}", done.stdout)
-            (clocks,) = re.findall(r"clocks against this one: (.*)", done.stdout)
-            print(
-                f"film {number}: begin {apart_ms:+.0f} ms apart (period {1e3 / options.fps:.0f} ms), "
-                f"sync.toml off by {error_ms:+.1f} ms, copied at {min(rates):.0f} MB/s; {clocks}",
-                flush=True,
-            )
+        command = ("film", "rig.toml", "-o", "film", "--seconds", f"{seconds}", "--fetch")
+        words = (*command, "-e", f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+        done = subprocess.run([*ZENOCAP, *words], cwd=base, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(done.stdout + done.stderr)
+        apart_ms, error_ms, rates = figures(base / "film", done.stdout)
+    return {"apart": abs(apart_ms), "error": abs(error_ms), "copied": min(rates)}
 
 
-if __name__ == "__main__":
-    main()
+FILM = Kind(
+    "film",
+    "Films of two machines, processes on one computer, by one command; cameras over HTTP that draw the time into their "
+    "images. Apart: from the first image of one video to that of the other; error: of the offset in sync.toml.",
+    run,
+    (Column("apart", "ms", 0), Column("error", "ms", 1), Column("copied", "MB/s", 0, "low")),
+    {"1280×720, 15 frames/s": case("film", size="1280x720", fps=15.0), "640×480, 30 frames/s": case("film")},
+    case("film", size="320x240", seconds=1.0),
+    rows="size, rate",
+    timed=True,
+)

@@ -1,34 +1,22 @@
 """Offsets of videos that did not begin together, as `zenocap sync` finds them, from silhouettes and from sound.
 
-    python -m benchmarks.sync [--only silhouettes,unrelated,sound,files] [--quick]
-
-silhouettes: simulated people, and the shared clips walk7, walk2 and real_beam4, each video cut at its beginning; of clips
-at 60 frames/s every second frame in another phase, so that true offsets are multiples of half a frame period.  unrelated:
-the first view of one simulated person and the second of another: no offset is right.  sound: speech-like noise and a clap
-at four cameras, each with its own echoes, gain, filter, noise and distance of 2 to 6 m; `plus 3 ms/m`: against the
-beginnings of the videos, otherwise against what the sound shows, which differs by the time that it takes.  files: the
-videos of walk7 and walk2 written shifted, with sound at equal distances, and read as the command does.
-Errors are against the first camera, in frame periods at 30 frames/s (of real_beam4 too).  wrong: certain offsets that are
-more than half a frame period off.
+Errors are against the first camera, in frame periods at 30 frames/s (of real_beam4 too); of clips at 60 frames/s every
+second frame is used in another phase, so that true offsets are multiples of half a frame period.
 """
 
-import argparse
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations, permutations
-from math import nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
-from benchmarks.clips import SHARED
-from benchmarks.hybrid.silhouettes import load_clip
-from benchmarks.simulated_clip import cycle_clip
-from benchmarks.takes import default_folder
 from scipy.signal import butter, fftconvolve, sosfilt
 
-from benchmarks.table import Cell, table
+from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.people.shared_clips import load_clip
+from benchmarks.people.simulated_clips import CYCLES, cycle_clip
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
@@ -45,9 +33,7 @@ SHORT_SHIFTS_S = (0.0, 0.1, -0.1, 0.3, -0.3)  # of real_beam4, which is 1.7 s lo
 CLIPS = {"walk7": (7, 4, 2), "walk2": (2,), "real_beam4": (4, 2)}  # numbers of cameras
 SIMULATED = (("walking-7", 2), ("running-12", 2), ("boxing-8", 2), ("walking-14", 4), ("running-13", 4))
 MAX_S, WRONG = 10.0, 0.5
-SNRS_DB, SOUND_SEEDS, SOUND_S, SOUND_RATE = (20, 0, -10, -20), 5, 12.0, 16_000
-COLUMNS = ("videos", "cameras", "certain", "median error", "worst", "wrong", "not certain")
-SECTIONS = ("silhouettes", "unrelated", "sound", "files")
+SNRS_DB, SOUND_S, SOUND_RATE = (20, 0, -10, -20), 12.0, 16_000
 Outlines = Mapping[str, Sequence[Outline]]
 
 
@@ -55,7 +41,7 @@ Outlines = Mapping[str, Sequence[Outline]]
 class Score:
     """Errors of certain offsets, in frame periods, and number of the others."""
 
-    errors: list[float]
+    errors: list[float] = field(default_factory=list)
     uncertain: int = 0
 
     def add(self, found: Mapping[str, Offset], truth: Mapping[str, float]) -> None:
@@ -67,9 +53,75 @@ class Score:
                 error_s = found[name].offset_s - found[first].offset_s - truth[name] + truth[first]
                 self.errors.append(abs(error_s) / PERIOD_S)
 
-    def row(self, name: str, cameras: int) -> list[Cell]:
-        median, worst = (float(np.median(self.errors)), max(self.errors)) if self.errors else (nan, nan)
-        return [name, cameras, len(self.errors), median, worst, sum(e > WRONG for e in self.errors), self.uncertain]
+    def figures(self, allowed: float = WRONG) -> dict[str, float]:
+        """allowed: error in frame periods up to which an offset is not wrong."""
+        counts = {
+            "certain": len(self.errors),
+            "wrong": sum(e > allowed for e in self.errors),
+            "not certain": self.uncertain,
+        }
+        known = {"error": float(np.median(self.errors)), "worst": max(self.errors)} if self.errors else {}
+        return {**counts, **known}
+
+
+def run(one: Case) -> Figures:
+    """Offsets of a simulated or shared clip at one cut, the seed's.  Options: views."""
+    cameras, outlines = _outlines_of(one)
+    shifts = SHORT_SHIFTS_S if one.film == "real_beam4" else SHIFTS_S
+    score = Score()
+    if one.seed < len(shifts):
+        shifted, truth = cut({name: outlines[name] for name in cameras}, shifts[one.seed])
+        score.add(of_silhouettes(cameras, shifted), truth)
+    return score.figures()
+
+
+def _outlines_of(one: Case) -> tuple[Mapping[str, Camera], dict[str, list[Outline]]]:
+    views = one.option("views", 2)
+    if one.film.partition("-")[0] in CYCLES:
+        return simulated_outlines(one.film, views)
+    every, outlines = clip_outlines(one.film)
+    return {name: every[name] for name in list(every)[:: len(every) // views][:views]}, outlines
+
+
+def run_unrelated(one: Case) -> Figures:
+    """The first view of each person beside the second view of each other one: no offset is right."""
+    people = [simulated_outlines(name, 2) for name, views in SIMULATED if views == 2][: one.option("people", 3)]
+    certain = uncertain = 0
+    for (cameras, own), (_, other) in permutations(people, 2):
+        first, second = cameras
+        found = of_silhouettes(cameras, {first: own[first], second: other[second]})
+        wrong = not any(offset.reason for offset in found.values())
+        certain, uncertain = certain + wrong, uncertain + (not wrong)
+    return {"certain": certain, "wrong": certain, "not certain": uncertain}
+
+
+def run_sound(one: Case) -> Figures:
+    """Offsets from sound, with random rooms and noise.
+
+    Options: snr (dB); plain, against the beginnings of the videos, otherwise without the time that sound takes.
+    """
+    names, score = [f"cam{k}" for k in range(4)], Score()
+    sounds, delays = recordings(len(names), one.option("snr", 20), one.seed)
+    for shift_s in SHIFTS_S[1::2]:
+        starts = {name: (k % 2) * abs(shift_s) + 0.0137 * k for k, name in enumerate(names)}
+        tracks = {name: _track(sound, starts[name]) for name, sound in zip(names, sounds, strict=True)}
+        pairs = {(a, b): SoundPair(tracks[a], tracks[b], reach_s(MAX_S)) for a, b in combinations(names, 2)}
+        found = offsets_of(names, pairs, replace(SOUND_LIMITS, max_lag_s=MAX_S), {})
+        taken = [0.0] * len(names) if one.option("plain", False) else delays
+        score.add(found, {name: starts[name] - delay_s for name, delay_s in zip(names, taken, strict=True)})
+    return score.figures()
+
+
+def run_files(one: Case) -> Figures:
+    """Videos of a shared clip written shifted, with sound, and read as the command does.  Options: by."""
+    by = one.option("by", "silhouettes")
+    with TemporaryDirectory() as place:
+        folder = Path(place) / one.film
+        truth = shifted_copy(SHARED / "clips" / one.film, folder, 0.65)
+        found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="sound" if by == "sound" else "silhouettes"))
+    score = Score()
+    score.add({id: each.offset for id, each in found.items()}, truth)
+    return score.figures()
 
 
 def simulated_outlines(name: str, views: int) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
@@ -82,7 +134,7 @@ def simulated_outlines(name: str, views: int) -> tuple[dict[str, Camera], dict[s
 
 def clip_outlines(name: str) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
     """Cameras and outlines of a shared clip, from its first silhouette on."""
-    clip = load_clip(SHARED / "clips" / name, default_folder(), t_pose=False)
+    clip = load_clip(name, t_pose=False)
     start_ns = clip.instants[0].captured_ns
     instants = [((one.captured_ns - start_ns) / 1e9, clip.masks(one, clip.cameras)) for one in clip.instants]
     return clip.cameras, _outlines(clip.cameras, instants)
@@ -117,38 +169,6 @@ def of_silhouettes(cameras: Mapping[str, Camera], outlines: Outlines) -> dict[st
     return offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=MAX_S), {})
 
 
-def silhouette_rows(quick: bool) -> Iterator[list[Cell]]:
-    for name, views in SIMULATED[: 1 if quick else None]:
-        cameras, outlines = simulated_outlines(name, views)
-        yield _silhouette_row(f"{name}, simulated", cameras, outlines, SHIFTS_S[: 3 if quick else None])
-    for name, numbers in list(CLIPS.items())[1 if quick else 0 : 2 if quick else None]:
-        every, outlines = clip_outlines(name)
-        shifts = SHORT_SHIFTS_S if name == "real_beam4" else SHIFTS_S[: 3 if quick else None]
-        for number in numbers:
-            cameras = {name: every[name] for name in list(every)[:: len(every) // number][:number]}
-            yield _silhouette_row(name, cameras, outlines, shifts)
-
-
-def _silhouette_row(name: str, cameras: Mapping[str, Camera], outlines: Outlines, shifts: Sequence[float]) -> list[Cell]:
-    score = Score([])
-    for shift_s in shifts:
-        shifted, truth = cut({name: outlines[name] for name in cameras}, shift_s)
-        score.add(of_silhouettes(cameras, shifted), truth)
-    return score.row(name, len(cameras))
-
-
-def unrelated_rows(quick: bool) -> Iterator[list[Cell]]:
-    """The first view of each person beside the second view of each other one."""
-    people = [simulated_outlines(name, 2) for name, views in SIMULATED if views == 2][: 2 if quick else None]
-    certain = uncertain = 0
-    for (cameras, one), (_, other) in permutations(people, 2):
-        first, second = cameras
-        found = of_silhouettes(cameras, {first: one[first], second: other[second]})
-        wrong = not any(offset.reason for offset in found.values())
-        certain, uncertain = certain + wrong, uncertain + (not wrong)
-    yield ["unrelated", 2, certain, nan, nan, certain, uncertain]
-
-
 def recordings(cameras: int, snr_db: float, seed: int, seconds: float = SOUND_S) -> tuple[list[Floats], list[float]]:
     """Sound (n,) at each camera, SOUND_RATE samples/s, all from time 0 on, and the delays of the direct sound, seconds."""
     rng = np.random.default_rng(seed)
@@ -176,40 +196,11 @@ def recordings(cameras: int, snr_db: float, seed: int, seconds: float = SOUND_S)
     return sounds, delays
 
 
-def sound_rows(quick: bool) -> Iterator[list[Cell]]:
-    names = [f"cam{k}" for k in range(4)]
-    for snr_db in SNRS_DB[: 2 if quick else None]:
-        corrected, plain = Score([]), Score([])
-        for seed in range(1 if quick else SOUND_SEEDS):
-            sounds, delays = recordings(len(names), snr_db, seed)
-            for shift_s in SHIFTS_S[1::2]:
-                starts = {name: (k % 2) * abs(shift_s) + 0.0137 * k for k, name in enumerate(names)}
-                tracks = {name: _track(sound, starts[name]) for name, sound in zip(names, sounds, strict=True)}
-                pairs = {(a, b): SoundPair(tracks[a], tracks[b], reach_s(MAX_S)) for a, b in combinations(names, 2)}
-                found = offsets_of(names, pairs, replace(SOUND_LIMITS, max_lag_s=MAX_S), {})
-                plain.add(found, starts)
-                corrected.add(found, {name: starts[name] - delay_s for name, delay_s in zip(names, delays, strict=True)})
-        yield corrected.row(f"sound, {snr_db} dB", len(names))
-        yield plain.row(f"sound, {snr_db} dB, plus 3 ms/m", len(names))
-
-
 def _track(sound: Floats, start_s: float) -> Floats:
     """The part from `start_s` on, at the rate of the comparison."""
     assert SOUND_RATE == 2 * RATE
     part = sound[round(start_s * SOUND_RATE) :][: round(SOUND_S * SOUND_RATE)]
     return np.asarray(part[: len(part) // 2 * 2].reshape(-1, 2).mean(axis=1))
-
-
-def file_rows(quick: bool) -> Iterator[list[Cell]]:
-    for name in ("walk2",) if quick else ("walk7", "walk2"):
-        for by in ("sound", "silhouettes"):
-            with TemporaryDirectory() as place:
-                folder = Path(place) / name
-                truth = shifted_copy(SHARED / "clips" / name, folder, 0.65)
-                found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="sound" if by == "sound" else "silhouettes"))
-            score = Score([])
-            score.add({id: one.offset for id, one in found.items()}, truth)
-            yield score.row(f"{name}, files, {by}", len(truth))
 
 
 def shifted_copy(clip: Path, folder: Path, shift_s: float) -> dict[str, float]:
@@ -245,21 +236,66 @@ def _images(path: Path) -> tuple[list[Image], float]:
         return images, reader.fps
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default=",".join(SECTIONS), help="sections, separated by commas")
-    parser.add_argument("--quick", action="store_true", help="a few cases of each section")
-    options = parser.parse_args()
-    missing = [str(folder) for folder in (SHARED / "clips" / name for name in CLIPS) if not folder.is_dir()]
-    if missing:
-        print(f"sync: skipped: {', '.join(missing)} missing (the shared test clips are expected beside the checkout)")
-        return
-    sections = {"silhouettes": silhouette_rows, "unrelated": unrelated_rows, "sound": sound_rows, "files": file_rows}
-    if unknown := sorted(set(options.only.split(",")) - set(SECTIONS)):
-        parser.error(f"--only {', '.join(unknown)}: allowed: {', '.join(SECTIONS)}")
-    rows = [row for name in SECTIONS if name in options.only.split(",") for row in sections[name](options.quick)]
-    print(table("Offsets of videos, errors in frame periods", COLUMNS, rows))
+COLUMNS = (
+    Column("certain", "", 0, joined="sum"),
+    Column("error", "periods", 2, joined="median"),
+    Column("worst", "periods", 2),
+    Column("wrong", "", 0, joined="sum"),
+    Column("not certain", "", 0, joined="sum"),
+)
 
 
-if __name__ == "__main__":
-    main()
+def inputs(one: Case) -> tuple[str, ...]:
+    return () if one.film.partition("-")[0] in CYCLES else (f"clips/{one.film}",)
+
+
+SYNC = Kind(
+    "sync",
+    "Offsets of videos from silhouettes: simulated people and shared clips, each video cut at its beginning by up to ±2 s "
+    "(`real_beam4` by ±0.3 s), seven cuts. Wrong: certain and more than half a frame period off.",
+    run,
+    COLUMNS,
+    {f"{name}, {views} views": case(name, views=views) for name, views in SIMULATED}
+    | {f"{name}, {views} views": case(name, views=views) for name, numbers in CLIPS.items() for views in numbers},
+    case("walking-7"),
+    seeds=len(SHIFTS_S),
+    rows="videos, cameras",
+    inputs=inputs,
+)
+UNRELATED = Kind(
+    "sync-unrelated",
+    "The first view of one simulated person beside the second view of another: no offset is right.",
+    run_unrelated,
+    COLUMNS,
+    {"unrelated": case("people")},
+    case("people", people=2),
+    seeds=1,
+    rows="videos",
+)
+SOUND = Kind(
+    "sync-sound",
+    "Offsets of videos from sound: speech-like noise and one clap in a reverberant room, 12 s, four cameras with different "
+    "distances, gains, filters and noise; plus 3 ms/m: with the time that sound takes.",
+    run_sound,
+    COLUMNS,
+    {
+        f"{snr} dB{', plus 3 ms/m' if plain else ''}": case("sound", snr=snr, plain=plain)
+        for snr in SNRS_DB
+        for plain in (False, True)
+    },
+    case("sound"),
+    seeds=5,
+    rows="sound",
+)
+FILES = Kind(
+    "sync-files",
+    "The videos of two shared clips, written shifted, with sound at equal distances, and read as `zenocap sync` does. "
+    "Nothing in it is random.",
+    run_files,
+    COLUMNS,
+    {f"{name}, {by}": case(name, by=by) for name in ("walk7", "walk2") for by in ("sound", "silhouettes")},
+    case("walk2", by="sound"),
+    seeds=1,
+    rows="videos, by",
+    inputs=inputs,
+)

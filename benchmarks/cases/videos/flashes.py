@@ -1,26 +1,21 @@
 """Offsets of videos from a flash or a lamp, as `zenocap sync --by flash` finds them, on films of simulated people.
 
-    python -m benchmarks.flashes [--people 3] [--quick]
-
-Two cameras film a walk at 30 frames/s; one begins -2.0 to +2.0 s before or after the other, at any phase of the frames.
 A light is added to the images as far as it falls into the exposure of each: as long as stated in frame periods, or switched
-on for good; 0.03 periods are 1 ms.  exposure: part of the frame period.  hard: the light saturates half of the image.
-none: no light, so that no offset is right.  files: written as H.264 and read as the command does.
-Errors are in frame periods; wrong: certain and more than half a period off for several exposures, more than one for a
-flash that is shorter than the frame period, whose place within the frame no frame shows.
+on for good; 0.03 periods are 1 ms.
 """
 
-import argparse
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import inf, nan
+from functools import lru_cache
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from benchmarks.takes import SMALL, Film, default_folder, filmed, simulation_digest
 
-from benchmarks.table import Cell, table
+from benchmarks.cases.videos.sync import COLUMNS, Score
+from benchmarks.harness.case import Case, Figures, Kind, case
+from benchmarks.people.films import SMALL, Film, filmed
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes, Floats, Image
 from zenocap.common.camera.calibration_files import write_calibration
@@ -39,7 +34,6 @@ FIRST_PERSON = 700
 OFFSETS_S = tuple(np.round(np.linspace(-2.0, 2.0, 24), 3).tolist())  # at any phase of the frames
 SETTLED_S, BEFORE_END_S = 0.9, 0.3  # the light is on after the one and before the other
 MAX_S = 10.0
-COLUMNS = ("light", "exposure", "certain", "median error", "worst", "wrong", "not certain")
 
 
 @dataclass(frozen=True)
@@ -76,13 +70,25 @@ LIGHTS = (
 )  # fmt: skip
 
 
+def run(one: Case) -> Figures:
+    """Offsets of one person.  Options: exposure; files, written and read as the command does; every, of the offsets."""
+    light = next(each for each in LIGHTS if (each.name, each.exposure) == (one.film, one.option("exposure", 1.0)))
+    seed, files = FIRST_PERSON + one.seed, one.option("files", False)
+    score, film = Score(), walk(seed)
+    for k, offset_s in enumerate(OFFSETS_S[:: one.option("every", 5 if files else 1)]):
+        starts, on_s = begins(offset_s, np.random.default_rng([seed, k]))
+        found = (found_in_files if files else found_in)(film, starts, light, on_s)
+        score.add({"1": replace(found, offset_s=0.0, reason=""), "2": found}, {"1": 0.0, "2": offset_s})
+    return score.figures(light.allowed if light.periods else 0.0)
+
+
+@lru_cache(maxsize=1)
 def walk(seed: int) -> Film:
     """Film of a walking person at RENDERED_FPS, without empty scene."""
     subject = person(seed)
     script = motion_timeline(subject, "walking", seed)
-    begin_s = script.motion_from_s
-    poses = [script.pose_at(begin_s + k / RENDERED_FPS) for k in range(round(FILM_S * RENDERED_FPS))]
-    return filmed(subject, poses, 0, SMALL, seed, default_folder() / f"flashes-{seed}-{simulation_digest()}.npz")
+    poses = [script.pose_at(script.motion_from_s + k / RENDERED_FPS) for k in range(round(FILM_S * RENDERED_FPS))]
+    return filmed(subject, poses, 0, SMALL, seed, RENDERED_FPS)
 
 
 def video(images: Bytes, start_s: float, light: Light, on_s: float) -> Iterator[Image]:
@@ -127,33 +133,16 @@ def found_in_files(film: Film, starts: Mapping[str, float], light: Light, on_s: 
     return found["cam02"].offset
 
 
-def row(light: Light, films: Mapping[int, Film], offsets: tuple[float, ...], *, files: bool) -> list[Cell]:
-    errors, uncertain = [], 0
-    for seed, film in films.items():
-        for k, offset_s in enumerate(offsets):
-            starts, on_s = begins(offset_s, np.random.default_rng([seed, k]))
-            found = (found_in_files if files else found_in)(film, starts, light, on_s)
-            if found.reason:
-                uncertain += 1
-            else:
-                errors.append(abs(found.offset_s - offset_s) * FPS)
-    median, worst = (float(np.median(errors)), max(errors)) if errors else (nan, nan)
-    wrong = len(errors) if light.periods == 0 else sum(error > light.allowed for error in errors)
-    name = f"{light.name}, files" if files else light.name
-    return [name, light.exposure, len(errors), median, worst, wrong, uncertain]
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--people", type=int, default=3)
-    parser.add_argument("--quick", action="store_true", help="a few offsets of one person")
-    options = parser.parse_args()
-    films = {seed: walk(seed) for seed in range(FIRST_PERSON, FIRST_PERSON + (1 if options.quick else options.people))}
-    offsets = OFFSETS_S[::10] if options.quick else OFFSETS_S
-    rows = [row(light, films, offsets, files=False) for light in LIGHTS]
-    rows += [row(light, films, offsets[::5], files=True) for light in (LIGHTS[0], LIGHTS[6], LIGHTS[-1])]
-    print(table("Offsets of videos from a light, errors in frame periods", COLUMNS, rows))
-
-
-if __name__ == "__main__":
-    main()
+FLASHES = Kind(
+    "flashes",
+    "Offsets of videos from a light: two cameras film a simulated person who walks, at 30 frames/s; one begins up to 2 s "
+    "before or after the other, at any phase of the frames, 24 offsets, three people. Exposure: part of a frame period; "
+    "hard: the light saturates half of the image. Wrong: certain and more than half a period off, one for short exposures "
+    "and flashes.",
+    run,
+    COLUMNS,
+    {f"{light.name}, exposure {light.exposure:g}": case(light.name, exposure=light.exposure) for light in LIGHTS}
+    | {f"{light.name}, files": case(light.name, files=True) for light in (LIGHTS[0], LIGHTS[6], LIGHTS[-1])},
+    case("lamp", every=12),
+    rows="light",
+)

@@ -6,10 +6,10 @@ Budget: 20 000 messages a second.  `python -m benchmarks.logging` has the figure
 from pathlib import Path
 
 import pytest
+from benchmarks.cases.speed.log import logged, recovered, write
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from benchmarks.logging import logged, recovered, write
-from benchmarks.mixture import mixture
+from benchmarks.cases.takes.mixture import mixture
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.recording.reader import Take, envelope
 

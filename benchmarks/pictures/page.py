@@ -7,19 +7,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
-import urllib.error
-import urllib.request
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import cv2
 import numpy as np
-from benchmarks.rigs.browser import FLAGS
-from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
+from playwright.sync_api import Browser, Page, ViewportSize
 
+from benchmarks.cases.speed.browser import await_pose, served
 from benchmarks.harness.case import SHARED
 from tests.system.test_animator import rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
@@ -33,7 +29,6 @@ Scheme = Literal["dark", "light"]
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SHEET_PX = 400  # height of one picture of the sheet of all sizes
 GAP_PX = 8
-PATIENCE_S = 90.0
 TRACKED_S = 20.0  # before the screenshot
 CLIP, POSITION_S = "walk7", 4.0  # take that is shown, and where it is paused
 
@@ -99,23 +94,6 @@ def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -
     cv2.imwrite(str(path), np.concatenate(rows), [cv2.IMWRITE_JPEG_QUALITY, 72])
 
 
-@contextmanager
-def served(words: Sequence[str], port: int) -> Iterator[tuple[Browser, str]]:
-    """A browser, and the address of the page that a command of zenocap serves."""
-    with sync_playwright() as driver:
-        command = [sys.executable, "-P", "-m", "zenocap", *words]
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            address = f"http://127.0.0.1:{port}/"
-            await_page(address)
-            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-            yield browser, address
-            browser.close()
-        finally:
-            process.terminate()
-            process.wait(30)
-
-
 def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
     """A page whose take is paused."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
@@ -134,22 +112,3 @@ def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -
 def draw_all_pixels(page: Page) -> None:
     """Whole resolution, as with a graphics card, however long the processor draws."""
     page.evaluate("zenocap.scene.adaptResolution = () => {}; zenocap.scene.quality = 0; zenocap.scene.requestDraw();")
-
-
-def await_page(address: str) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        try:
-            urllib.request.urlopen(address, timeout=5).close()
-            return
-        except (urllib.error.URLError, OSError):
-            time.sleep(0.2)
-    raise TimeoutError(f"{address} was not served within {PATIENCE_S:g} s")
-
-
-def await_pose(page: Page) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not page.evaluate("zenocap.state.count"):
-        if time.monotonic() > end_s:
-            raise TimeoutError(f"no pose within {PATIENCE_S:g} s")
-        page.wait_for_timeout(100)

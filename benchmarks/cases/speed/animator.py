@@ -1,18 +1,15 @@
 """Latency, processor time and memory of the animator with a rig of 60 poses a second and several open pages.
 
-    python -m benchmarks.animator [--seconds N] [--pages 0 1 4 16] [--minutes M] [--chromium]
-
-This process publishes as the rig: two silhouettes and a universal BAP per frame set.  The animator is a separate
-process, and so are the pages, which read everything; one more page never reads.  Latency is the time from before the BAP
-is published until the page has parsed the pose, on one clock.  With --chromium also in a real browser, until its scene is
-updated.
+This process publishes as the rig: two silhouettes and a universal BAP per frame set.  The animator is a separate process,
+and so are the pages, which read everything; one more page never reads.  Latency is the time from before the BAP is
+published until the page has parsed the pose, on one clock; in a real browser, until its scene is updated.
 """
 
-import argparse
 import asyncio
 import json
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,11 +18,15 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import msgspec
 import numpy as np
+from playwright.sync_api import sync_playwright
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from benchmarks.table import table
+from benchmarks.cases.speed.browser import CLOCK_TICKS, FLAGS
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from tests.support.animator_stand_in import assignment, bap, body_message, mask_of, pose_at, sighting, silhouette
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import Message
@@ -37,26 +38,37 @@ from zenocap.tools.launcher.peer_mesh import free_ports
 
 FPS = 60
 WARM_UP_S = 3.0  # before measuring
-CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
-FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-def main(seconds: float, counts: list[int], minutes: float, chromium: bool) -> None:
-    frame_sets = walking_frame_sets()
-    rows = [measured(frame_sets, seconds, pages) for pages in counts]
-    headings = ["pages", "poses seen", "p50 ms", "p99 ms", "CPU %", "memory MB"]
-    print(table(f"Animator at {FPS} poses/s, {seconds:g} s; one more page that never reads", headings, rows))
-    if chromium:
-        row = measured(frame_sets, seconds, 0, chromium=True)
-        print(table("The same in Chromium, without a graphics card, to the update of its scene", headings, [row]))
-    if minutes:
-        print(table(f"Memory over {minutes:g} minutes, 4 pages", ["minute", "MB"], memory_by_minute(frame_sets, minutes)))
+def run(one: Case) -> Figures:
+    """One measurement.  Options: pages, chromium, seconds."""
+    frame_sets, pages, seconds = walking_frame_sets(), one.option("pages", 1), one.option("seconds", 20.0)
+    read = in_chromium if one.option("chromium", False) else read_pages
+    with tempfile.TemporaryDirectory() as folder:
+        running = Running(Path(folder))
+        here, there = multiprocessing.Pipe()
+        reader = multiprocessing.get_context("spawn").Process(target=read, args=(running.port, pages, there), daemon=True)
+        reader.start()
+        here.recv()  # all are open
+        try:
+            publish(running.bus, frame_sets, WARM_UP_S)
+            here.send("measure")
+            before_s, before_mb, started_s = running.cpu_s(), running.memory_mb(), time.monotonic()
+            publish(running.bus, frame_sets, seconds)
+            share = 100 * (running.cpu_s() - before_s) / (time.monotonic() - started_s)
+            here.send("end")
+            latencies = here.recv()
+            memory_mb = running.memory_mb()
+        finally:
+            reader.terminate()
+            running.close()
+    seen = dict(zip(("p50", "p99"), map(float, np.percentile(latencies, [50, 99])), strict=True)) if latencies else {}
+    received = {"poses seen": 100 * len(latencies) / (round(seconds * FPS) * max(1, pages))} if latencies else {}
+    return {**seen, **received, "processor": share, "memory": memory_mb, "growth": memory_mb - before_mb}
 
 
 def walking_frame_sets() -> list[list[Message]]:
     """Messages of one second of walking, by frame set."""
-    from tests.support.animator_stand_in import assignment, bap, mask_of, pose_at, sighting, silhouette
-
     found: list[list[Message]] = []
     for k in range(FPS):
         pose = pose_at(k / FPS)
@@ -103,10 +115,6 @@ class Running:
 
 def publish(bus: ZenohBus, frame_sets: list[list[Message]], seconds: float) -> None:
     """Publish every frame set at its time, stamped with the time of publishing."""
-    import msgspec
-
-    from tests.support.animator_stand_in import body_message
-
     now_ns = time.time_ns()
     for message in (*(camera_info(viewer, now_ns) for viewer in demo_rig("two-view").viewers), body_message(now_ns)):
         bus.publish(topic_of(type(message)), message)
@@ -116,31 +124,6 @@ def publish(bus: ZenohBus, frame_sets: list[list[Message]], seconds: float) -> N
         for message in frame_sets[k % FPS]:
             stamped = msgspec.structs.replace(message, frame=k, captured_ns=time.time_ns())
             bus.publish(topic_of(type(message)), stamped)
-
-
-def measured(frame_sets: list[list[Message]], seconds: float, pages: int, chromium: bool = False) -> list[str]:
-    with tempfile.TemporaryDirectory() as folder:
-        running = Running(Path(folder))
-        here, there = multiprocessing.Pipe()
-        read = in_chromium if chromium else read_pages
-        reader = multiprocessing.get_context("spawn").Process(target=read, args=(running.port, pages, there), daemon=True)
-        reader.start()
-        here.recv()  # all are open
-        try:
-            publish(running.bus, frame_sets, WARM_UP_S)
-            here.send("measure")
-            before_s, started_s = running.cpu_s(), time.monotonic()
-            publish(running.bus, frame_sets, seconds)
-            share = 100 * (running.cpu_s() - before_s) / (time.monotonic() - started_s)
-            here.send("end")
-            latencies = here.recv()
-            memory = running.memory_mb()
-        finally:
-            reader.terminate()
-            running.close()
-    p50, p99 = np.percentile(latencies, [50, 99]) if latencies else (float("nan"), float("nan"))
-    received = f"{len(latencies)} of {round(seconds * FPS) * max(1, pages)}" if latencies else "-"
-    return [str(pages + chromium), received, f"{p50:.1f}", f"{p99:.1f}", f"{share:.0f}", f"{memory:.0f}"]
 
 
 def read_pages(port: int, pages: int, parent: Connection) -> None:
@@ -176,10 +159,6 @@ async def _read(connection: ClientConnection, latencies: list[float]) -> None:
 
 
 def in_chromium(port: int, _: int, parent: Connection) -> None:
-    import shutil
-
-    from playwright.sync_api import sync_playwright
-
     with sync_playwright() as driver:
         path = shutil.which("chromium")
         page = driver.chromium.launch(executable_path=path, args=FLAGS).new_page(viewport={"width": 1280, "height": 800})
@@ -194,30 +173,22 @@ def in_chromium(port: int, _: int, parent: Connection) -> None:
         parent.send(page.evaluate("zenocap.state.ages"))
 
 
-def memory_by_minute(frame_sets: list[list[Message]], minutes: float) -> list[list[str]]:
-    """Memory at the end of every minute, MB."""
-    with tempfile.TemporaryDirectory() as folder:
-        running = Running(Path(folder))
-        here, there = multiprocessing.Pipe()
-        reader = multiprocessing.get_context("spawn").Process(target=read_pages, args=(running.port, 4, there), daemon=True)
-        reader.start()
-        here.recv()
-        rows = []
-        try:
-            for minute in range(round(minutes)):
-                publish(running.bus, frame_sets, 60)
-                rows.append([str(minute + 1), f"{running.memory_mb():.1f}"])
-        finally:
-            reader.terminate()
-            running.close()
-    return rows
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--pages", type=int, nargs="+", default=[0, 1, 4, 16])
-    parser.add_argument("--minutes", type=float, default=0.0, help="Duration of the memory measurement; 0 leaves it out.")
-    parser.add_argument("--chromium", action="store_true", help="Measure in a real browser too.")
-    options = parser.parse_args()
-    main(options.seconds, options.pages, options.minutes, options.chromium)
+ANIMATOR = Kind(
+    "animator",
+    "The animator of a rig at 60 poses/s by the number of open pages, beside one that never reads: latency of a pose "
+    "until a page has parsed it, and the animator's processor time and memory.",
+    run,
+    (
+        Column("poses seen", "%", 0, "low", "median"),
+        Column("p50", "ms", 1, joined="median"),
+        Column("p99", "ms", 1, joined="median"),
+        Column("processor", "%", 0, joined="median"),
+        Column("memory", "MB", 0, joined="median"),
+        Column("growth", "MB", 1, joined="median"),
+    ),
+    {f"{pages} pages": case("walk", pages=pages) for pages in (0, 1, 4, 16)}
+    | {"Chromium": case("walk", chromium=True), "4 pages, 10 minutes": case("walk", pages=4, seconds=600.0)},
+    case("walk", seconds=2.0),
+    rows="pages",
+    timed=True,
+)

@@ -1,14 +1,14 @@
 """A realistic mixture of messages: all messages of the tracked demo, stored between runs."""
 
-import hashlib
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import msgspec
-from benchmarks.takes import SMALL, Size, default_folder
 
+from benchmarks.people.films import SMALL, Size
+from tests.support.stored import stored_files
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
@@ -19,20 +19,19 @@ from zenocap.tools.recordings.track import at_working_size, track
 START_NS = 1_700_000_000_000_000_000
 
 
-def tracked_take(size: Size = SMALL) -> Path:
-    """Take of the demo rig at a working size; tracked on the first call with this version of the messages."""
-    digest = hashlib.sha256(Path(m.__file__).read_bytes()).hexdigest()[:10]
-    path = default_folder() / f"demo-{size[0]}x{size[1]}-{digest}.mcap"
-    if not path.is_file():
-        part = path.with_suffix(f".{os.getpid()}.mcap")  # renamed when complete, as other processes may read it
-        track(at_working_size(demo_rig("two-view"), size, None), part)
-        part.replace(path)
-    return path
+def tracked_take(folder: Path, size: Size = SMALL) -> Path:
+    """Take of the demo rig at a working size in a folder, tracked once."""
+
+    def made(place: Path) -> None:
+        track(at_working_size(demo_rig("two-view"), size, None), place / "demo.mcap")
+
+    return stored_files(folder, made, size, sources=(__name__, "zenocap.services")) / "demo.mcap"
 
 
 def mixture(size: Size = SMALL) -> list[Envelope]:
     """All messages of the tracked demo, in the order of publication."""
-    found = [envelope(recorded) for recorded in Take(tracked_take(size)).messages()]
+    with TemporaryDirectory() as folder:
+        found = [envelope(recorded) for recorded in Take(tracked_take(Path(folder), size)).messages()]
     return [each for each in found if each is not None]
 
 

@@ -1,15 +1,10 @@
 """Takes cut at every 1 % of their length and damaged at random: results of reading, `info` and `recover`.
 
-    python -m benchmarks.damage [--count N] [--seeds 0 1 2 3] [--commands N]
-
-Each damaged file must be rejected or read within seconds, without a traceback; the exit status may be 0 only when nothing
-is lost; messages read must equal messages written; and recovered files must be intact for the reader of the mcap package.
+Each damaged file must be rejected or read, without a traceback; the exit status may be 0 only when nothing is lost;
+messages read must equal messages written; and recovered files must be intact for the reader of the mcap package.
 """
 
-import argparse
 import random
-import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -20,13 +15,12 @@ from pathlib import Path
 from mcap.reader import make_reader
 from typer.testing import CliRunner
 
-from benchmarks.mixture import tracked_take
-from benchmarks.table import table
+from benchmarks.cases.takes.mixture import tracked_take
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common.recording.reader import Recorded, Take
 from zenocap.tools.cli.main import app
 
 Damaging = Callable[[bytes, random.Random], bytes]
-PATIENCE_S = 20.0  # time limit of one command on one file (s)
 
 
 def flip_bit(content: bytes, rng: random.Random) -> bytes:
@@ -96,11 +90,17 @@ class Findings:
     slowest_s: float = 0.0
     faults: list[str] = field(default_factory=list)
 
-    def row(self, name: str) -> list[str | int | float]:
-        shares = self.shares or [0.0]
-        statuses = ", ".join(f"{info}/{recover}: {count}" for (info, recover), count in sorted(self.statuses.items()))
-        worst, mean = 100 * min(shares), 100 * sum(shares) / len(shares)
-        return [name, self.files, statuses, mean, worst, self.slowest_s, len(self.faults)]
+    def figures(self) -> dict[str, float]:
+        shares = [100.0 * share for share in self.shares] or [0.0]
+        intact = self.statuses[0, 0]
+        return {
+            "files": self.files,
+            "called intact": intact,
+            "kept": sum(shares) / len(shares),
+            "least kept": min(shares),
+            "slowest": self.slowest_s,
+            "faults": len(self.faults),
+        }
 
 
 class Judge:
@@ -160,13 +160,6 @@ def in_process(*arguments: str) -> tuple[int, str]:
     return result.exit_code, f"Traceback {result.exception!r}" if failed else result.output
 
 
-def as_process(*arguments: str) -> tuple[int, str]:
-    """Exit status and output of a command run as a process."""
-    command = [sys.executable, "-m", "zenocap", *arguments]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
-    return run.returncode, run.stdout + run.stderr
-
-
 def truncations(judge: Judge, findings: Findings, percents: range = range(0, 101)) -> None:
     for percent in percents:
         judge.check(judge.content[: len(judge.content) * percent // 100], f"cut at {percent} %", findings, in_process)
@@ -194,37 +187,37 @@ def _identity(message: Recorded) -> tuple[str, int, int, int, bytes]:
     return message.topic, message.log_ns, message.publish_ns, message.sequence, message.data
 
 
-def main(count: int, seeds: list[int], commands: int) -> int:
-    rows, faults = [], []
-    with tempfile.TemporaryDirectory() as folder:
-        judge = Judge(tracked_take(), Path(folder))
-        cuts = Findings()
-        truncations(judge, cuts)
-        groups = [("cut at every 1 %", cuts)]
-        for kind in KINDS:
-            findings = Findings()
-            for seed in seeds:
-                corruptions(judge, kind, -(-count // len(KINDS) // len(seeds)), seed, findings)
-            groups.append((kind.__name__.replace("_", " "), findings))
-        by_command = Findings()
-        for number in range(commands):
-            kind, rng = KINDS[number % len(KINDS)], random.Random(f"command {number}")
-            judge.check(kind(judge.content, rng), f"command {number}", by_command, as_process)
-        groups.append(("some of each kind, as commands", by_command))
-        for name, findings in groups:
-            rows.append(findings.row(name))
-            faults += findings.faults
-    columns = ["damage", "files", "exit status info/recover", "kept %", "least %", "slowest s", "faults"]
-    print(table(f"Damaged takes, {len(judge.content)} bytes each, seeds {seeds}", columns, rows))
-    for fault in faults[:20]:
+def run(one: Case) -> Figures:
+    """Findings of one kind of damage.  Options: count, of random ones, and every, of the cuts (%)."""
+    findings = Findings()
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        judge = Judge(tracked_take(folder / "take"), folder)
+        if one.film == CUT:
+            truncations(judge, findings, range(0, 101, one.option("every", 1)))
+        else:
+            corruptions(judge, NAMED[one.film], one.option("count", 25), one.seed, findings)
+    for fault in findings.faults[:20]:
         print(f"fault: {fault}")
-    return 1 if faults else 0
+    return findings.figures()
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3])
-    parser.add_argument("--commands", type=int, default=10)
-    options = parser.parse_args()
-    sys.exit(main(options.count, options.seeds, options.commands))
+CUT = "cut at every 1 %"
+NAMED = {kind.__name__.replace("_", " "): kind for kind in KINDS}
+DAMAGE = Kind(
+    "damage",
+    "Takes cut at every 1 % of their length and damaged in random ways of ten kinds, read by `zenocap info` and "
+    "`recover`. Faults: a traceback, a message that was never written, or the status 0 where something is lost.",
+    run,
+    (
+        *(Column(name, "", 0, joined="sum") for name in ("files", "called intact")),
+        Column("kept", "%", 0, "low"),
+        Column("least kept", "%", 0, "low"),
+        Column("slowest", "s", 1),
+        Column("faults", "", 0, joined="sum"),
+    ),
+    {name: case(name) for name in (CUT, *NAMED)},
+    case(CUT, every=50),
+    seeds=4,
+    rows="damage",
+)

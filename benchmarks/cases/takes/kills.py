@@ -1,12 +1,9 @@
 """`kill -9` of an integrator at random times: readability of the take, seconds lost, messages restored by `recover`.
 
-    python -m benchmarks.kills [--count N] [--seed N] [--fps N] [--within S]
-
 Each time a new integrator process is started; this process publishes the messages of the two viewers of the tracked demo.
 Seconds lost: from the last message in the file to the kill, both by this machine's clock.
 """
 
-import argparse
 import random
 import subprocess
 import sys
@@ -15,9 +12,10 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
-from benchmarks.mixture import instants, mixture, with_viewers
-from benchmarks.table import Cell, table
+from benchmarks.cases.takes.mixture import instants, mixture, with_viewers
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -109,40 +107,40 @@ def kill_integrator(endpoint: str, take: Path, after_s: float) -> KillResult:
     return KillResult(after_s, len(messages), found.messages, (killed_ns - last_ns) / 1e9, problem)
 
 
-def main(count: int, seed: int, fps: float, within_s: float) -> int:
-    rng = random.Random(seed)
+def run(one: Case) -> Figures:
+    """Kills of one seed.  Options: count, within (s), fps."""
+    rng = random.Random(one.seed)
     (place,) = peer_mesh(free_ports(1))
-    feeder = Feeder(place.listen, mixture(), fps)
+    feeder = Feeder(place.listen, mixture(), one.option("fps", 60.0))
     feeder.start()
     with tempfile.TemporaryDirectory() as folder:
-        results = [
-            kill_integrator(place.listen, Path(folder) / f"{n}.mcap", rng.uniform(0, within_s)) for n in range(count)
+        found = [
+            kill_integrator(place.listen, Path(folder) / f"{n}.mcap", rng.uniform(0, one.option("within", 5.0)))
+            for n in range(one.option("count", 100))
         ]
     feeder.stop.set()
     feeder.join()
-    lost = sorted(result.lost_s for result in results)
-    rows: list[list[Cell]] = [
-        ["kills", count],
-        ["readable and recovered", sum(result.problem is None for result in results)],
-        ["with messages", sum(result.messages > 0 for result in results)],
-        ["messages in the takes", sum(result.messages for result in results)],
-        ["messages recovered", sum(result.recovered for result in results)],
-        ["seconds lost, median", lost[len(lost) // 2]],
-        ["seconds lost, most", lost[-1]],
-    ]
-    title = f"kill -9 of an integrator within {within_s:g} s, two viewers at {fps:g} frames/s, seed {seed}"
-    print(table(title, ["", "result"], rows))
-    for result in results:
-        if result.problem:
-            print(f"fault: killed after {result.after_s:.3f} s: {result.problem}")
-    return 1 if any(result.problem for result in results) else 0
+    return {
+        "kills": len(found),
+        "readable": sum(each.problem is None for each in found),
+        "with messages": sum(each.messages > 0 for each in found),
+        "lost": median(each.lost_s for each in found),
+        "most lost": max(each.lost_s for each in found),
+    }
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--fps", type=float, default=60.0)
-    parser.add_argument("--within", type=float, default=5.0, metavar="S")
-    options = parser.parse_args()
-    sys.exit(main(options.count, options.seed, options.fps, options.within))
+KILLS = Kind(
+    "kills",
+    "`kill -9` of the integrator at 100 random moments of its first 5 s, two viewers at 60 frames/s: takes that are read "
+    "and recovered, and the time before the kill that is missing.",
+    run,
+    (
+        *(Column(name, "", 0, joined="sum") for name in ("kills", "readable", "with messages")),
+        Column("lost", "s", 1),
+        Column("most lost", "s", 2),
+    ),
+    {"integrator": case("integrator")},
+    case("integrator", count=2, within=2.0),
+    rows="process",
+    timed=True,
+)

@@ -1,13 +1,9 @@
-"""Timing of `zenocap replay`: deviation from recorded intervals, processor time, and speed with live services.
-
-    python -m benchmarks.replay_timing [TAKE] [--seconds N] [--rates 1 4] [--runs N]
+"""Timing of `zenocap replay`: deviation from recorded intervals, processor time, and speed with a live integrator.
 
 The player is a separate process; this process subscribes and compares the interval between consecutive messages with the
-recorded one.  Without TAKE the demo is recorded first.  Then the take is played at rate 0, in place of the viewers, to a
-live integrator: speed relative to real time, and lost messages.
+recorded one.
 """
 
-import argparse
 import re
 import subprocess
 import sys
@@ -20,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.table import Cell, table
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common.arrays import Ints
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -39,30 +35,17 @@ RIG = "demo"
 EVERYTHING = Selection()  # the default of the command: without messages that only verification needs
 
 
-def main(take: Path, seconds: float, rates: Sequence[float], runs: int) -> None:
+def run(one: Case) -> Figures:
+    """Replay of a recorded demo.  Options: rate, 0 as fast as a live integrator keeps up; seconds."""
     sys.setswitchinterval(0.0005)  # threads that take arrival times must not wait for decoding
-    rows: list[list[Cell]] = []
-    for rate in rates:
-        for run in range(runs):
-            rows.append([f"rate {rate:g}, run {run + 1}", *timing(take, seconds, rate)])
-    columns = ["deviation of intervals, ms", "p50", "p99", "max", "messages", "not received", "bytes differ", "CPU %"]
-    print(table(f"Replay of {seconds:g} s of a take, received by another process", columns, rows))
-    rows = [[f"run {run + 1}", *lockstep(take, seconds)] for run in range(runs)]
-    columns = [
-        "rate 0, a live integrator",
-        "x real time",
-        "poses",
-        "of recorded",
-        "superseded",
-        "p50 deg",
-        "max deg",
-        "equal",
-    ]
-    print(table("As fast as a live integrator keeps up, fed in place of the viewers", columns, rows))
+    seconds, rate = one.option("seconds", 60.0), one.option("rate", 1.0)
+    with tempfile.TemporaryDirectory() as folder:
+        take = recorded_demo(Path(folder), seconds)
+        return timing(take, seconds, rate) if rate else lockstep(take, seconds)
 
 
-def timing(take: Path, seconds: float, rate: float) -> list[Cell]:
-    """p50, p99, maximum of |received interval - recorded interval| (ms), messages, lost, changed, processor share (%)."""
+def timing(take: Path, seconds: float, rate: float) -> dict[str, float]:
+    """Deviation of the received intervals from the recorded ones, losses and processor time."""
     own, other = peer_mesh(free_ports(2))
     arrivals: list[tuple[str, int, bytes]] = []
     before_s = cpu_s = 0.0
@@ -86,14 +69,18 @@ def timing(take: Path, seconds: float, rate: float) -> list[Cell]:
     found: Ints = np.array(matched, dtype=np.int64)
     deviations = np.abs(np.diff(found[:, 0]) - np.diff(found[:, 1]) / rate) / 1e6
     p50, p99 = np.percentile(deviations, [50, 99])
-    return [
-        f"{p50:.3f}", f"{p99:.3f}", f"{deviations.max():.3f}", len(recorded), len(recorded) - len(arrivals),
-        len(arrivals) - len(matched), f"{100 * (cpu_s - before_s) * rate / seconds:.1f}",
-    ]  # fmt: skip
+    return {
+        "median": float(p50),
+        "p99": float(p99),
+        "worst": float(deviations.max()),
+        "lost": len(recorded) - len(arrivals),
+        "changed": len(arrivals) - len(matched),
+        "processor": 100 * (cpu_s - before_s) * rate / seconds,
+    }
 
 
-def lockstep(take: Path, seconds: float) -> list[Cell]:
-    """Speed, poses of the live integrator and of the take, superseded messages, and the difference of their poses."""
+def lockstep(take: Path, seconds: float) -> dict[str, float]:
+    """Speed of a live integrator that is fed in place of the viewers, and its poses that equal those of the take."""
     own, live, other = peer_mesh(free_ports(3))
     poses: dict[int, UniversalBap] = {}
     superseded = -1
@@ -123,13 +110,13 @@ def lockstep(take: Path, seconds: float) -> list[Cell]:
     recorded = poses_of(take, seconds)
     both = [(poses[at_ns], pose) for at_ns, pose in recorded.items() if at_ns in poses]
     if not both:
-        raise SystemExit(f"{take}: no pose within its first {seconds:g} s was published again: --seconds is too short")
-    differences = np.degrees([max(abs(a.angles[n] - b.angles[n]) for n in b.angles) for a, b in both])
-    equal = sum(a == b for a, b in both)
-    return [
-        f"{seconds / elapsed_s:.1f}", len(poses), len(recorded), superseded,
-        f"{np.median(differences):.4f}", f"{differences.max():.2f}", equal,
-    ]  # fmt: skip
+        raise RuntimeError(f"{take}: no pose within its first {seconds:g} s was published again")
+    return {
+        "speed": seconds / elapsed_s,
+        "lost": superseded,
+        "poses": len(recorded),
+        "equal poses": sum(a == b for a, b in both),
+    }
 
 
 @contextmanager
@@ -212,13 +199,20 @@ def recorded_demo(folder: Path, seconds: float) -> Path:
     return next(folder.glob("demo-*.mcap"))
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("take", type=Path, nargs="?")
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--rates", type=float, nargs="*", default=[1.0, 4.0])
-    parser.add_argument("--runs", type=int, default=3)
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as temporary:
-        path = options.take or recorded_demo(Path(temporary), options.seconds)
-        main(path, options.seconds, options.rates, options.runs)
+REPLAY = Kind(
+    "replay",
+    "Replay of 60 s of the demo: deviation of the intervals in another process from the recorded ones; at rate 0 a live "
+    "integrator is fed in place of the viewers, as fast as it keeps up.",
+    run,
+    (
+        *(Column(name, "ms", 1, joined="median") for name in ("median", "p99", "worst")),
+        *(Column(name, "messages", 0, joined="sum") for name in ("lost", "changed")),
+        Column("processor", "%", 1),
+        Column("speed", "× real time", 1, "low"),
+        *(Column(name, "", 0, joined="sum") for name in ("poses", "equal poses")),
+    ),
+    {f"rate {rate:g}": case("demo", rate=rate) for rate in (1.0, 4.0, 0.0)},
+    case("demo", seconds=12.0),
+    rows="rate",
+    timed=True,
+)

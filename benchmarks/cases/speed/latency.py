@@ -1,13 +1,10 @@
 """End-to-end latency over loopback: from the later capture to the pose; lost frames.
 
-    python -m benchmarks.latency [--method two-view hybrid] [--seconds N] [--rates 15 30 60] [--size 160x120]
-
 Two viewers play rendered videos at the frame rate of cameras, beside the integrator and, with method hybrid, the tracker,
 one process each; this process subscribes.  Pose: the universal BAP, or that of the tracker.  Frames count from the first
 pose on; a frame without a pose of both viewers is lost.
 """
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -16,7 +13,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.table import table
+from benchmarks.cases.speed.busy import busy_processes
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.films import size_of
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -32,25 +31,16 @@ from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
 EMPTY = 30  # frames of empty scene
 VIEWERS = 2
-METHODS = ("two-view", "hybrid")
 START_S = 120.0  # limit of the time until all processes have started and loaded their kernels
 
 
-def main(methods: list[str], seconds: float, rates: list[float], size: tuple[int, int]) -> None:
+def run(one: Case) -> Figures:
+    """One run.  Options: method, rate (frames/s), size, seconds, busy (processes that never wait)."""
+    method, fps, seconds = one.option("method", "two-view"), one.option("rate", 15.0), one.option("seconds", 20.0)
     subprocess.run([sys.executable, "-m", "zenocap", "warmup"], check=True, stdout=subprocess.DEVNULL)
-    rows = []
-    for method in methods:
-        for fps in rates:
-            with tempfile.TemporaryDirectory() as folder:
-                rig, frames = film(Path(folder), seconds, fps, size, method)
-                rows.append([method, f"{fps:g}", *measured(rig, frames, seconds, fps, method)])
-    print(
-        table(
-            f"End to end over loopback, a process for each service, {size[0]}x{size[1]}",
-            ["method", "frames/s", "poses", "p50 ms", "p99 ms", "worst ms", "lost", "of"],
-            rows,
-        )
-    )
+    with tempfile.TemporaryDirectory() as folder, busy_processes(one.option("busy", 0)):
+        rig, frames = film(Path(folder), seconds, fps, size_of(one.option("size", "160x120")), method)
+        return measured(rig, frames, seconds, fps, method)
 
 
 def film(folder: Path, seconds: float, fps: float, size: tuple[int, int], method: str) -> tuple[Path, int]:
@@ -77,8 +67,8 @@ def film(folder: Path, seconds: float, fps: float, size: tuple[int, int], method
     return rig, frames
 
 
-def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) -> list[str]:
-    """Poses, p50, p99 and maximum latency (ms), lost frames, expected frames."""
+def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) -> dict[str, float]:
+    """Latency (ms), lost and expected frames."""
     clock = RealClock()
     services = [["integrator", "--no-log"], *([["tracker"]] if method == "hybrid" else [])]
     viewers = [["viewer", "--id", "1"], ["viewer", "--id", "2"]]
@@ -131,22 +121,40 @@ def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) ->
         raise RuntimeError(f"no pose at {fps:g} frames/s")
     values = np.array(list(delays.values()))
     due = frames - 1 - first
-    return [
-        str(values.size), f"{np.percentile(values, 50):.1f}", f"{np.percentile(values, 99):.1f}", f"{values.max():.1f}",
-        str(due - values.size), str(due),
-    ]  # fmt: skip
+    return {
+        "p50": float(np.percentile(values, 50)),
+        "p99": float(np.percentile(values, 99)),
+        "worst": float(values.max()),
+        "lost": due - values.size,
+        "due": due,
+    }
 
 
 def of_both_viewers(pose: UniversalBap | TrackerPose) -> bool:
     return len(pose.views) == VIEWERS if isinstance(pose, TrackerPose) else not pose.stale
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--method", nargs="+", choices=METHODS, default=METHODS)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--rates", type=float, nargs="+", default=[15.0, 30.0, 60.0])
-    parser.add_argument("--size", default="160x120", metavar="WxH")
-    options = parser.parse_args()
-    width, height = (int(n) for n in options.size.split("x"))
-    main(options.method, options.seconds, options.rates, (width, height))
+LATENCY = Kind(
+    "latency",
+    "From the later of two captures to the pose in another process, a process for each service, loopback, 160×120 unless "
+    "stated; the last frame is lost because the end of the run cuts it off.",
+    run,
+    (
+        *(Column(name, "ms", 1, joined="median") for name in ("p50", "p99", "worst")),
+        *(Column(name, "frames", 0, joined="sum") for name in ("lost", "due")),
+    ),
+    {
+        f"{method}, {rate:g} frames/s": case("demo", method=method, rate=rate)
+        for method in ("two-view", "hybrid")
+        for rate in (15.0, 30.0, 60.0)
+    }
+    | {
+        f"hybrid, 640×480, 30 frames/s{', beside 2 busy processes' if busy else ''}": case(
+            "demo", method="hybrid", rate=30.0, size="640x480", busy=busy
+        )
+        for busy in (0, 2)
+    },
+    case("demo", seconds=12.0),
+    rows="method, rate",
+    timed=True,
+)

@@ -66,6 +66,8 @@ KINDS = Table(
         "log-thread": "benchmarks.cases.speed.log:LOG_THREAD",
         "animator": "benchmarks.cases.speed.animator:ANIMATOR",
         "page": "benchmarks.cases.speed.page:PAGE",
+        "chaos": "benchmarks.chaos.run:CHAOS",
+        "faults": "benchmarks.chaos.faults:FAULTS",
         "kills": "benchmarks.cases.takes.kills:KILLS",
         "damage": "benchmarks.cases.takes.damage:DAMAGE",
         "replay": "benchmarks.cases.takes.replay:REPLAY",

@@ -6,9 +6,9 @@ Budget: 20 000 messages a second.  `python -m benchmarks.logging` has the figure
 from pathlib import Path
 
 import pytest
-from benchmarks.cases.speed.log import logged, recovered, write
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from benchmarks.cases.speed.log import logged, recovered, write
 from benchmarks.cases.takes.mixture import mixture
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.recording.reader import Take, envelope

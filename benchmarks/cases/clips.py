@@ -6,7 +6,6 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from statistics import median
 from typing import cast
 
 import msgspec
@@ -16,8 +15,8 @@ from benchmarks.harness.cache import content
 from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
 from benchmarks.people.films import size_of
 from benchmarks.people.mesh_joints import in_mesh_convention
-from benchmarks.people.priors import KINDS, another_take, prior_named, training_frames
-from benchmarks.people.shared_clips import Clip, load_clip
+from benchmarks.people.priors import KINDS, prior_named, training_frames
+from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
 from benchmarks.people.tracker import (
     Film,
@@ -86,7 +85,7 @@ COLUMNS = (
 def run(one: Case) -> Figures:
     """Errors of one track.
 
-    Options: views, size, t_pose, height, prior (a name, "shipped", "none", "same take", "another take"), preset, method,
+    Options: views, size, t_pose, height, prior (a name, "shipped", "none", "same take"), preset, method,
     particles, points, iterations, refinement, prior_share, both_ways, gap (0 to 4: ten empty frames at that place),
     test (scored from the first frame that trains no prior).
     """
@@ -155,9 +154,6 @@ def prior_name(one: Case, clip: Film) -> str:
         case "same take":
             name = f"{one.film}-{FIRST_PERSON + one.seed}" if one.film in CYCLES else one.film
             return take_prior(name, training(clip), paper=paper)
-        case "another take":
-            assert isinstance(clip, Clip)
-            return another_take(one.film, clip.motion) or ""
         case name:
             return name
 
@@ -237,8 +233,7 @@ def mediapipe(path: Path) -> dict[str, tuple[float, ...]]:
 def inputs(one: Case) -> tuple[str, ...]:
     if one.film in CYCLES:
         return ()
-    motions = ("motions",) if one.option("prior", "shipped") == "another take" else ()
-    return (f"clips/{one.film}", *motions)
+    return (f"clips/{one.film}",)
 
 
 def _clips() -> dict[str, Case]:
@@ -288,75 +283,6 @@ BEAM = Kind(
     rows="start",
     inputs=inputs,
 )
-SCALING = Kind(
-    "scaling",
-    "The tracker by number of particles, scene points, iterations and views; the others have their defaults, seven views.",
-    run,
-    ERRORS,
-    {
-        f"{count} {what}, {clip}": case(clip, **{what: count})
-        for what, counts in {
-            "particles": (1, 10, 20, 40, 80),
-            "points": (100, 200, 400, 800),
-            "iterations": (1, 2, 4, 8),
-            "views": (2, 3, 4, 5, 6, 7),
-        }.items()
-        for count in counts
-        for clip in SEVEN
-    },
-    SMALL,
-    rows="setting",
-    inputs=inputs,
-)
-METHODS = Kind(
-    "methods",
-    "Methods and refinements of [Hybrid VII], seven and three views, shipped priors of the kind of motion.",
-    run,
-    ERRORS,
-    {
-        f"{method}, {refinement}, {clip}, {views} views": case(clip, method=method, refinement=refinement, views=views)
-        for method, refinement in (
-            ("hybrid", "gauss-newton"),
-            ("hybrid", "force"),
-            ("image-force", "gauss-newton"),
-            ("image-force", "force"),
-            ("image-force", "force-printed"),
-            ("particle-filter", "gauss-newton"),
-        )
-        for clip in SEVEN
-        for views in (7, 3)
-        if refinement != "force" or method != "hybrid" or views == 7
-    },
-    SMALL.with_options(method="image-force", refinement="gauss-newton"),
-    rows="method",
-    inputs=inputs,
-)
-PRIORS = Kind(
-    "priors",
-    "The tracker by training data of its prior; scored after the frames that train the prior of the same take.",
-    run,
-    ERRORS,
-    {
-        f"{prior}, {clip}, {views} views": case(clip, views=views, prior=prior, test=True)
-        for prior in ("none", "shipped", "same take", "another take")
-        for clip in SEVEN
-        for views in (7, 3)
-        if prior != "another take" or clip == "walk7"
-    }
-    | {
-        f"{prior}, {share}, box7, {views} views": case("box7", views=views, prior=prior, **options)
-        for prior in ("walking", "boxing", "general")
-        for share, options in (
-            ("adaptive share", {}),
-            ("half", {"prior_share": 0.5}),
-            ("prior alone", {"prior_share": 1.0}),
-        )
-        for views in (7, 3)
-    },
-    SMALL.with_options(prior="none"),
-    rows="prior",
-    inputs=inputs,
-)
 RECOVERY = Kind(
     "recovery",
     "Frames until the mean error is below 50 mm after ten frames in which no view shows the person.",
@@ -370,32 +296,5 @@ RECOVERY = Kind(
     },
     SMALL,
     rows="clip, views, place",
-    inputs=inputs,
-)
-
-
-def timed_run(one: Case) -> Figures:
-    """Processor time of a frame, ms."""
-    clip = film_of(one)
-    times: list[float] = []
-    track_clip(clip, setup_of(one, clip), times_s=times)
-    return {"median": 1e3 * median(times), "p99": 1e3 * float(np.percentile(times, 99))}
-
-
-TIMES = Kind(
-    "tracker-times",
-    "Processor time of a frame on one core, silhouettes of 640×480 to pose.",
-    timed_run,
-    (Column("median", "ms", joined="median"), Column("p99", "ms", joined="median")),
-    {f"hybrid, {views} views": case("walk7", views=views) for views in (7, 4, 2)}
-    | {
-        f"{preset}, {method}, 7 views": case("walk7", preset=preset, method=method, prior="shipped")
-        for preset in ("default", "paper")
-        for method in ("hybrid", "image-force", "particle-filter")
-        if (preset, method) != ("default", "hybrid")
-    },
-    SMALL,
-    rows="method, views",
-    timed=True,
     inputs=inputs,
 )

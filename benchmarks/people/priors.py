@@ -18,8 +18,6 @@ from zenocap.services.tracker.prior.training import Plan, Recording, train
 from zenocap.tools.dataset.build_priors import PEOPLE, recording
 
 TAKE_FRAMES = 100  # of the same take's ground truth, as in the paper; half of a shorter take
-WALKS = ("cmu_02_02", "cmu_07_01", "cmu_07_02", "cmu_07_03", "cmu_07_04", "cmu_07_05", "cmu_07_06")
-KICKS = ("cmu_10_01",)
 KINDS = {
     "walk7": "walking",
     "jog7": "running",
@@ -84,14 +82,3 @@ def _take(name: str, anatomy: Anatomy) -> Motion:
 def training_frames(motion_frames: int) -> int:
     """Number of training frames of a take; the other frames are scored."""
     return min(TAKE_FRAMES, motion_frames // 2)
-
-
-def another_take(clip: str, motion: str) -> str | None:
-    """Prior of other takes of a clip's kind of motion; None without another take.
-
-    motion: file that drove the clip, which is not used.
-    """
-    takes = {"walk7": WALKS, "walk2": WALKS, "kick2": KICKS}.get(clip, ())
-    own = "cmu_" + motion.removesuffix(".bvh").removeprefix("0")
-    others = [name for name in takes if name != own]
-    return "motion:" + "+".join(others) if others else None

@@ -1,6 +1,5 @@
 """The tracker over a clip's silhouettes, in one direction or both, and its errors."""
 
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -64,11 +63,8 @@ class TrackedPath:
         return self.poses[max(self.poses)][0]
 
 
-def track_clip(clip: Film, setup: Setup, empty: range = range(0), *, times_s: list[float] | None = None) -> TrackedPath:
-    """Track every frame set of the clip.
-
-    empty: frames in which all views are empty.  times_s: gets the processor time of every frame of the motion.
-    """
+def track_clip(clip: Film, setup: Setup, empty: range = range(0)) -> TrackedPath:
+    """Track every frame set of the clip.  empty: frames in which all views are empty."""
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []
     views: dict[int, tuple[str, ...]] = {}
@@ -78,10 +74,7 @@ def track_clip(clip: Film, setup: Setup, empty: range = range(0), *, times_s: li
         masks = clip.masks(instant, setup.cameras)
         if instant.captured_ns >= 0 and instant.frame in empty:
             masks = {view: np.zeros_like(mask) for view, mask in masks.items()}
-        start_s = time.process_time()
         state, outcome = track(setup, state, instant.captured_ns, masks)
-        if times_s is not None and instant.frame >= clip.motion_from:
-            times_s.append(time.process_time() - start_s)
         body = body if outcome.body is None else outcome.body
         if instant.captured_ns < 0:
             continue

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from playwright.sync_api import Browser, Page, ViewportSize
 
-from benchmarks.cases.speed.browser import await_pose, served
 from benchmarks.harness.case import SHARED
+from benchmarks.pictures.browser import await_pose, served
 from tests.system.test_animator import rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 

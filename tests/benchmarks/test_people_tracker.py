@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from benchmarks.cases.clips import CLIPS, mediapipe
-from benchmarks.people.priors import WALKS, another_take
 from benchmarks.people.tracker import (
     ANATOMY,
     TrackedPath,
@@ -116,15 +115,6 @@ def test_a_constant_offset_is_removed_from_the_second_figure_only() -> None:
 def test_angles_have_gaps_where_there_is_no_pose() -> None:
     series = pose_angles(path_of([2, 4]), RATE, 2)
     assert series.known.tolist() == [True, False, True]
-
-
-def test_prior_is_not_trained_on_the_motion_of_the_clip() -> None:
-    for clip, motion in (("walk7", "002_01.bvh"), ("walk2", "002_02.bvh"), ("kick2", "11_01.bvh")):
-        prior = another_take(clip, motion)
-        assert prior is not None
-        assert "cmu_" + motion.removesuffix(".bvh").removeprefix("0") not in prior.removeprefix("motion:").split("+")
-    assert "cmu_02_02" in WALKS
-    assert another_take("box7", "002_05.bvh") is None
 
 
 def test_mediapipe_figures_are_read_from_their_table(tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 import sys
 import tempfile
-from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import cast
@@ -44,18 +42,6 @@ def _postures(method: Method, person: int, kind: Kind, size: Size | None) -> lis
                 row = Row(0, take, line.motion_from_s, line.duration_s, one.posture, str(person), str(one.repetition))
                 found += _read(folder, [row], kind)
     return found
-
-
-def session_examples(method: str, script: MotionTimeline, seed: int, rows: Iterable[Row]) -> list[Example]:
-    """Examples of rows of a longer take of one person; none without poses."""
-
-    def made() -> list[Example]:
-        with tempfile.TemporaryDirectory() as place:
-            take = session_take(method, script, seed, Path(place))
-            placed = [replace(row, source=take) for row in rows]
-            return _read(take, placed, DEFAULT)
-
-    return stored(made, method, seed, script.segments, sources=(__name__,))
 
 
 def session_take(method: str, script: MotionTimeline, seed: int, folder: Path) -> Path:

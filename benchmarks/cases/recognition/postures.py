@@ -1,13 +1,11 @@
 """Postures of simulated people by people, protocol, classifier and number of examples.  [Two-view 5]"""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import cast
 
 import numpy as np
 
-from benchmarks.cases.recognition.examples import posture_examples, session_examples
+from benchmarks.cases.recognition.examples import posture_examples
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import size_of
 from zenocap.services.recognizer.features import DEFAULT
@@ -21,11 +19,8 @@ from zenocap.services.recognizer.training.examples import (
     TrainingSettings,
     prepare,
 )  # fmt: skip
-from zenocap.services.recognizer.training.manifest import Row
-from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.simulation.motion.timeline import MotionTimeline, session_timeline
-from zenocap.tools.dataset.batch import PEOPLE, REPETITIONS, people
+from zenocap.tools.dataset.batch import PEOPLE, REPETITIONS
 
 # Paper (replaced): [Two-view 5] has twelve people before two cameras; here simulated people.
 PAPER = (22, 21, 23, 21, 24, 20, 23, 24, 22, 22, 23, 24, 21, 22, 20)  # Table 2, of 24 for each posture
@@ -34,10 +29,6 @@ TOPOLOGIES = ("left-right", "ergodic")  # 5.1: left-right; Fig. 15 has transitio
 NO_SMOOTHING = 1e-6  # the smallest floor: without it one unknown symbol makes every model impossible
 POSES = ("two-view", "hybrid", "truth")
 NUMBERS = (1, 2, 3, 5, 10)
-DESIGNERS, DESIGNER_SEED = 6, 11  # persons 132 and after, who are in no other part
-TESTED = 2  # the last repetitions of each posture
-PAUSES_S = (0.5, 1.5)
-FEW_POSTURES = 3  # of the smaller set, drawn for every draw
 
 
 def run(one: Case) -> Figures:
@@ -96,67 +87,6 @@ def run_few(one: Case) -> Figures:
         for rows, example in zip(tested.sequences, tested.examples, strict=True)
     ]
     return {"recognized": 100.0 * float(np.mean(right))}
-
-
-def run_one_person(one: Case) -> Figures:
-    """Share recognized with some examples of each posture by one person, one draw for each of six people.
-
-    Options: number, postures (of the set), designers.
-    """
-    number, postures = one.option("number", 1), one.option("postures", len(POSTURES))
-    designers = people(DESIGNER_SEED, one.option("designers", DESIGNERS))
-    found = {
-        seed: session_examples("truth", session := session_of(seed), seed, session_rows(session, seed))
-        for seed in designers
-    }
-    shares: dict[str, list[float]] = {"the same person": [], "other people": []}
-    for seed, own in found.items():
-        rng = np.random.default_rng((one.seed, number, seed))
-        wanted = set(rng.permutation(POSTURES)[:postures].tolist())
-        training = prepare(_drawn(own, wanted, number, rng), TrainingSettings())
-        classify = classifier_of(training, TrainingSettings())
-        right: dict[str, list[bool]] = {name: [] for name in shares}
-        for other, examples in found.items():
-            asked = [each for each in examples if each.label in wanted and int(each.repetition) >= max(NUMBERS)]
-            ready = prepare(asked, TrainingSettings())
-            for rows, each in zip(ready.sequences, ready.examples, strict=True):
-                name = "the same person" if other == seed else "other people"
-                right[name].append(training.labels[classify(rows).best] == each.label)
-        for name, some in right.items():
-            shares[name] += [100.0 * float(np.mean(some))] if some else []
-    return {name: float(np.mean(values)) for name, values in shares.items() if values} | {
-        f"{name}, worst": min(values) for name, values in shares.items() if values
-    }
-
-
-def session_of(seed: int) -> MotionTimeline:
-    """Every posture as often as is needed, in rounds of random order."""
-    rng = np.random.default_rng([0x17, seed])
-    movements = [(str(name), round_) for round_ in range(max(NUMBERS) + TESTED) for name in rng.permutation(POSTURES)]
-    pauses_s = rng.uniform(*PAUSES_S, len(movements)).tolist()
-    return session_timeline(person(seed), movements, pauses_s, seed)
-
-
-def session_rows(timeline: MotionTimeline, seed: int) -> list[Row]:
-    """A row for each posture of a session."""
-    counts = dict.fromkeys(POSTURES, 0)
-    rows = []
-    for segment in timeline.segments:
-        if segment.name in counts:
-            number = str(counts[segment.name])
-            rows.append(Row(0, Path(), segment.start_s, segment.end_s, segment.name, str(seed), number))
-            counts[segment.name] += 1
-    return rows
-
-
-def _drawn(own: Sequence[Example], wanted: set[str], number: int, rng: np.random.Generator) -> list[Example]:
-    """`number` of the first repetitions of each wanted posture."""
-    found = []
-    for label in POSTURES:
-        if label in wanted:
-            first = [one for one in own if one.label == label and int(one.repetition) < max(NUMBERS)]
-            found += [first[k] for k in sorted(rng.permutation(len(first))[:number].tolist())]
-    return found
 
 
 SHARE = Column("recognized", "%", 1, "low")
@@ -222,20 +152,4 @@ FEW = Kind(
     case("few", number=2, people=3),
     seeds=5,
     rows="poses from, classifier, people",
-)
-ONE_PERSON = Kind(
-    "one-person",
-    "Some examples of each posture by one person, tested on later ones of that person and on other people; six simulated "
-    "people, true angles, three draws.",
-    run_one_person,
-    tuple(
-        Column(f"{who}{worst}", "%", 1, "low") for who in ("the same person", "other people") for worst in ("", ", worst")
-    ),
-    {
-        f"{postures} postures, {number} examples": case("one person", postures=postures, number=number)
-        for postures in (FEW_POSTURES, len(POSTURES))
-        for number in NUMBERS
-    },
-    case("one person", postures=FEW_POSTURES, designers=2),
-    rows="postures, examples",
 )

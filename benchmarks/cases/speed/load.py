@@ -5,6 +5,7 @@ from typing import cast
 
 from rich.console import Console
 
+from benchmarks.cases.speed.busy import busy_processes
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
@@ -44,9 +45,13 @@ def plan_of(one: Case) -> Plan:
 
 
 def run(one: Case) -> Figures:
-    """One load.  Options: as of `plan_of`."""
+    """One load.  Options: as of `plan_of`; busy, processes that never wait."""
     plan = plan_of(one)
-    with stop_signals() as stopped, prepared(plan, Network(), stopped, Console(stderr=True)) as session:
+    with (
+        stop_signals() as stopped,
+        busy_processes(one.option("busy", 0)),
+        prepared(plan, Network(), stopped, Console(stderr=True)) as session,
+    ):
         return figures(session.measure(plan))
 
 
@@ -145,6 +150,7 @@ LOAD = Kind(
         for stand_ins in (False, True)
         for mesh in (False, True)
     }
+    | {"two viewers and tracker, 640x480, 30/s, beside 2 busy processes": case("busy", size="640x480", busy=2, **_HYBRID)}
     | _overload(),
     case("network", stand_ins=True, seconds=2.0),
     rows="load",

@@ -1,4 +1,4 @@
-"""The verdict on the shared clips, with faults in calibration, order and time of the videos.
+"""The verdict on the shared clips, with faults in calibration, order, time and format of the videos.
 
 Every case is a folder with the clip's videos, tracked by `zenocap track` in a process of its own and scored against the
 clip's truth by time (`zenocap evaluate`).  No parameter was chosen on these clips.  The references of the real clips are
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -20,8 +21,11 @@ from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
 from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
 from benchmarks.people.shared_clips import clip_table, motion_from
 from tests.support.stored import stored
+from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.video.reader import VideoReader
+from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.verdict.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
 
 STATUS = {0: "good", 3: "doubtful", 4: "unusable"}
@@ -31,12 +35,31 @@ TRUTHS = ("truth.trc", "reference.trc", "reference_P1.trc")
 
 
 @dataclass(frozen=True)
+class Film:
+    """Frames of a video, times in seconds, frames/s."""
+
+    images: list[Image]
+    times: list[float]
+    fps: int
+
+
+def read_film(path: Path) -> Film:
+    with VideoReader(path) as reader:
+        images, times = [], []
+        while (frame := reader.next()) is not None:
+            images.append(frame.image())
+            times.append(frame.time_ns / 1e9)
+        return Film(images, times, round(reader.fps))
+
+
+@dataclass(frozen=True)
 class Folder:
-    """What `zenocap track` gets.  videos: source by camera.  offsets_s: of sync.toml."""
+    """What `zenocap track` gets.  videos: source by camera.  offsets_s: of sync.toml.  written: video that is written."""
 
     cameras: dict[str, Camera]
     videos: dict[str, Path]
     offsets_s: dict[str, float] = field(default_factory=dict)
+    written: Callable[[Path, Film], None] | None = None
 
     @property
     def changed(self) -> str:
@@ -79,6 +102,51 @@ def late(folder: Folder, seconds: float) -> Folder:
     return replace(folder, offsets_s={**dict.fromkeys(folder.videos, 0.0), folder.changed: seconds})
 
 
+def kept(choose: Callable[[int, int], list[int]], every: int = 1) -> Fault:
+    """Only some frames of one video.  choose: of their number and rate.  every: by which the rate is divided."""
+
+    def write(path: Path, film: Film) -> None:
+        chosen = choose(len(film.images), film.fps)
+        images, times = [film.images[k] for k in chosen], [film.times[k] for k in chosen]
+        write_video(path.with_suffix(".mp4"), images, times, fps=film.fps // every)
+
+    return lambda folder: replace(folder, written=write)
+
+
+def converted(suffix: str, codec: str, pixels: str, scale: float = 1.0, share: float = 1.0) -> Fault:
+    """One video in another format or size.  share: of the file that is there."""
+
+    def write(path: Path, film: Film) -> None:
+        path = path.with_suffix(suffix)
+        images = [
+            np.asarray(cv2.resize(one, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)) for one in film.images
+        ]
+        write_video(path, images, film.times, fps=film.fps, codec=codec, pixels=pixels)
+        path.write_bytes(path.read_bytes()[: round(share * path.stat().st_size)])
+
+    return lambda folder: replace(folder, written=write)
+
+
+def _three_of_ten_missing(count: int, fps: int) -> list[int]:
+    rng = np.random.default_rng(1)
+    return [k for k in range(count) if k < fps or rng.random() > 0.3]
+
+
+def _gap(count: int, fps: int) -> list[int]:
+    return [k for k in range(count) if not count * 3 // 4 <= k < count * 3 // 4 + fps // 2]
+
+
+VIDEOS: dict[str, Fault] = {  # as strangers have them
+    "a third shorter": kept(lambda count, _: list(range(count * 2 // 3))),
+    "half the frame rate": kept(lambda count, _: list(range(0, count, 2)), 2),
+    "variable frame rate, three of ten frames missing": kept(_three_of_ten_missing),
+    "gap of half a second": kept(_gap),
+    "half the size": converted(".mp4", "libx264", "yuv420p", scale=0.5),
+    "HEVC, 10 bit": converted(".mp4", "libx265", "yuv420p10le"),
+    "VP9": converted(".webm", "libvpx-vp9", "yuv420p"),
+    "grey": converted(".mkv", "ffv1", "gray"),
+    "cut file": converted(".mkv", "libx264", "yuv420p", share=2 / 3),
+}
 FAULTS: dict[str, Fault] = {
     "none": none,
     "two videos exchanged": swapped,
@@ -120,12 +188,15 @@ def _tracked(clip: str, fault: str) -> tuple[float, float, str]:
     videos = {path.stem: path for path in sorted((source / "videos").iterdir()) if path.suffix in (".mp4", ".mkv", ".avi")}
     chosen = {camera: path for camera, path in videos.items() if camera in (CLIPS[clip] or videos)}
     up_axis = str(clip_table(name)["up_axis"])
-    folder = FAULTS[fault](Folder(read_calibration(source / "calibration.toml", up_axis), chosen))
+    folder = (FAULTS | VIDEOS)[fault](Folder(read_calibration(source / "calibration.toml", up_axis), chosen))
     with TemporaryDirectory(prefix="zenocap-") as place:
         root, take = Path(place) / source.name, Path(place) / "take.mcap"
         (root / "videos").mkdir(parents=True)
         for camera, path in folder.videos.items():
-            (root / "videos" / f"{camera}{path.suffix}").symlink_to(path)
+            if folder.written is not None and camera == folder.changed:
+                folder.written(root / "videos" / camera, read_film(path))
+            else:
+                (root / "videos" / f"{camera}{path.suffix}").symlink_to(path)
         for each in ("background", "stretched", "clip.toml"):
             if (source / each).exists():
                 (root / each).symlink_to(source / each)
@@ -159,7 +230,9 @@ CLIP_VERDICTS = Kind(
     "`zenocap track`. Nothing in it is random.",
     run,
     (Column("mean", "mm", 0), Column("lost", "%", 1), *CLASS_COLUMNS),
-    {ALL: case(ALL)} | {f"{clip}, {fault}": case(clip, fault=fault) for clip in CLIPS for fault in FAULTS},
+    {ALL: case(ALL)}
+    | {f"{clip}, {fault}": case(clip, fault=fault) for clip in CLIPS for fault in FAULTS}
+    | {f"walk2, {fault}": case("walk2", fault=fault) for fault in VIDEOS},
     case("walk2"),
     seeds=1,
     rows="clip, fault",

@@ -11,7 +11,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.cases.verdict.faults import FAULTS
 from benchmarks.cases.verdict.takes import MOTIONS, Trial, shots, taken, trial_of, trials
-from benchmarks.cases.verdict.truth import CLASSES, Judged, evidence_for, judged
+from benchmarks.cases.verdict.truth import CLASSES, Truth, evidence_for, true_error
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
@@ -27,24 +27,28 @@ def run(one: Case) -> Figures:
     """Verdicts on takes: of one shot with a fault, the film, or of all trials.  Options: method, evidence."""
     method = one.option("method", "hybrid")
     chosen = trials(method) if one.film == ALL else [trial_of(shots(method)[one.seed], one.film)]
-    return figures([_judged(trial, method, one.option("evidence", EVIDENCE[method])) for trial in chosen])
-
-
-def _judged(trial: Trial, method: str, evidence: str) -> tuple[Judged, m.Verdict]:
-    take = taken(trial, method)
-    return judged(take, evidence), verdict_of(evidence_for(take, evidence))
-
-
-def figures(every: Sequence[tuple[Judged, m.Verdict]]) -> dict[str, float]:
-    counts = Counter((one.truth.rating, verdict.rating) for one, verdict in every)
-    found = {f"{true} in truth, called {given}": float(counts[true, given]) for true, given in PAIRS if counts[true, given]}
-    if len(every) > 2:
-        errors = [float(one.truth.frames.mean()) for one, _ in every]
+    evidence = one.option("evidence", EVIDENCE[method])
+    every = [_judged(trial, method, evidence) for trial in chosen]
+    found = figures(every)
+    if one.film == ALL:
+        errors = [float(true.frames.mean()) for true, _ in every]
         found["rank correlation"] = float(spearmanr([verdict.error for _, verdict in every], errors)[0])
-        plain = [verdict for one, verdict in every if one.truth.rating == "good" and one.take.trial.fault == "none"]
-        found["good without fault"] = len(plain)
-        found["of them called good"] = sum(verdict.rating == "good" for verdict in plain)
+        plain = [(true, verdict) for (true, verdict), trial in zip(every, chosen, strict=True) if trial.fault == "none"]
+        good = [verdict for true, verdict in plain if true.rating == "good"]
+        found |= {"good without fault": len(good), "of them called good": sum(each.rating == "good" for each in good)}
     return found
+
+
+def _judged(trial: Trial, method: str, evidence: str) -> tuple[Truth, m.Verdict]:
+    take = taken(trial, method)
+    found = evidence_for(take, evidence)
+    return true_error(take, found), verdict_of(found)
+
+
+def figures(every: Sequence[tuple[Truth, m.Verdict]]) -> dict[str, float]:
+    """Number of takes by their class in truth and the one that they are called."""
+    counts = Counter((true.rating, verdict.rating) for true, verdict in every)
+    return {f"{true} in truth, called {given}": float(counts[true, given]) for true, given in PAIRS if counts[true, given]}
 
 
 VERDICT = Kind(

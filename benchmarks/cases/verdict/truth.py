@@ -1,6 +1,6 @@
 """True errors of takes and their stretches, and what of a take a kind of evidence has."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,6 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.verdict.evidence import Evidence, PoseRow, evidence_of
-from zenocap.tools.verdict.features import Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
     GOOD_ERROR_M,
     GOOD_LOST,
@@ -94,24 +93,3 @@ def true_error(take: FaultyTake, evidence: Evidence) -> Truth:
             errors[k] = np.linalg.norm(found - truth[frame], axis=1)
         errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
     return Truth(times, errors)
-
-
-@dataclass(frozen=True)
-class Judged:
-    """Stretches of a take, the true error of each in m (NaN where there is no truth), and that of the take."""
-
-    take: FaultyTake
-    stretches: Sequence[Stretch]
-    errors: Floats
-    truth: Truth
-
-
-def judged(take: FaultyTake, kind: str) -> Judged:
-    evidence = evidence_for(take, kind)
-    truth, stretches = true_error(take, evidence), stretches_of(evidence)
-    errors = np.full(len(stretches), np.nan)
-    for k, one in enumerate(stretches):
-        inside = (truth.times >= one.start_ns) & (truth.times <= one.end_ns)
-        if np.count_nonzero(inside) > FPS / 5:
-            errors[k] = float(truth.frames[inside].mean())
-    return Judged(take, stretches, errors, truth)

@@ -7,25 +7,18 @@ second frame is used in another phase, so that true offsets are multiples of hal
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, permutations
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
-import cv2
 import numpy as np
 from scipy.signal import butter, fftconvolve, sosfilt
 
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
-from zenocap.common.arrays import Floats, Image, Mask
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
-from zenocap.common.rig.rig import load_rig
-from zenocap.common.video.reader import VideoReader
-from zenocap.simulation.rendering.video_file import Sound, write_video
 from zenocap.tools.sync.sound import RATE, SOUND_LIMITS, SoundPair
-from zenocap.tools.sync.synchronize import Options, synchronize
 
 PERIOD_S = 1 / 30
 SHIFTS_S = (0.0, 0.37, -0.37, 1.13, -1.13, 2.0, -2.0)  # of the second, fourth, ... camera; rounded to frames
@@ -112,18 +105,6 @@ def run_sound(one: Case) -> Figures:
     return score.figures()
 
 
-def run_files(one: Case) -> Figures:
-    """Videos of a shared clip written shifted, with sound, and read as the command does.  Options: by."""
-    by = one.option("by", "silhouettes")
-    with TemporaryDirectory() as place:
-        folder = Path(place) / one.film
-        truth = shifted_copy(SHARED / "clips" / one.film, folder, 0.65)
-        found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="sound" if by == "sound" else "silhouettes"))
-    score = Score()
-    score.add({id: each.offset for id, each in found.items()}, truth)
-    return score.figures()
-
-
 def simulated_outlines(name: str, views: int) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
     """Cameras and outlines of a simulated person at 60 frames/s."""
     clip = cycle_clip(name, views)
@@ -203,39 +184,6 @@ def _track(sound: Floats, start_s: float) -> Floats:
     return np.asarray(part[: len(part) // 2 * 2].reshape(-1, 2).mean(axis=1))
 
 
-def shifted_copy(clip: Path, folder: Path, shift_s: float) -> dict[str, float]:
-    """Write a folder of videos that begin at different times, with sound; returns these times.
-
-    Of 60 frames/s every second frame is used, so that offsets are multiples of half a frame period.
-    """
-    folder.mkdir(parents=True)
-    (folder / "calibration.toml").write_bytes((clip / "calibration.toml").read_bytes())
-    videos = sorted((clip / "videos").glob("*.mp4"))
-    sounds, delays = recordings(len(videos), 10, 0)
-    truth = {}
-    for k, (path, sound, delay_s) in enumerate(zip(videos, sounds, delays, strict=True)):
-        images, fps = _images(path)
-        stride = 2 if fps > 45 else 1
-        first = round((1.0 + shift_s * (k % 2) + 0.05 * k) * fps) + k % 2 * (stride - 1)
-        empty = np.median(np.stack(images[:20]), axis=0).astype(np.uint8)
-        (folder / "background").mkdir(exist_ok=True)
-        cv2.imwrite(str(folder / "background" / f"{path.stem}.png"), empty)
-        begin = round((first / fps + delay_s) * SOUND_RATE)  # as if at equal distances
-        kept = images[first::stride]
-        samples = sound[begin : begin + round(len(kept) * stride / fps * SOUND_RATE)]
-        write_video(folder / "videos" / path.name, kept, fps=round(fps / stride), sound=Sound(samples, SOUND_RATE))
-        truth[path.stem] = first / fps
-    return truth
-
-
-def _images(path: Path) -> tuple[list[Image], float]:
-    images = []
-    with VideoReader(path) as reader:
-        while (frame := reader.next()) is not None:
-            images.append(frame.image())
-        return images, reader.fps
-
-
 COLUMNS = (
     Column("certain", "", 0, joined="sum"),
     Column("error", "periods", 2, joined="median"),
@@ -286,16 +234,4 @@ SOUND = Kind(
     case("sound"),
     seeds=5,
     rows="sound",
-)
-FILES = Kind(
-    "sync-files",
-    "The videos of two shared clips, written shifted, with sound at equal distances, and read as `zenocap sync` does. "
-    "Nothing in it is random.",
-    run_files,
-    COLUMNS,
-    {f"{name}, {by}": case(name, by=by) for name in ("walk7", "walk2") for by in ("sound", "silhouettes")},
-    case("walk2", by="sound"),
-    seeds=1,
-    rows="videos, by",
-    inputs=inputs,
 )

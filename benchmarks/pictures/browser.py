@@ -9,7 +9,6 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
@@ -52,30 +51,3 @@ def await_pose(page: Page) -> None:
         if time.monotonic() > end_s:
             raise TimeoutError(f"no pose within {PATIENCE_S:g} s")
         page.wait_for_timeout(100)
-
-
-def processor_s(top: int, name: str = "") -> float:
-    """Processor time of a process and all running ones below it, seconds.  name: those with it in their name only."""
-    parents: dict[int, int] = {}
-    times: dict[int, float] = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            head, _, rest = (folder / "stat").read_text().rpartition(")")
-        except OSError:
-            continue  # it has just ended
-        fields = rest.split()
-        parents[int(folder.name)] = int(fields[1])
-        if name in head:
-            times[int(folder.name)] = (int(fields[11]) + int(fields[12])) / CLOCK_TICKS
-
-    def is_below(pid: int) -> bool:
-        while pid > 1 and pid != top:
-            pid = parents.get(pid, 0)
-        return pid == top
-
-    return sum(used_s for pid, used_s in times.items() if is_below(pid))
-
-
-def browser_cpu_s() -> float:
-    """Processor time of the running Chromium processes that this process has started, seconds."""
-    return processor_s(os.getpid(), "chrom")

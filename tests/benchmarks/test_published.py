@@ -9,14 +9,12 @@ from benchmarks import __main__ as program
 from benchmarks.harness import pages, results
 from benchmarks.kinds import KINDS
 from benchmarks.pictures import DRAWN
-from tests.support.browser import CHROMIUM
 from tests.support.places import ROOT
 from zenocap.common.table import attribute
 
 DOCUMENTS = (*pages.pages(), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
 COMMAND = re.compile(r"python -m benchmarks((?: [^`\n|#,;)]+)?)")
 MOST_BYTES = 1_000_000
-NEEDS_CHROMIUM = {"page"}
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system
 
 
@@ -69,8 +67,6 @@ def test_pictures_have_a_program() -> None:
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", [name for name in KINDS.names() if name not in TESTED_ELSEWHERE])
 def test_the_smallest_case_of_a_kind_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    if name in NEEDS_CHROMIUM and CHROMIUM is None:
-        pytest.skip("no Chromium on this machine")
     assert program.main([name, "--small"]) == 0, capsys.readouterr().err
     out = capsys.readouterr().out
     assert "smallest" in out

@@ -118,9 +118,8 @@ def converted(suffix: str, codec: str, pixels: str, scale: float = 1.0, share: f
 
     def write(path: Path, film: Film) -> None:
         path = path.with_suffix(suffix)
-        images = [
-            np.asarray(cv2.resize(one, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)) for one in film.images
-        ]
+        resized = (cv2.resize(one, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) for one in film.images)
+        images = [np.asarray(one, dtype=np.uint8) for one in resized]
         write_video(path, images, film.times, fps=film.fps, codec=codec, pixels=pixels)
         path.write_bytes(path.read_bytes()[: round(share * path.stat().st_size)])
 

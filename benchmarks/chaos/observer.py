@@ -10,9 +10,9 @@ from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import HEALTH, REQUEST, TRACKER_POSE
+from zenocap.common.topics import HEALTH, REQUEST, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP
 
-SETTLED = 5  # consecutive poses that count as recovered, as in benchmarks.faults
+SETTLED = 5  # consecutive poses that count as recovered
 GAP_NS = 500_000_000  # largest interval between two of them
 REAL_AGE_NS = 10_000_000_000  # poses of other times are forged ones
 
@@ -29,6 +29,15 @@ class SeenPose:
 
 
 @dataclass(frozen=True)
+class SeenFrame:
+    """A frame of which a viewer has published a silhouette or a sighting."""
+
+    received_ns: int
+    captured_ns: int
+    frame: int
+
+
+@dataclass(frozen=True)
 class SeenHealth:
     """service: such as "viewer 1"."""
 
@@ -38,9 +47,11 @@ class SeenHealth:
 
 
 class Observer(threading.Thread):
-    """Collects poses and health from `start` to `close`, and publishes requests."""
+    """Collects poses and health from `start` to `close`, and publishes requests.  frames: collects frames too."""
 
-    def __init__(self, endpoint: str, rig: str, viewers: Collection[str], services: Collection[str]) -> None:
+    def __init__(
+        self, endpoint: str, rig: str, viewers: Collection[str], services: Collection[str], *, frames: bool = False
+    ) -> None:
         super().__init__(name="observer", daemon=True)
         self._options = ZenohOptions("client", (endpoint,), multicast_scouting=False)
         self._rig, self._viewers, self._services = rig, frozenset(viewers), frozenset(services)
@@ -48,6 +59,7 @@ class Observer(threading.Thread):
         self._ended = threading.Event()
         self._requests: list[m.Request] = []
         self.poses: list[SeenPose] = []
+        self.frames: dict[str, list[SeenFrame]] = {viewer: [] for viewer in viewers} if frames else {}
         self.health: list[SeenHealth] = []
         self.sent: list[tuple[int, str]] = []  # requests: time, and what they ask for
         self.dropped = 0
@@ -55,7 +67,8 @@ class Observer(threading.Thread):
 
     def request(self, what: str) -> None:
         """Publish a valid request, as any member of an open network may."""
-        self._requests.append(m.Request(frame=len(self.sent), captured_ns=self._clock.now_ns(), what=what))  # type: ignore[arg-type]
+        request = m.Request(frame=len(self.sent), captured_ns=self._clock.now_ns(), what=what)  # type: ignore[arg-type]
+        self._requests.append(request)
 
     def close(self) -> None:
         self._ended.set()
@@ -64,7 +77,8 @@ class Observer(threading.Thread):
     def run(self) -> None:
         try:
             with ZenohBus.open(self._options, self._rig, self._clock, self._ended.is_set) as bus:
-                bus.subscribe(TRACKER_POSE, every=True)
+                for topic in (TRACKER_POSE, UNIVERSAL_BAP, *((SILHOUETTE, SIGHTING) if self.frames else ())):
+                    bus.subscribe(topic, every=True)
                 bus.subscribe(HEALTH)
                 while not self._ended.is_set():
                     while self._requests:
@@ -80,9 +94,14 @@ class Observer(threading.Thread):
 
     def _take(self, event: Envelope) -> None:
         match event.message:
-            case m.TrackerPose(views=views) as pose if self._is_real(pose):
+            case m.TrackerPose(views=views) as pose if self._is_real(pose, views):
                 seen = SeenPose(event.received_ns, pose.captured_ns, pose.frame, pose.lost, len(views))
                 self.poses.append(seen)
+            case m.UniversalBap(views=views) as pose if self._is_real(pose, views):
+                fresh = len(self._viewers) - len(pose.stale)
+                self.poses.append(SeenPose(event.received_ns, pose.captured_ns, pose.frame, "person" in pose.lost, fresh))
+            case m.Silhouette(viewer=viewer) | m.Sighting(viewer=viewer) as seen_frame if viewer in self.frames:
+                self.frames[viewer].append(SeenFrame(event.received_ns, seen_frame.captured_ns, seen_frame.frame))
             case m.Health(service=service, id=id) as health:
                 name = service if id == "main" else f"{service} {id}"
                 if name in self._services and abs(health.captured_ns - event.received_ns) < REAL_AGE_NS:
@@ -90,9 +109,9 @@ class Observer(threading.Thread):
             case _:
                 pass
 
-    def _is_real(self, pose: m.TrackerPose) -> bool:
+    def _is_real(self, pose: m.TrackerPose | m.UniversalBap, views: Collection[str]) -> bool:
         recent = abs(pose.captured_ns - self._clock.now_ns()) < REAL_AGE_NS
-        return recent and bool(pose.views) and self._viewers.issuperset(pose.views)
+        return recent and bool(views) and self._viewers.issuperset(views)
 
 
 def settled_ns(poses: Collection[SeenPose], since_ns: int, wanted: Callable[[SeenPose], bool]) -> int | None:

@@ -50,6 +50,19 @@ class Outcome:
     log_bytes: int = 0
     summary: str = ""
 
+    def text(self) -> str:
+        """What is worth knowing about the run, a line each."""
+        sizes = [(rss, seen.name) for seen in self.processes for _, rss in seen.rss_bytes]
+        largest = f"{max(sizes)[1]}, {max(sizes)[0] / 1e6:.0f} MB" if sizes else "none"
+        return "\n".join([
+            f"poses seen: {len(self.poses)}; takes: {len(self.takes)}, of them finished: "
+            f"{sum(take.whole for take in self.takes)}; messages in them: {sum(take.messages for take in self.takes)}",
+            f"log: {self.log_bytes / 1000:.0f} kB; largest process: {largest}",
+            f"`zenocap up`: {self.summary}",
+            *(f"note: {note}" for note in self.notes),
+            *(f"violation: {text}" for text in self.violations),
+        ])  # fmt: skip
+
     def run_s(self, time_ns: int) -> float:
         """Time of the run (s)."""
         return (time_ns - self.begin_ns) / 1e9

@@ -3,11 +3,13 @@
 import random
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from os import getloadavg
 from pathlib import Path
+from statistics import median
 
 from benchmarks.chaos import invariants
 from benchmarks.chaos.injection import Injector
@@ -18,6 +20,7 @@ from benchmarks.chaos.page_visitors import answers
 from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
 
 RIG = "chaos"
 START_S = 180.0  # until the first poses: compilation, empty scene
@@ -186,3 +189,42 @@ def _seconds(time_ns: int | None, since_ns: int) -> float | None:
 
 def _text(seconds: float | None) -> str:
     return f"not within {PATIENCE_S:g} s" if seconds is None else f"{seconds:.1f} s"
+
+
+def run(one: Case) -> Figures:
+    """A run of one seed; its violations are printed.  Options: seconds; only, kinds or targets of faults."""
+    with tempfile.TemporaryDirectory() as folder:
+        outcome = Run(one.seed, one.option("seconds", 120.0), Limits(), one.option("only", ()), print).run(
+            Path(folder).resolve(), "160x120", 15.0
+        )
+    print(outcome.text())
+    back = [found.poses_s for found in outcome.recoveries if found.poses_s is not None]
+    return {
+        "rounds": len(outcome.recoveries),
+        "faults": sum(len(found.round.faults) for found in outcome.recoveries),
+        "not back": len(outcome.recoveries) - len(back),
+        **({"poses back": median(back), "worst": max(back)} if back else {}),
+        "violations": len(outcome.violations),
+        "load": max(found.load for found in outcome.recoveries) if outcome.recoveries else 0.0,
+    }
+
+
+CHAOS = Kind(
+    "chaos",
+    "Faults at random, drawn by a seed, against a whole rig: `zenocap up` with three simulated cameras at 160×120 and 15 "
+    "frames/s, tracker, recognizer, page and log around a router; time from the end of a fault until poses are back, and "
+    "violations of what must hold.",
+    run,
+    (
+        *(Column(name, "", 0, joined="sum") for name in ("rounds", "faults", "not back")),
+        Column("poses back", "s", 1, joined="median"),
+        Column("worst", "s", 1),
+        Column("violations", "", 0, joined="sum"),
+        Column("load", "", 1),
+    ),
+    {f"{minutes} minutes": case("random", seconds=60.0 * minutes) for minutes in (2, 10, 120)}
+    | {"impostor": case("random", only=("impostor",))},
+    case("random", seconds=10.0),
+    rows="time for faults",
+    timed=True,
+)

@@ -38,18 +38,21 @@ class Seen:
     ended_ns: int | None = None
 
 
-def rig_file(folder: Path, name: str, size: str, fps: float, seed: int) -> Path:
-    """Write a rig of three simulated cameras around the simulated person to `folder`."""
-    shutil.copy(demo_rig_file("two-view").with_name("ring-calibration.toml"), folder / "calibration.toml")
+def rig_file(folder: Path, name: str, size: str, fps: float, seed: int, method: str = "hybrid") -> Path:
+    """Write a rig of three simulated cameras, of two-view two, around the simulated person to `folder`."""
+    views = 2 if method == "two-view" else len(VIEWERS)
+    calibration = "demo-calibration.toml" if views == 2 else "ring-calibration.toml"
+    shutil.copy(demo_rig_file("two-view").with_name(calibration), folder / "calibration.toml")
     width, height = size.split("x")
     tables = "".join(
         f'[[viewer]]\nid = "{number}"\ncamera = "cam{number:02d}"\nsource = "actor:demo?seed={seed % 16}"\n'
         f'background = "first:30"\nsize = [{width}, {height}]\nfps = {fps:g}\n'
-        for number in range(1, len(VIEWERS) + 1)
+        for number in range(1, views + 1)
     )
     path = folder / "rig.toml"
     path.write_text(
-        f'name = "{name}"\ncalibration = "calibration.toml"\nmethod = "hybrid"\n[recognizer]\nmodel = "fifteen"\n{tables}',
+        f'name = "{name}"\ncalibration = "calibration.toml"\nmethod = "{method}"\n'
+        f'[recognizer]\nmodel = "fifteen"\n{tables}',
         encoding="utf-8",
     )
     return path

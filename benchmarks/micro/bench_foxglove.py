@@ -1,10 +1,4 @@
-"""Cost of the Foxglove channels.  `make benchmark` times each kind of message; `python -m benchmarks.micro.bench_foxglove`
-adds up a second of 8 viewers at 60 frames/s, with the share of one core and of the file.
-"""
-
-import time
-from pathlib import Path
-from tempfile import TemporaryDirectory
+"""Cost of the Foxglove channels, by kind of message."""
 
 import cv2
 import numpy as np
@@ -20,12 +14,11 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
-from zenocap.common.recording.writer import Recording, no_conversion
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.topics import topic_of
 from zenocap.common.vision.mask_codec import pack
 
-VIEWERS, RATE, SECONDS = 8, 60, 5
+VIEWERS = 8
 SIZES = ((160, 120), (640, 480))
 ANGLES = angles_by_name(TEN_PARTS, TEN_PARTS.neutral)
 BODY = body_from_lengths(TEN_PARTS, average_lengths(1.75))
@@ -89,51 +82,3 @@ def converter() -> FoxgloveConverter:
 def test_convert(benchmark: BenchmarkFixture, message: m.Message) -> None:
     envelope = enveloped(message)
     assert isinstance(benchmark(converter().convert, envelope), list)
-
-
-def mixture(size: tuple[int, int]) -> list[Envelope]:
-    """All messages of 8 viewers and an integrator during `SECONDS`."""
-    messages: list[Envelope] = [enveloped(BDP)]
-    drawn = [silhouette(size, "0", frame) for frame in range(RATE)]
-    for frame in range(SECONDS * RATE):
-        now_ns = frame * 10**9 // RATE
-        for viewer in map(str, range(VIEWERS)):
-            drawn_mask = drawn[frame % RATE]
-            silhouette_message = m.Silhouette(
-                frame=frame, captured_ns=0, viewer=viewer, size=size, region=drawn_mask.region, data=drawn_mask.data
-            )
-            messages += [
-                enveloped(each, now_ns)
-                for each in (silhouette_message, sighting(viewer, frame), partial_bap(viewer, frame))
-            ]
-        messages.append(enveloped(universal_bap(frame), now_ns))
-    return messages
-
-
-def main() -> None:
-    for size in SIZES:
-        messages = mixture(size)
-        live_converter = converter()
-        started_s = time.process_time()
-        for envelope in messages:
-            live_converter.convert(envelope)
-        share = (time.process_time() - started_s) / SECONDS
-        print(f"{VIEWERS} viewers, {size[0]}x{size[1]}, {RATE}/s: convert() {100 * share:.1f} % of a core")
-        for label, convert in (("without", no_conversion), ("with", FoxgloveConverter(TEN_PARTS, "r").convert)):
-            with TemporaryDirectory() as folder:
-                path = Path(folder) / "take.mcap"
-                started_s = time.process_time()
-                recording = Recording(path, rig="r", start_ns=0, convert=convert)
-                for envelope in messages:
-                    recording.record(envelope)
-                end = recording.close()
-                spent_s = time.process_time() - started_s
-                size_mb = path.stat().st_size / 1e6
-            print(
-                f"  log {label} Foxglove's channels: {100 * spent_s / SECONDS:.1f} % of a core, "
-                f"{end.messages / SECONDS:.0f} messages/s, {size_mb / SECONDS:.2f} MB/s of file"
-            )
-
-
-if __name__ == "__main__":
-    main()

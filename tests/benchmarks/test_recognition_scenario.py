@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.recognition.scenario import Event, events_of, overlaps, score_of, session_of, sum_of
+from benchmarks.cases.recognition.scenario import Event, events_of, overlaps, score_of, session_of, sum_of
 from zenocap.simulation.motion.posture_style import POSTURES
 
 EVENTS = [Event("kick", 1.0, 3.0), Event(None, 4.0, 6.0), Event("squat", 7.0, 9.0), Event("kick", 9.0, 11.0)]

@@ -1,20 +1,18 @@
-"""Hits and false alarms of the advice about a camera: the table of one film with a fault and one without."""
+"""Hits and false alarms of the advice about a camera: one film with a fault and one without."""
 
-import sys
+from pathlib import Path
 
 import pytest
 
-from benchmarks.rooms import advice
+from benchmarks.cases.rooms.advice import CALM, run
+from benchmarks.harness.case import case
 
 
 @pytest.mark.nightly
-def test_a_dark_film_is_named_and_an_ordinary_one_is_not(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dark_film_is_named_and_an_ordinary_one_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ZENOCAP_CACHE", str(tmp_path))
     only = "empty room first,dark,passes in front"  # the last has a second person, whose path is a function
-    monkeypatch.setattr(sys, "argv", ["advice", "--seeds", "1", "--sizes", "160x120", "--only", only])
-    advice.main()
-    rows = [[cell.strip() for cell in line.split("|")] for line in capsys.readouterr().out.splitlines()]
-    (dark,) = [row for row in rows if row[1:2] == ["dark"]]
-    assert dark[2].startswith("100 % of ")
-    assert dark[3].startswith("0.0 % of ")
+    found = run(case("dark", only=only))
+    assert (found["hits"], found["false alarms"]) == (100.0, 0.0)
+    assert found["hits, of"] > 5
+    assert run(case(CALM, only=only))["false alarms"] < 10.0

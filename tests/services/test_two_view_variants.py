@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from benchmarks.errors import frame_error
-from benchmarks.loop import Loop
-from tests.support.simulated_cameras import paper_cameras
-from tests.support.two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, SIZE, VIEWERS, envelope, film
+from benchmarks.people.errors import estimate_of, frame_error
+from tests.support.two_view_run import FPS, PERSON, POSTURE, SEED, Run, envelope, film, messages_of_kind
 from zenocap.common import messages as m
-from zenocap.common.rig.sources import FirstFrames
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.conversion import bdp_of
+from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.services.viewer import step as viewer
 from zenocap.services.viewer.states import Setup, Tracking
@@ -27,21 +27,22 @@ MOST_MM = 200.0  # mean joint error of a take; below the 250 mm at which a frame
 
 
 @cache
-def tracked(additions: Additions, posture: str = POSTURE, count: int = COUNT) -> Loop:
-    cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
-    loop = Loop(cameras, {id: FirstFrames(EMPTY_FRAMES) for id in VIEWERS}, FPS, additions)
+def tracked(additions: Additions, posture: str = POSTURE, count: int = COUNT) -> Run:
+    run = Run(additions)
     for frames in film(count, posture):
-        loop.feed(frames)
-    return loop
+        run.process(frames)
+    return run
 
 
-def mean_error_mm(loop: Loop) -> float:
+def mean_error_mm(run: Run) -> float:
     timeline, subject = posture_timeline(person(PERSON), POSTURE, SEED), person(PERSON)
+    (*_, body) = messages_of_kind(run.published, m.UniversalBdp)
     errors = []
-    for frame in loop.track.baps:
-        pose = timeline.pose_at(frame / FPS)
+    for bap in messages_of_kind(run.published, m.UniversalBap):
+        pose = timeline.pose_at(bap.frame / FPS)
         if pose is not None:
-            errors.append(float(frame_error(loop.track.estimate(frame), truth(subject, pose)).joints.mean()))
+            found = estimate_of(TEN_PARTS, bdp_of(TEN_PARTS, body.body), pose_of(TEN_PARTS, bap))
+            errors.append(float(frame_error(found, truth(subject, pose)).joints.mean()))
     assert len(errors) > 10
     return float(np.mean(errors))
 
@@ -50,21 +51,23 @@ def mean_error_mm(loop: Loop) -> float:
 @pytest.mark.parametrize("name", ["paper", *ADDITIONS, "improved"])
 def test_person_is_tracked_by_every_variant(name: str) -> None:
     named = {"paper": PAPER, "improved": IMPROVED}
-    loop = tracked(named.get(name, PAPER | {name}))
-    assert mean_error_mm(loop) < MOST_MM
+    run = tracked(named.get(name, PAPER | {name}))
+    assert mean_error_mm(run) < MOST_MM
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", ADDITIONS)
 def test_each_addition_alone_changes_what_is_published(name: str) -> None:
     # Some act only when legs cross or the person turns.
-    assert tracked(PAPER | {name}, *TURNING).track.baps != tracked(PAPER, *TURNING).track.baps
+    runs = [tracked(additions, *TURNING) for additions in (PAPER | {name}, PAPER)]
+    one, other = (messages_of_kind(run.published, m.UniversalBap) for run in runs)
+    assert one != other
 
 
 @pytest.mark.nightly
 def test_matchings_of_a_search_are_those_of_equation_2() -> None:
     counts: dict[str, list[int]] = {"arm": [], "leg": []}
-    for bap in tracked(PAPER).track.partials:
+    for bap in messages_of_kind(tracked(PAPER).published, m.PartialBap):
         for name, limb in bap.limbs.items():
             counts[name.rpartition("_")[2]] += limb.matchings
     # Eq. 2: 3 matchings of the first stage, then 1 (a side region has won) or 2 (the middle one) for each of 3 or 2 stages.
@@ -76,10 +79,10 @@ def test_matchings_of_a_search_are_those_of_equation_2() -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize(("additions", "used"), [(PAPER, True), (IMPROVED, False)])
 def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, used: bool) -> None:
-    loop = tracked(additions)
-    state = loop.viewer_states["1"]
+    run = tracked(additions)
+    state = run.viewers["1"]
     assert isinstance(state, Tracking)
-    setup = loop.viewer_setups["1"]
+    setup = run.setups["1"]
     state, (sighting,) = viewer.step(setup, state, replace(film(COUNT)[-1]["1"], frame=COUNT))
     assert isinstance(sighting, m.Sighting)
     assert isinstance(state, Tracking)
@@ -91,14 +94,14 @@ def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, 
 
 @pytest.mark.parametrize("additions", [PAPER | {"restart"}, IMPROVED], ids=["paper", "improved"])
 def test_lost_person_is_searched_at_the_depth_of_the_factor(additions: Additions) -> None:
-    loop = tracked(additions)
-    state = loop.viewer_states["1"]
+    run = tracked(additions)
+    state = run.viewers["1"]
     assert isinstance(state, Tracking)
     assert state.assignment is not None
     last = film(COUNT)[-1]["1"]
     moved = replace(last, frame=COUNT, image=np.roll(last.image, 40, axis=1))
     found = [
-        viewer.step(loop.viewer_setups["1"], replace(state, assignment=scaled(state.assignment, COUNT, factor)), moved)
+        viewer.step(run.setups["1"], replace(state, assignment=scaled(state.assignment, COUNT, factor)), moved)
         for factor in (1.0, 1.3)
     ]
     (near,), (far,) = (messages for _, messages in found)

@@ -59,7 +59,8 @@ def stored_files(folder: Path, make: Callable[[Path], object], *key: object, sou
 
 @cache
 def _sources() -> Sources:
-    return Sources({"zenocap": Path(zenocap.__file__).parent, "tests": ROOT / "tests"})
+    folders = {"zenocap": Path(zenocap.__file__).parent, "tests": ROOT / "tests", "benchmarks": ROOT / "benchmarks"}
+    return Sources(folders)
 
 
 @cache

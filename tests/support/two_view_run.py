@@ -13,6 +13,7 @@ from zenocap.common.arrays import Bytes
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.rig.sources import FirstFrames
+from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.topics import topic_of
 from zenocap.services.integrator import states as integrator_states
 from zenocap.services.integrator import step as integrator
@@ -58,38 +59,41 @@ def _render(posture: str) -> Bytes:
     return np.array([[camera.render(pose, k) for k, pose in enumerate(poses)] for camera in cameras])
 
 
-def integrator_setup(height: float | None = None) -> integrator_states.Setup:
+def integrator_setup(height: float | None = None, additions: Additions = IMPROVED) -> integrator_states.Setup:
     cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
-    return integrator.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height)
+    return integrator.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
 
 
-def viewer_setup(id: str) -> viewer_states.Setup:
+def viewer_setup(id: str, additions: Additions = IMPROVED) -> viewer_states.Setup:
     camera = paper_cameras(SIZE)[VIEWERS.index(id)]
-    return viewer_states.viewer_setup(id, camera, FirstFrames(EMPTY_FRAMES), publish_silhouette=False)
+    return viewer_states.viewer_setup(id, camera, FirstFrames(EMPTY_FRAMES), False, additions=additions)
 
 
 @dataclass
 class Run:
-    """All published messages, in order."""
+    """All published messages, in order.  additions: of the variant."""
 
-    integrator: integrator_states.State = field(default_factory=lambda: integrator.initial_state(integrator_setup()))
-    viewers: dict[str, viewer_states.State] = field(
-        default_factory=lambda: {id: viewer.initial_state(viewer_setup(id)) for id in VIEWERS}
-    )
+    additions: Additions = IMPROVED
     published: list[m.Message] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.setup = integrator_setup(additions=self.additions)
+        self.setups = {id: viewer_setup(id, self.additions) for id in VIEWERS}
+        self.integrator = integrator.initial_state(self.setup)
+        self.viewers = {id: viewer.initial_state(setup) for id, setup in self.setups.items()}
 
     def process(self, frames: dict[str, Frame]) -> list[m.Message]:
         """Process one frame set; return all resulting messages."""
         before = len(self.published)
         for id, frame in frames.items():
-            self.viewers[id], messages = viewer.step(viewer_setup(id), self.viewers[id], frame)
+            self.viewers[id], messages = viewer.step(self.setups[id], self.viewers[id], frame)
             self.send_to_integrator(messages)
         return self.published[before:]
 
     def send_to_integrator(self, messages: Sequence[m.Message]) -> None:
         self.published += messages
         for message in messages:
-            self.integrator, answers = integrator.step(integrator_setup(), self.integrator, envelope(message))
+            self.integrator, answers = integrator.step(self.setup, self.integrator, envelope(message))
             self.send_to_viewers(answers)
 
     def send_to_viewers(self, messages: Sequence[m.Message]) -> None:
@@ -97,7 +101,7 @@ class Run:
         replies: list[m.Message] = []
         for message in messages:
             for id in VIEWERS:
-                self.viewers[id], more = viewer.step(viewer_setup(id), self.viewers[id], envelope(message))
+                self.viewers[id], more = viewer.step(self.setups[id], self.viewers[id], envelope(message))
                 replies += more
         if replies:
             self.send_to_integrator(replies)

@@ -1,4 +1,4 @@
-"""A minute of random faults against a whole rig: benchmarks.chaos with one seed, and so one schedule."""
+"""A minute of random faults against a whole rig: the kind `chaos` with one seed, and so one schedule."""
 
 import itertools
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from benchmarks.chaos.outcome import Limits
-from benchmarks.chaos.report import as_text
 from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import schedule
 
@@ -21,7 +20,7 @@ RECOVERED_S = 20.0  # on a busy machine (s); 5 on a quiet one
 @pytest.mark.timeout(600)
 def test_a_rig_survives_a_minute_of_chaos(tmp_path: Path) -> None:
     outcome = Run(SEED, SECONDS, Limits(RECOVERED_S), (), print).run(tmp_path, "160x120", 15.0)
-    text = as_text(outcome)
+    text = outcome.text()
     assert outcome.violations == [], text
     assert len(outcome.recoveries) >= 4, text
     assert [each.round for each in outcome.recoveries] == list(itertools.islice(schedule(SEED), len(outcome.recoveries)))

@@ -17,6 +17,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.formats.foxglove.channels import FoxgloveMessage
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.observe.bodies import source_of
 from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.runtime.clock import Clock
@@ -24,7 +25,7 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS
-from zenocap.services.animator.states import SOURCES, Actor, Source
+from zenocap.services.animator.states import Actor, Source
 
 logger = logging.getLogger(__name__)
 
@@ -91,7 +92,7 @@ class FoxgloveOutput:
 
     def receive(self, envelope: Envelope) -> None:
         message = envelope.message
-        if self._source is not None and SOURCES.get(type(message), self._source) != self._source:
+        if self._source is not None and (source_of(message) or self._source) != self._source:
             return
         if self._subscriptions.added:
             self._subscriptions.added = False

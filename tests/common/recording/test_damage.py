@@ -1,6 +1,6 @@
 """Damaged and hostile takes: no traceback, no hang, bounded memory, the right exit status.
 
-The full measurement is `python -m benchmarks.damage`; this is a quick one on a small take.
+The full measurement is `python -m benchmarks damage`; this is a quick one on a small take.
 """
 
 import io
@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import zstandard
 
-from benchmarks.damage import KINDS, Damaging, Findings, Judge, corruptions, truncations
+from benchmarks.cases.takes.damage import KINDS, Damaging, Findings, Judge, corruptions, truncations
 from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
 from zenocap.common.recording.mcap_records import ChunkEnd, Damage, Message, NotMcap, Records

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.walk_calibration import errors, simulated
+from benchmarks.cases.calibration.walk import errors, simulated
 from tests.support.simulated_cameras import look
 from tests.support.stored import stored
 from tests.support.upright import HEIGHT_M, figure, hulls_seen
@@ -30,11 +30,11 @@ def good():
 
 @pytest.mark.nightly
 def test_three_cameras_are_found(good):
-    rotation_deg, place_mm, scale, vertical_deg, *_ = errors(good, CAMERAS)
-    assert rotation_deg < 0.5
-    assert vertical_deg < 0.5
-    assert abs(scale) < 5.0  # bodies without feet: these are not nearer to the camera than the head
-    assert place_mm < 250.0
+    found = errors(good, CAMERAS)
+    assert found["rotation"] < 0.5
+    assert found["vertical"] < 0.5
+    assert found["scale"] < 5.0  # bodies without feet: these are not nearer to the camera than the head
+    assert found["place"] < 250.0
     assert verdict(good)[0] == "good", report(good)
 
 
@@ -104,9 +104,9 @@ def test_places_seen_by_the_same_cameras_are_not_apart():
 @pytest.mark.slow
 def test_a_simulated_walker_calibrates_two_cameras():
     found, true = simulated(20, 2, 6.0)
-    rotation_deg, _, scale, vertical_deg, error_mm, claimed_mm, most_mrad = errors(found, true)
-    assert rotation_deg < 0.8
-    assert abs(scale) < 2.5
-    assert vertical_deg < 0.8
-    assert error_mm < 2.0 * claimed_mm
-    assert most_mrad < 15.0
+    off = errors(found, true)
+    assert off["rotation"] < 0.8
+    assert off["scale"] < 2.5
+    assert off["vertical"] < 0.8
+    assert off["error"] < 2.0 * off["claimed"]
+    assert off["worst camera"] < 15.0

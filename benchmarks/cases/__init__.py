@@ -1,0 +1,1 @@
+"""Kinds of benchmarks: what is measured, on which cases."""

@@ -1,0 +1,1 @@
+"""Calibration from a board, from a walk, and the drift check."""

@@ -1,0 +1,189 @@
+"""Jitter, error and delay of the tracker's poses: as tracked, smoothed live, smoothed afterwards, tracked both ways."""
+
+from collections.abc import Sequence
+from math import nan
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.cases import clips
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.films import MOTIONS, motion_file
+from benchmarks.people.priors import prior_named
+from benchmarks.people.simulated_clips import STANDING, captured_clip
+from benchmarks.people.tracker import ANATOMY, NAMES, Film, TrackedPath, both_ways, track_clip
+from tests.support.stored import stored
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.joint_rotations import joint_rotations
+from zenocap.common.body.one_euro import Filtered, OneEuro, filtered
+from zenocap.common.formats.pose_track import Bound, PoseTrack
+from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.services.tracker.states import Options, Setup
+from zenocap.tools.recordings.evaluate import Selection, accuracy
+
+FIRST_PERSON = 108
+MAX_LAG = 8  # frames
+CUT_OFF = f"{DEFAULT_HZ:g} Hz"
+SMOOTHINGS = ("as tracked", "one-euro", CUT_OFF, "both ways", f"both ways, {CUT_OFF}")
+
+
+def run(one: Case) -> Figures:
+    """Figures of one person, the mean over the motions, or of a shared clip.
+
+    Options: smoothing, of SMOOTHINGS; views; only, one of the motions.
+    """
+    names = [one.option("only", name) for name in MOTIONS[:1]] if one.option("only", "") else list(MOTIONS)
+    films = [one.film] if one.film != "motions" else names
+    found = [_figures(*_track(one, film)) for film in films]
+    columns = dict.fromkeys(name for figures in found for name in figures)
+    means = {name: float(np.mean([figures[name] for figures in found if name in figures])) for name in columns}
+    return means | {"worst take": max(figures.get("mean", nan) for figures in found)}
+
+
+def _track(one: Case, film: str) -> tuple[PoseTrack | None, Film]:
+    """The smoothed track of a film, None without a pose."""
+    smoothing, views = one.option("smoothing", SMOOTHINGS[0]), one.option("views", 2)
+    if film not in (*MOTIONS, STANDING):
+        shared = Case(film, one.seed).with_options(views=views if film in clips.SEVEN else 7, both_ways="both" in smoothing)
+        clip, path = clips.film_of(shared), clips.tracked(shared)
+    else:
+        clip = captured_clip(FIRST_PERSON + one.seed, film, views)
+        key = (film, one.seed, views, "both" in smoothing)
+        path = stored(lambda: _tracked(clip, both="both" in smoothing), *key, sources=(__name__,))
+    if not path.poses:
+        return None, clip
+    frames = range(min(path.poses), int(clip.truth.frames[-1]) + 1)
+    track = track_of(path.body, frames, [path.poses[k][1] if k in path.poses else None for k in frames], clip.truth.rate)
+    if smoothing == "one-euro":
+        return live(track), clip
+    return (smoothed(track, DEFAULT_HZ) if CUT_OFF in smoothing else track), clip
+
+
+def _tracked(clip: Film, *, both: bool) -> TrackedPath:
+    setup = Setup(ANATOMY, clip.cameras, clip.frame_ns, prior_named("general"), Options())
+    path = track_clip(clip, setup)
+    return both_ways(clip, setup, path) if both else path
+
+
+def track_of(body: Bdp, frames: Sequence[int], poses: Sequence[Pose | None], rate: float) -> PoseTrack:
+    positions = np.array([np.full(3, nan) if pose is None else pose.position for pose in poses])
+    angles = np.array([np.full(len(ANATOMY.angles), nan) if pose is None else pose.angles for pose in poses])
+    lost = tuple("person" if pose is None else "" for pose in poses)
+    numbers = np.array(frames, dtype=np.int64)
+    return PoseTrack(ANATOMY, body, numbers, numbers / rate, positions, angles, {}, {}, lost, rate)
+
+
+def live(track: PoseTrack) -> PoseTrack:
+    """The track smoothed pose by pose, as the animator does."""
+    last: Filtered | None = None
+    poses: list[Pose | None] = []
+    for row, time_s in enumerate(track.times_s):
+        if track.lost[row]:
+            last = None
+            poses.append(None)
+        else:
+            last, pose = filtered(ANATOMY, OneEuro(), last, round(1e9 * time_s), track.pose(row))
+            poses.append(pose)
+    return track_of(track.bdp, track.frames.tolist(), poses, track.rate)
+
+
+def _figures(track: PoseTrack | None, clip: Film) -> dict[str, float]:
+    if track is None:
+        return {"lost": 100.0}
+    truth, rate = clip.truth, clip.truth.rate
+    joints = track.trajectories()
+    names = [name for name in NAMES if name in truth.names]
+    found, rows = np.full((len(truth.frames), len(NAMES), 3), nan), {int(k): row for row, k in enumerate(joints.frames)}
+    for k, frame in enumerate(truth.frames):
+        if int(frame) in rows:
+            found[k] = joints.points[rows[int(frame)]]
+    scored = truth.frames >= clip.motion_from
+    found = found[scored][:, [NAMES.index(name) for name in names]]
+    exact = truth.points[scored][:, [truth.names.index(name) for name in names]]
+    accelerations = np.linalg.norm(np.diff(found - exact, 2, axis=0), axis=-1) * rate**2
+    kept = ~np.isnan(joints.points[:, 0, 0])
+    if not np.isfinite(accelerations).any() or not kept.any():
+        return {"lost": 100.0}
+    estimate = Trajectories(joints.names, joints.frames[kept], joints.times_s[kept], joints.points[kept], rate)
+    score = accuracy(estimate, truth, Selection(first=Bound(clip.motion_from)))
+    moved = float(np.ptp(exact, axis=0).max()) > 0.0
+    drift, step = (nan, nan) if moved else jitter_deg(track, clip.motion_from)
+    return {
+        "acceleration": float(np.nanmean(accelerations)),
+        "mean": score.mpjpe_mm,
+        "shape": score.shape_mm,
+        "lost": score.lost_pct,
+        **({"delay": 1e3 * lag_s(found, exact, rate)} if moved else {"drift": drift, "step": step}),
+    }
+
+
+def lag_s(found: Floats, exact: Floats, rate: float) -> float:
+    """Delay (s) of joints (n, joints, 3) with the greatest correlation of velocities; between frames by a parabola."""
+    moved, expected = np.diff(found, axis=0), np.diff(exact, axis=0)
+    known = np.flatnonzero(~np.isnan(moved[:, 0, 0]))
+    times: Ints = known[(known >= MAX_LAG) & (known < len(moved) - MAX_LAG)]
+    correlations = []
+    for lag in range(-MAX_LAG, MAX_LAG + 1):
+        one, other = moved[times].ravel(), expected[times - lag].ravel()
+        correlations.append(float(one @ other) / float(np.linalg.norm(one) * np.linalg.norm(other)))
+    best = int(np.clip(np.argmax(correlations), 1, 2 * MAX_LAG - 1))
+    left, middle, right = correlations[best - 1 : best + 2]
+    return (best - MAX_LAG + 0.5 * (left - right) / (left - 2.0 * middle + right)) / rate
+
+
+def jitter_deg(track: PoseTrack, first: int) -> tuple[float, float]:
+    """RMS turn of all joints and the root about their mean, and from frame to frame, degrees, from frame `first` on."""
+    rows = track.known & (track.frames >= first)
+    rotations = joint_rotations(ANATOMY, track.positions[rows], track.angles[rows])
+    squares, steps = [], []
+    for ball in range(rotations.quaternions.shape[1]):
+        turns = Rotation.from_quat(rotations.quaternions[:, ball])
+        squares.append(np.mean((turns.mean().inv() * turns).magnitude() ** 2))
+        steps.append(np.mean((turns[:-1].inv() * turns[1:]).magnitude() ** 2))
+    squares += [np.var(hinge) for hinge in rotations.hinges.T]
+    steps += [np.mean(np.diff(hinge) ** 2) for hinge in rotations.hinges.T]
+    return float(np.degrees(np.sqrt(np.mean(squares)))), float(np.degrees(np.sqrt(np.mean(steps))))
+
+
+def inputs(one: Case) -> tuple[str, ...]:
+    if one.film == STANDING:
+        return ()
+    return tuple(map(motion_file, MOTIONS)) if one.film == "motions" else (f"clips/{one.film}",)
+
+
+_SHARED = {"walk2": 2, "bend2": 2, "kick2": 2, "turned2": 2, "walk7": 3, "jog7": 3, "box7": 3}
+JITTER = Kind(
+    "jitter",
+    "The tracker on five simulated people with motion capture at 30 frames/s and 320×240, standing still, and on the "
+    "shared clips. Acceleration: mean length of the difference to the truth's. Delay: the one with the greatest "
+    "correlation of the joints' velocities with the truth's. Step: RMS turn of the joints from one frame to the next of a "
+    "person who stands.",
+    run,
+    (
+        Column("acceleration", "m/s²"),
+        Column("mean", "mm", 0),
+        Column("worst take", "mm", 0),
+        Column("shape", "mm", 0),
+        Column("lost", "%"),
+        Column("delay", "ms", 0),
+        Column("step", "°"),
+        Column("drift", "°"),
+    ),
+    {
+        f"{film}, {views} views, {smoothing}": case(film, views=views, smoothing=smoothing)
+        for film in ("motions", STANDING)
+        for views in (2, 4)
+        for smoothing in SMOOTHINGS
+    }
+    | {
+        f"{film}, {views} views, {smoothing}": case(film, views=views, smoothing=smoothing)
+        for film, views in _SHARED.items()
+        for smoothing in SMOOTHINGS
+    },
+    case(STANDING),
+    seeds=5,
+    rows="film, views, poses",
+    inputs=inputs,
+)

@@ -1,0 +1,1 @@
+"""Recognition of postures: simulated people, real motion, streams, rates of false postures, costs."""

@@ -1,0 +1,122 @@
+"""Streams of simulated people: random postures with pauses and unknown movements.
+
+An answer is right when it has the label of a posture and overlaps it by half of the shorter one; delay: from the scripted
+end to the time of the answer.
+"""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.cases.recognition.examples import session_take
+from benchmarks.cases.recognition.scenario import Event, Score, events_of, score_of, session_of, sum_of
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from tests.support.stored import stored
+from zenocap.common.arrays import Floats
+from zenocap.services.recognizer.features import DEFAULT
+from zenocap.services.recognizer.model_file import find_model, read_model
+from zenocap.services.recognizer.stream import StreamSetup, finish, initial_stream, push, stream_setup
+from zenocap.services.recognizer.training.example_files import read_features
+from zenocap.simulation.motion.timeline import MotionTimeline
+from zenocap.tools.dataset.batch import people
+
+MODEL = "fifteen"
+STREAM_SEED = 10  # persons from 120 on
+PEOPLE = 4  # of a seed
+Session = tuple[MotionTimeline, Floats, Floats]  # what happens, and times (T,) and rows (T, d) of the poses
+
+
+@dataclass(frozen=True)
+class SessionResult:
+    """Answers of a stream to a take, and the true events."""
+
+    events: tuple[Event, ...]
+    answers: tuple[Event, ...]
+    score: Score
+
+
+def run(one: Case) -> Figures:
+    """Figures of four people.  Options: poses, minutes (of each), people."""
+    setup = stream_setup(read_model(find_model(MODEL)))
+    each = sessions(one.option("poses", "truth"), one.seed, one.option("people", PEOPLE), one.option("minutes", 5.0))
+    return figures(sum_of([recognized_session(setup, session).score for session in each]))
+
+
+def figures(score: Score) -> dict[str, float]:
+    found = {
+        "postures": score.events,
+        "other movements": score.unknown,
+        "refused": score.unknown - score.unknown_wrong,
+        "false": 60.0 * score.wrong / score.minutes,
+        "recall": 100.0 * score.right / max(score.events, 1),
+    }
+    if answered := score.right + score.wrong:
+        found["precision"] = 100.0 * score.right / answered
+    if score.delays_s:
+        found["delay p50"], found["delay p95"] = map(float, np.quantile(score.delays_s, (0.5, 0.95)))
+    return found
+
+
+def sessions(method: str, seed: int, count: int, minutes: float) -> Iterator[Session]:
+    """Sessions of some people, their poses by a method."""
+    first = people(STREAM_SEED)[0] + PEOPLE * seed
+    for who in range(first, first + count):
+        script = session_of(who, minutes)
+        yield script, *stored(lambda: _rows(method, script, who), method, who, minutes, sources=(__name__,))  # noqa: B023
+
+
+def _rows(method: str, script: MotionTimeline, seed: int) -> tuple[Floats, Floats]:
+    with tempfile.TemporaryDirectory() as place:
+        motion = read_features(session_take(method, script, seed, Path(place)), DEFAULT)
+    return motion.times_s, motion.features
+
+
+def recognized_session(setup: StreamSetup, session: Session) -> SessionResult:
+    """Answers to a session."""
+    script, times_s, rows = session
+    stream = initial_stream(setup)
+    answers = []
+    for time_s, row in zip(times_s, rows, strict=True):
+        if time_s < script.motion_from_s:
+            continue
+        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
+        if answer is not None:
+            answers.append(Event(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, float(time_s)))
+    events = events_of(script)
+    minutes = (script.duration_s - script.motion_from_s) / 60.0
+    return SessionResult(tuple(events), tuple(answers), score_of(events, answers, minutes))
+
+
+def answers_of(setup: StreamSetup, rows: Floats, rate: float) -> list[Event]:
+    """Answers to rows (T, d) at a rate, without gaps; the last ones at their end."""
+    stream, answers = initial_stream(setup), list[Event]()
+    for k, row in enumerate(rows):
+        stream, answer, _ = push(setup, stream, round(k * 1e9 / rate), row)
+        if answer is not None:
+            answers.append(Event(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, k / rate))
+    ends = finish(setup, stream)
+    return answers + [Event(one.label, one.start_ns / 1e9, one.end_ns / 1e9, len(rows) / rate) for one in ends]
+
+
+COLUMNS = (
+    Column("precision", "%", 1, "low"),
+    Column("recall", "%", 1, "low"),
+    Column("false", "an hour", 0),
+    Column("delay p50", "s", 2),
+    Column("delay p95", "s", 2),
+    *(Column(name, "", 0, joined="sum") for name in ("postures", "other movements", "refused")),
+)
+STREAM = Kind(
+    "stream",
+    "Postures, pauses and other movements of simulated people as a stream, with the shipped model, which was trained on "
+    "others; three sets of four people, 5 minutes each. Other movements: bend, lean, twist, reach, sit, lunge, gesture, "
+    "walking back.",
+    run,
+    COLUMNS,
+    {poses: case("stream", poses=poses) for poses in ("two-view", "hybrid", "truth")},
+    case("stream", people=1, minutes=0.5),
+    rows="poses from",
+)

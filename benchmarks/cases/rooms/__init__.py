@@ -1,0 +1,1 @@
+"""Silhouettes, poses and advice in rooms that change."""

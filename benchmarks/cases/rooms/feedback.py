@@ -1,0 +1,95 @@
+"""Silhouettes with the tracker in the loop: all views of a seed, with and without its pose fed back to the viewers."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.cases.rooms.film import EMPTY_S, FPS, Scene, Shot, shots
+from benchmarks.cases.rooms.silhouettes import NAMED, OVERLAP, SETTLED_S, SMALLEST, UNUSABLE, edge_px, overlap
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.session import rig_of, stepped
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.common.body.definition import Bdp
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.conversion import bdp_of
+from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
+from zenocap.common.rig.sources import parse_background
+from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.viewer.frame import Frame
+from zenocap.simulation.ground_truth import landmarks
+from zenocap.tools.parameters import EPOCH_NS
+
+FIRST_SEED = 2  # constants were chosen by hand on 0 and 1
+SIZE = (320, 240)
+NAMES = [marker.name for marker in FOURTEEN_PARTS.markers]
+
+
+def run(one: Case) -> Figures:
+    """Figures of one seed.  Options: feedback, views."""
+    views = one.option("views", 2)
+    scenes = {f"cam{k + 1:02}": Scene(FIRST_SEED + one.seed, SIZE, views, f"cam{k + 1:02}") for k in range(views)}
+    situation, first = NAMED[one.film], scenes["cam01"]
+    subject = first.walker.person if situation.dressed is None else situation.dressed(first)
+    seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
+    films = {view: list(shots(scene, situation)) for view, scene in scenes.items()}
+    cameras = {view: scene.camera for view, scene in scenes.items()}
+    background = parse_background("adaptive", Path())
+    rig = rig_of(cameras, background, FPS, "hybrid", feedback=one.option("feedback", False))
+    found, edges, joints, body = list[float](), list[float](), list[float](), None
+    for number, messages in enumerate(stepped(rig, _frames(films))):
+        masks = {
+            each.viewer: unpack(each.size, each.region, each.data) for each in messages if isinstance(each, Silhouette)
+        }
+        bodies = [each for each in messages if isinstance(each, TrackerBdp)]
+        body = bdp_of(FOURTEEN_PARTS, bodies[-1].body) if bodies else body
+        shown = {view: film[number] for view, film in films.items()}
+        if shown["cam01"].time_s < seen_s or (pose := shown["cam01"].pose) is None:
+            continue
+        for view, shot in shown.items():
+            if np.count_nonzero(shot.truth) >= SMALLEST * shot.truth.size:
+                mask = masks.get(view, np.zeros_like(shot.truth))
+                found.append(overlap(mask, shot.truth))
+                edges.append(edge_px(mask, shot.truth))
+        poses = [each for each in messages if isinstance(each, TrackerPose)]
+        joints.append(_error_mm(body, poses[-1] if poses else None, landmarks(subject, pose)))
+    known = np.isfinite(joints)
+    return {
+        "overlap": float(np.mean(found)),
+        "edge": float(np.mean(edges)),
+        "unusable": 100.0 * float(np.mean(np.array(found) < UNUSABLE)),
+        "joints": float(np.mean(np.array(joints)[known])) if known.any() else float("nan"),
+        "lost": 100.0 * (1.0 - float(known.mean())),
+    }
+
+
+def _frames(films: Mapping[str, list[Shot]]) -> Iterator[Mapping[str, Frame]]:
+    for k in range(min(map(len, films.values()))):
+        yield {view: Frame(k, EPOCH_NS + round(film[k].time_s * 1e9), film[k].image) for view, film in films.items()}
+
+
+def _error_mm(body: Bdp | None, pose: TrackerPose | None, true: Mapping[str, Floats]) -> float:
+    """Mean distance of the joints, mm; infinite without a pose."""
+    if pose is None or pose.lost or body is None:
+        return float("inf")
+    found = joint_centres(FOURTEEN_PARTS, body, pose_of(FOURTEEN_PARTS, pose))
+    return 1e3 * float(np.mean([np.linalg.norm(found[k] - true[name]) for k, name in enumerate(NAMES) if name in true]))
+
+
+FEEDBACK = Kind(
+    "feedback",
+    "Films as of `rooms`, two views of each seed and the tracker with a body of average proportions, without and with "
+    "`feedback = true` of the viewers; lost: instants without a pose.",
+    run,
+    (*OVERLAP, Column("joints", "mm", 0), Column("lost", "%", 0)),
+    {
+        f"{name}, {words}": case(name, feedback=on)
+        for name in NAMED
+        for words, on in (("without", False), ("with feedback", True))
+    },
+    case("empty room first"),
+    seeds=6,
+    rows="situation, feedback",
+)

@@ -1,0 +1,1 @@
+"""Times, rates, latencies and memory: what depends on the machine."""

@@ -1,0 +1,175 @@
+"""Whole rigs under load, as `zenocap load` measures them, and the cores that `zenocap plan` predicts."""
+
+from dataclasses import replace
+from typing import cast
+
+from rich.console import Console
+from zenocap.tools.load_test.measurement import Measurement
+from zenocap.tools.load_test.plan import MAX_RATE, Method, Plan, Priority, RampQuantity
+from zenocap.tools.load_test.ramp import ramp
+from zenocap.tools.load_test.shell import Network, prepared
+from zenocap.tools.plan.calculator import demand
+from zenocap.tools.plan.measure import installation_of
+from zenocap.tools.plan.parameters import COSTS
+
+from benchmarks.cases.speed.busy import busy_processes
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.films import size_of
+from zenocap.common.runtime.signals import stop_signals
+
+OVERLOAD_SETTLE_S = 15.0  # until the integrator has found the rate; chosen by hand
+CURVES = (
+    ("two-view", 2, "640x480", (15.0, 30.0, 60.0, 120.0)),
+    ("two-view", 2, "160x120", (60.0, 120.0, 240.0, 480.0)),
+    ("hybrid", 4, "160x120", (15.0, 30.0, 60.0, 120.0)),
+    ("hybrid", 4, "640x480", (30.0, 60.0)),
+)
+
+
+def plan_of(one: Case) -> Plan:
+    """Options: as the fields of `Plan`."""
+    return Plan(
+        viewers=one.option("viewers", 2),
+        rigs=one.option("rigs", 1),
+        rate=one.option("rate", 30.0),
+        size=size_of(one.option("size", "160x120")),
+        method=cast(Method, one.option("method", "two-view")),
+        until="silhouette" if one.option("silhouettes", False) else "pose",
+        stand_ins=one.option("stand_ins", False),
+        subscribers=one.option("subscribers", 0),
+        subscriber_priority=cast(Priority, one.option("priority", "low")),
+        mesh=one.option("mesh", False),
+        seconds=one.option("seconds", 10.0),
+        settle_s=one.option("settle", 3.0),
+    )
+
+
+def run(one: Case) -> Figures:
+    """One load.  Options: as of `plan_of`; busy, processes that never wait."""
+    plan = plan_of(one)
+    with (
+        stop_signals() as stopped,
+        busy_processes(one.option("busy", 0)),
+        prepared(plan, Network(), stopped, Console(stderr=True)) as session,
+    ):
+        return figures(session.measure(plan))
+
+
+def figures(point: Measurement) -> dict[str, float]:
+    found, rate = point.figures, point.figures.completed / point.seconds / point.plan.rigs
+    planned = demand(replace(installation_of(point.plan), fps=max(1.0, rate)), COSTS).cores
+    latency = {name: found.latency_ms[name] for name in ("p50", "p99") if name in found.latency_ms}
+    return {
+        "offered": found.offered_fps,
+        "completed": found.completed_fps,
+        "whole": found.completed / point.seconds,
+        "lost": 100 * found.loss,
+        **latency,
+        "cores": point.used.own,
+        "cores by the plan": planned,
+        "cores of others": point.used.others,
+        "memory": sum(cost.memory_bytes for cost in point.costs) / 1e6,
+    }
+
+
+def run_capacity(one: Case) -> Figures:
+    """The largest load without loss and with p99 within a frame period.  Options: of `plan_of`; more: rate or rigs."""
+    plan, what = plan_of(one), cast(RampQuantity, one.option("more", "rate"))
+    with stop_signals() as stopped, prepared(plan, Network(), stopped, Console(stderr=True)) as session:
+        found = ramp(plan, what, session.measure, stopped, lambda point: None)
+    held = [getattr(point.plan, what) for point in found.points if point.held]
+    return {"held": max(held)} if held else {}
+
+
+def _overload() -> dict[str, Case]:
+    return {
+        f"{method}, {viewers} viewers, {size}, offered {rate:g}/s": case(
+            "overload", method=method, viewers=viewers, size=size, rate=rate, settle=OVERLOAD_SETTLE_S
+        )
+        for method, viewers, size, rates in CURVES
+        for rate in rates
+    }
+
+
+_HYBRID = {"method": "hybrid"}
+LOAD = Kind(
+    "load",
+    "Rigs with all processes on one machine: frames offered and completed by all viewers, whole instants a second, "
+    "latency of the poses, cores of the load, as `zenocap plan` predicts them, and of other programs.",
+    run,
+    (
+        Column("offered", "frames/s", 0, "", "median"),
+        Column("completed", "frames/s", 0, "low", "median"),
+        Column("whole", "instants/s", 1, "low", "median"),
+        Column("lost", "%", 1),
+        Column("p50", "ms", 1, joined="median"),
+        Column("p99", "ms", 1, joined="median"),
+        Column("cores", "", 2, joined="median"),
+        Column("cores by the plan", "", 2, "", "median"),
+        Column("cores of others", "", 2, joined="median"),
+        Column("memory", "MB", 0, joined="median"),
+    ),
+    {
+        f"two viewers, {size}, {rate:g}/s": case("rates", size=size, rate=rate)
+        for size in ("160x120", "640x480")
+        for rate in (15.0, 30.0, 60.0, 120.0)
+    }
+    | {
+        f"two viewers, {size}, without limit": case("unlimited", size=size, rate=MAX_RATE)
+        for size in ("160x120", "640x480")
+    }
+    | {
+        f"{count} viewers and tracker, 15/s": case("viewers", viewers=count, rate=15.0, **_HYBRID)
+        for count in (2, 4, 7, 8, 16, 32)
+    }
+    | {
+        f"{count} {'stand-ins' if stand_ins else 'viewers'}, silhouettes only, 30/s": case(
+            "viewers", viewers=count, silhouettes=True, stand_ins=stand_ins, **_HYBRID
+        )
+        for stand_ins in (False, True)
+        for count in (2, 4, 8, 16, 32)
+    }
+    | {
+        f"{count} rigs of {'stand-ins' if stand_ins else 'two viewers'}, 15/s": case(
+            "rigs", rigs=count, rate=15.0, stand_ins=stand_ins
+        )
+        for stand_ins in (False, True)
+        for count in (1, 4, 16)
+    }
+    | {
+        f"{count} subscribers, {priority} priority": case(
+            "subscribers", stand_ins=True, subscribers=count, priority=priority
+        )
+        for priority in ("low", "normal")
+        for count in (1, 4, 16)
+    }
+    | {
+        f"{'mesh' if mesh else 'router'}, {'stand-ins' if stand_ins else 'viewers'}": case(
+            "network", mesh=mesh, stand_ins=stand_ins
+        )
+        for stand_ins in (False, True)
+        for mesh in (False, True)
+    }
+    | {"two viewers and tracker, 640x480, 30/s, beside 2 busy processes": case("busy", size="640x480", busy=2, **_HYBRID)}
+    | _overload(),
+    case("network", stand_ins=True, seconds=2.0),
+    rows="load",
+    timed=True,
+)
+CAPACITY = Kind(
+    "capacity",
+    "The largest load that is held without loss and with p99 within one frame period, found by a ramp.",
+    run_capacity,
+    (Column("held", "", 1, "low", "median"),),
+    {
+        "frames/s of two viewers, 160x120": case("capacity", rate=30.0),
+        "frames/s of two viewers, 640x480": case("capacity", rate=15.0, size="640x480"),
+        "frames/s of two stand-ins": case("capacity", rate=60.0, stand_ins=True),
+        "frames/s of four viewers and tracker": case("capacity", viewers=4, rate=7.5, **_HYBRID),
+        "rigs of two viewers, 15/s": case("capacity", rate=15.0, more="rigs"),
+        "rigs of two stand-ins, 15/s": case("capacity", rate=15.0, stand_ins=True, more="rigs"),
+    },
+    case("capacity", rate=400.0, stand_ins=True, seconds=1.0),
+    rows="load",
+    timed=True,
+)

@@ -1,0 +1,1 @@
+"""Takes: damaged files, killed logs, replay."""

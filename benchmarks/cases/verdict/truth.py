@@ -1,0 +1,95 @@
+"""True errors of takes and their stretches, and what of a take a kind of evidence has."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.cases.verdict.takes import FPS, FaultyTake
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.tools.parameters import EPOCH_NS
+from zenocap.tools.verdict.evidence import PoseRow, TakeEvidence, evidence_of
+from zenocap.tools.verdict.parameters import (
+    GOOD_ERROR_M,
+    GOOD_LOST,
+    LOST_ERROR_M,
+    START_NS,
+    UNUSABLE_ERROR_M,
+    UNUSABLE_LOST,
+)
+
+LOST_M = 0.25  # as in `zenocap evaluate`
+CLASSES: tuple[m.Rating, ...] = ("good", "doubtful", "unusable")
+
+
+@dataclass(frozen=True)
+class Truth:
+    """errors: (frames, joints) m, NaN without a pose.  times: (frames,) capture times, ns."""
+
+    times: Ints
+    errors: Floats
+
+    @property
+    def mean(self) -> float:
+        """Mean error of the joints of frames with a pose, m; NaN without any."""
+        known = self.errors[np.isfinite(self.errors)]
+        return float(known.mean()) if len(known) else float("nan")
+
+    @property
+    def lost(self) -> float:
+        """Share of the joints without estimate or more than LOST_M off."""
+        return float(np.mean(~(self.errors <= LOST_M)))
+
+    @property
+    def frames(self) -> Floats:
+        """(frames,) mean error, at most LOST_ERROR_M, which is that of a frame without a pose."""
+        found: Floats = np.nan_to_num(np.minimum(self.errors, LOST_ERROR_M), nan=LOST_ERROR_M).mean(axis=1)
+        return found
+
+    @property
+    def rating(self) -> m.Rating:
+        if not np.isfinite(self.mean) or self.mean > UNUSABLE_ERROR_M or self.lost > UNUSABLE_LOST:
+            return "unusable"
+        return "good" if self.mean <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
+
+
+def evidence_for(take: FaultyTake, kind: str) -> TakeEvidence:
+    """The evidence of a take as far as a kind has it."""
+    found = evidence_of(take.messages)
+    if kind == "both-ways":
+        return found
+    found.both = {}
+    return replace(found, samples={}) if kind == "poses-only" else found
+
+
+def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
+    """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
+    joints = [take.names.index(name) for name in take.names]
+    first_ns = min(
+        (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS
+    )
+    frames = take.frames[take.frames >= (first_ns + START_NS - EPOCH_NS) / 1e9 * FPS - 0.5]
+    times = np.array([EPOCH_NS + round(int(k) * 1e9 / FPS) for k in frames], dtype=np.int64)
+    errors = np.full((len(frames), len(joints)), np.nan)
+    if evidence.body is not None and evidence.poses:
+        anatomy = anatomy_of(evidence.body)
+        bdp = bdp_of(anatomy, evidence.body)
+        order = [anatomy.index[name] for name in evidence.names]
+        names = [marker.name for marker in anatomy.markers]
+        columns = [names.index(name) if name in names else -1 for name in take.names]
+        rows: Mapping[int, PoseRow] = {row.frame: row for row in evidence.poses.values()}
+        truth = dict(zip(take.frames.tolist(), take.points, strict=True))
+        for k, frame in enumerate(frames.tolist()):
+            row = rows.get(frame)
+            if row is None or row.lost:
+                continue
+            angles = anatomy.neutral.copy()
+            angles[order] = row.angles
+            found = joint_centres(anatomy, bdp, Pose(row.position, angles))[columns]
+            errors[k] = np.linalg.norm(found - truth[frame], axis=1)
+        errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
+    return Truth(times, errors)

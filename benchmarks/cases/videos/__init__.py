@@ -1,0 +1,1 @@
+"""Videos that began at different times, cameras that are late, and videos as strangers have them."""

@@ -1,0 +1,84 @@
+"""Figures and tables in the pages of the documentation, written from the stored results.
+
+    <!-- figure KIND CASE COLUMN -->31 (32)<!-- end -->
+    <!-- table KIND [COLUMN ...] [rows=TEXT] -->
+    ...
+    <!-- end -->
+
+CASE in quotation marks where it has spaces.  rows: only cases with TEXT in their names.
+"""
+
+import re
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from benchmarks.harness.cache import ROOT
+from benchmarks.harness.results import Results
+from benchmarks.harness.text import cell, markdown
+from zenocap.common.errors import UserError
+
+MARKER = re.compile(r"(<!-- (figure|table) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
+
+
+def pages() -> list[Path]:
+    """Pages that may have markers."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def written(text: str, results: Mapping[str, Results], page: str = "") -> str:
+    """The page with the figures of the results.  Raises UserError, which names page and marker."""
+
+    def replaced(match: re.Match[str]) -> str:
+        start, what, words, _, end = match.groups()
+        try:
+            content = _figure(words, results) if what == "figure" else f"\n{_table(words, results)}\n"
+        except (UserError, ValueError) as error:
+            raise UserError(f"{page}: {start}: {error}") from error
+        return f"{start}{content}{end}"
+
+    return MARKER.sub(replaced, text)
+
+
+def publish(results: Mapping[str, Results]) -> list[Path]:
+    """Renew all pages; return those that changed.  Raises UserError."""
+    changed = list(stale(results))
+    for page, text in changed:
+        page.write_text(text, encoding="utf-8")
+    return [page for page, _ in changed]
+
+
+def stale(results: Mapping[str, Results]) -> Iterator[tuple[Path, str]]:
+    """Pages that differ from the results, and what they should be.  Raises UserError."""
+    for page in pages():
+        before = page.read_text(encoding="utf-8")
+        text = written(before, results, page.name)
+        if text != before:
+            yield page, text
+
+
+def _figure(words: str, results: Mapping[str, Results]) -> str:
+    parts = shlex.split(words)
+    if len(parts) != 3:
+        raise UserError("KIND CASE COLUMN expected")
+    kind, case, column = parts
+    found = _results(kind, results)
+    return cell(found.row(case), found.heading(column))
+
+
+def _table(words: str, results: Mapping[str, Results]) -> str:
+    kind, *parts = shlex.split(words)
+    found = _results(kind, results)
+    patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
+    names = [part for part in parts if not part.startswith("rows=")]
+    cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(p in row.case for p in patterns))
+    if not cases:
+        raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
+    headings = [found.heading(name) for name in names] or list(found.columns)
+    return markdown(found, [found.row(case) for case in cases], headings)
+
+
+def _results(kind: str, results: Mapping[str, Results]) -> Results:
+    if kind not in results:
+        raise UserError(f"no results of {kind!r}: allowed: {', '.join(results)}")
+    return results[kind]

@@ -1,0 +1,63 @@
+"""Figures as text, and tables of results for the terminal and for pages."""
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.harness.results import Heading, Results, Row
+
+NONE = "–"
+
+
+def cell(row: Row, heading: Heading) -> str:
+    """A figure with the worst seed's in brackets; in square brackets the seeds that have none."""
+    values = row.figures.get(heading.name, [])
+    if not values:
+        return ""
+    texts = [NONE if value is None else f"{value:.{heading.digits}f}" for value in values]
+    worst = f" ({texts[1]})" if len(texts) > 1 and texts[1] != texts[0] else ""
+    missing = row.missing.get(heading.name, 0)
+    return f"{texts[0]}{worst}" + (f" [{missing} of {row.seeds} without]" if missing and texts[0] != NONE else "")
+
+
+def title(heading: Heading) -> str:
+    return f"{heading.name}, {heading.unit}" if heading.unit else heading.name
+
+
+def markdown(results: Results, rows: Sequence[Row], headings: Sequence[Heading]) -> str:
+    """Table of a page, columns that are empty left out, and a line on where the figures come from."""
+    shown = [one for one in headings if any(cell(row, one) for row in rows)]
+    lines = [
+        f"| {results.rows} | " + " | ".join(map(title, shown)) + " |",
+        "|---|" + "--:|" * len(shown),
+        *(f"| {row.case} | " + " | ".join(cell(row, one) for one in shown) + " |" for row in rows),
+    ]
+    return "\n".join([*lines, "", *sources(rows)])
+
+
+def sources(rows: Sequence[Row]) -> list[str]:
+    """A line for each origin of the rows: command, commit and date, machine of what is timed."""
+    found: dict[str, int] = {}
+    for row in rows:
+        seeds = f", {row.seeds} seeds" if row.seeds > 1 else ""
+        made = f"`{row.command}`, " if row.command else ""
+        if row.taken:
+            text = f"{made}{row.taken}{seeds}, not renewed"
+        else:
+            text = f"{made}commit {row.commit}, {row.date}{seeds}" + (f", {row.machine}" if row.machine else "")
+        found[text] = found.get(text, 0) + 1
+    several = len(found) > 1
+    return [f"*{text}" + (f" ({count} rows)" if several else "") + ".*" for text, count in found.items()]
+
+
+def show(results: Results, rows: Sequence[Row], console: Console) -> None:
+    """Print the table."""
+    table = Table(title=results.kind, caption=results.about, title_justify="left", caption_justify="left")
+    shown = [one for one in results.columns if any(cell(row, one) for row in rows)]
+    table.add_column(results.rows)
+    for one in shown:
+        table.add_column(title(one), justify="right")
+    for row in rows:
+        table.add_row(row.case, *(cell(row, one) for one in shown))
+    console.print(table)

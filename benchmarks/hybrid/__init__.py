@@ -1,1 +1,0 @@
-"""Evaluation of the tracker for three to eight cameras: all figures and plots by one command.  See `__main__`."""

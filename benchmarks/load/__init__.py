@@ -1,1 +1,0 @@
-"""Capacity of a deployment, and its dependence on Zenoh settings.  See `__main__`."""

@@ -1,0 +1,1 @@
+"""Simulated people and the shared clips, tracked and compared with the truth."""

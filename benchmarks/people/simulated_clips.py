@@ -1,0 +1,145 @@
+"""Clips of simulated people with exact silhouettes, ragged at the edges; they stand in for the shared clips."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import cv2
+import numpy as np
+
+from benchmarks.harness.case import SHARED
+from benchmarks.people.captured import captured_take
+from benchmarks.people.films import motion_file
+from benchmarks.people.shared_clips import Instant
+from tests.support.simulated_cameras import look, paper_cameras
+from tests.support.stored import stored
+from zenocap.common.arrays import Bytes, Mask
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.simulation.body.person import Person, person
+from zenocap.simulation.body.pose import PersonPose, interpolate, minimum_jerk, neutral
+from zenocap.simulation.body.skeleton import Bones
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.timeline import motion_timeline, t_pose
+from zenocap.simulation.rendering.camera import SimulatedCamera
+
+SIZE = (320, 240)
+RING, DISTANCE_M, HEIGHT_M = 8, 4.6, 1.6
+RINGS = {2: (), 3: (0, 3, 6), 4: (0, 2, 4, 6), 7: (0, 1, 2, 3, 4, 5, 6)}  # cameras of the ring, by number of views
+RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the background
+
+FPS, LONGEST_S = 30.0, 6.0  # of motion capture
+STANDING = "standing"
+EMPTY_S, T_POSE_S, LOWERING_S, SETTLING_S, STILL_S = 1.0, 1.5, 0.6, 1.0, 4.0
+CYCLES = ("walking", "running", "boxing")
+CYCLE_FPS = 60.0  # of HumanEva
+TRAINING_FRAMES, TEST_FRAMES = 100, {"walking": 433, "running": 393, "boxing": 377}  # [Hybrid Table I]
+
+
+@dataclass(frozen=True)
+class SimulatedClip:
+    """Silhouettes and ground truth of one person with one motion.  motion_from: first scored frame."""
+
+    name: str
+    cameras: Mapping[str, Camera]
+    instants: tuple[Instant, ...]
+    truth: Trajectories
+    motion_from: int
+    frame_ns: int
+
+    def of_views(self, views: Sequence[str]) -> "SimulatedClip":
+        """The clip itself.  Raises ValueError for a selection of views."""
+        if views:
+            raise ValueError(f"views = {', '.join(views)}: simulated clips have all views")
+        return self
+
+    def masks(self, instant: Instant, views: Mapping[str, Camera]) -> dict[str, Mask]:
+        """(height, width) of 0 and 1, by viewer."""
+        return {view: np.unpackbits(instant.masks[view], axis=1, count=SIZE[0]) for view in views}
+
+
+def cameras_of(views: int) -> dict[str, Camera]:
+    """Two: the paper's; otherwise a ring about the origin."""
+    if views == 2:
+        return {camera.name: camera for camera in paper_cameras(SIZE)}
+    angles = [2 * np.pi * k / RING for k in RINGS[views]]
+    middle = np.array([0.0, 1.0, 0.0])
+    places = [np.array([DISTANCE_M * np.sin(a), HEIGHT_M, DISTANCE_M * np.cos(a)]) for a in angles]
+    return {f"r{k}": look(f"r{k}", place, middle).resized(SIZE) for k, place in zip(RINGS[views], places, strict=True)}
+
+
+def simulated_clip(
+    name: str,
+    subject: Person,
+    poses: Sequence[PersonPose | Bones | None],
+    motion_from: int,
+    fps: float,
+    views: int,
+) -> SimulatedClip:
+    """Clip of consecutive poses; None: an empty scene, at the start only.  name: of motion and body."""
+    cameras = cameras_of(views)
+    masks = {view: _masks(name, camera, subject, poses) for view, camera in cameras.items()}
+    truths = [None if pose is None else truth(subject, pose).joints for pose in poses]
+    first = next(k for k, one in enumerate(truths) if one is not None)
+    names = tuple(next(one for one in truths if one is not None))
+    points = np.array([[one[joint] for joint in names] for one in truths if one is not None])
+    frames = np.arange(first, len(truths), dtype=np.int64)
+    instants = tuple(
+        Instant(k, round(k * 1e9 / fps), {view: masks[view][k] for view in cameras}) for k in range(first, len(truths))
+    )
+    joints = Trajectories(names, frames, frames / fps, points, fps)
+    return SimulatedClip(f"{name}-{subject.seed}", cameras, instants, joints, motion_from, round(1e9 / fps))
+
+
+def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
+    """A clip as long as the paper's films: MOTION-PERSON with one of CYCLES and the random seed of a person."""
+    motion, _, number = name.partition("-")
+    if motion not in CYCLES or not number.isdecimal():
+        raise ValueError(f"clip {name}: allowed: a shared clip, or {'|'.join(CYCLES)} and a number, as in walking-3")
+    subject = person(int(number))
+    script = motion_timeline(subject, motion, int(number))
+    from_frame = int(np.ceil(script.motion_from_s * CYCLE_FPS))
+    count = from_frame + TRAINING_FRAMES + TEST_FRAMES[motion]
+    poses = [script.pose_at(k / CYCLE_FPS) for k in range(count)]
+    return simulated_clip(motion, subject, poses, from_frame, CYCLE_FPS, views)
+
+
+def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:
+    """A person with the motion of a shared file, or `STANDING` still after the T-pose."""
+    subject = person(seed)
+    if motion == STANDING:
+        return _standing_clip(subject, views)
+    take = captured_take(subject, SHARED / motion_file(motion), fps, longest_s=longest_s)
+    return simulated_clip(f"{motion}-{fps:g}", subject, take.poses, take.motion_from, fps, views)
+
+
+def _standing_clip(subject: Person, views: int) -> SimulatedClip:
+    """Empty scene, T-pose, arms down, then standing still; scored a second after the arms are down."""
+    stretched, standing = t_pose(subject), neutral(subject)
+    steps = ceil(LOWERING_S * FPS)
+    lowering = [interpolate(stretched, standing, minimum_jerk(k / steps)) for k in range(1, steps + 1)]
+    opening = [None] * ceil(EMPTY_S * FPS) + [stretched] * ceil(T_POSE_S * FPS) + lowering
+    first = len(opening) + ceil(SETTLING_S * FPS)
+    poses = [*opening, *[standing] * ceil((SETTLING_S + STILL_S) * FPS)]
+    return simulated_clip(STANDING, subject, poses, first, FPS, views)
+
+
+def _masks(name: str, camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
+    """(frames, rows, bytes) packed silhouettes of one camera, rendered once.  name: tells the poses of a person apart."""
+
+    def rendered() -> Bytes:
+        film = SimulatedCamera(camera, subject, subject.seed)
+        return np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in poses])
+
+    return _ragged(stored(rendered, subject.seed, name, camera.name, len(poses), sources=(__name__,)), subject.seed)
+
+
+def _ragged(packed: Bytes, seed: int) -> Bytes:
+    """Masks (n, rows, bytes) with noise at their edges, as segmentation leaves it."""
+    rng, kernel, out = np.random.default_rng(seed), np.ones((3, 3), np.uint8), np.empty_like(packed)
+    for k, one in enumerate(packed):
+        mask = np.unpackbits(one, axis=1, count=SIZE[0])
+        edge = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, kernel) != 0
+        flipped = edge & (rng.random(mask.shape) < RAGGED / 2)
+        out[k] = np.packbits(np.where(flipped, 1 - mask, mask), axis=1)
+    return out

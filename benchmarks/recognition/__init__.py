@@ -1,1 +1,0 @@
-"""Accuracy of posture recognition: from rendered video, from real motion, and in streams."""

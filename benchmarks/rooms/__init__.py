@@ -1,1 +1,0 @@
-"""Silhouettes of simulated people in rooms that change: situations, methods, and their errors."""

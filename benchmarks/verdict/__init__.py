@@ -1,1 +1,0 @@
-"""The verdict on takes against the true error: faults, takes with them, fit of the coefficients, tables."""

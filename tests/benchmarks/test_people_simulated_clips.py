@@ -1,0 +1,74 @@
+"""Simulated clips of the evaluation: what is in them, and their priors."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.cases.clips import FIRST_PERSON, take_prior
+from benchmarks.cases.paper import TABLE_2_SIMULATED
+from benchmarks.people.simulated_clips import SIZE, TEST_FRAMES, TRAINING_FRAMES, cameras_of, cycle_clip, simulated_clip
+from zenocap.simulation.body.person import person
+from zenocap.simulation.body.pose import neutral
+from zenocap.simulation.motion.timeline import t_pose
+from zenocap.tools.dataset import build_priors
+
+SUBJECT = person(3)
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ZENOCAP_CACHE", str(tmp_path))
+
+
+@pytest.mark.nightly
+def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
+    """Every joint is inside of the silhouette of every view."""
+    clip = simulated_clip("standing", SUBJECT, [None, t_pose(SUBJECT), neutral(SUBJECT)], 2, 30.0, 2)
+    assert [instant.frame for instant in clip.instants] == [1, 2]
+    assert clip.instants[1].captured_ns == round(2e9 / 30)
+    assert clip.truth.frames.tolist() == [1, 2]
+    for row, instant in enumerate(clip.instants):
+        for view, mask in clip.masks(instant, clip.cameras).items():
+            assert mask.shape == SIZE[::-1]
+            pixels = clip.cameras[view].project(clip.truth.points[row])
+            columns, rows = np.rint(pixels).astype(int).T
+            inside = mask[rows, columns]
+            assert inside.mean() > 0.85, view
+
+
+@pytest.mark.slow
+def test_silhouettes_are_rendered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
+    monkeypatch.setattr("benchmarks.people.simulated_clips.SimulatedCamera", None)
+    again = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
+    for view in first.cameras:
+        assert np.array_equal(first.instants[0].masks[view], again.instants[0].masks[view])
+
+
+def test_unknown_name_of_a_clip() -> None:
+    with pytest.raises(ValueError, match="clip dancing-3: allowed: a shared clip, or walking"):
+        cycle_clip("dancing-3")
+
+
+@pytest.mark.nightly
+def test_selected_views_are_refused() -> None:
+    clip = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
+    with pytest.raises(ValueError, match="views = r0: simulated clips have all views"):
+        clip.of_views(("r0",))
+
+
+@pytest.mark.nightly
+def test_a_cycle_has_the_papers_numbers_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(TEST_FRAMES, "walking", 3)
+    monkeypatch.setattr("benchmarks.people.simulated_clips.CYCLE_FPS", 5.0)
+    monkeypatch.setattr("benchmarks.people.simulated_clips.cameras_of", lambda _views: dict([*cameras_of(7).items()][:1]))
+    clip = cycle_clip("walking-3")
+    motion = clip.truth.frames >= clip.motion_from
+    assert int(motion.sum()) == TRAINING_FRAMES + 3
+
+
+def test_people_are_used_for_nothing_else() -> None:
+    people = range(FIRST_PERSON, FIRST_PERSON + TABLE_2_SIMULATED.seeds)
+    assert not set(people) & {*build_priors.PEOPLE, build_priors.HELD_PERSON}
+    assert take_prior("walking-120", TRAINING_FRAMES, paper=True).endswith("@20")

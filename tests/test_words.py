@@ -1,0 +1,39 @@
+"""Budgets of words and lines: README, documentation, releases.  Raising one is a commit of its own that says what for."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+
+DOCS = ROOT / "docs"
+WORDS = {  # pages: most words
+    "README.md": 1_200,
+    "docs/papers.md": 4_600,
+    "docs/measured.md": 21_000,
+}
+PAGE, ALL_BUT_MEASURED = 3_300, 33_500  # most words of another page; of all but docs/measured.md
+RELEASE, LEAST_RELEASES = 60, 3  # lines
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+
+
+def words(text: str) -> int:
+    """Number of words: blanks separate them, and the bars of tables are none."""
+    return sum(not set(word) <= set("|:-") for word in text.split())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_keeps_its_budget(page: Path) -> None:
+    assert words(page.read_text(encoding="utf-8")) <= WORDS.get(str(page.relative_to(ROOT)), PAGE)
+
+
+def test_the_documentation_keeps_its_budget() -> None:
+    texts = [page.read_text(encoding="utf-8") for page in DOCS.glob("*.md") if page.name != "measured.md"]
+    assert sum(map(words, texts)) <= ALL_BUT_MEASURED
+
+
+def test_a_release_has_few_lines() -> None:
+    _, *releases = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert len(releases) >= LEAST_RELEASES
+    assert [text.split()[0] for text in releases if len(text.splitlines()) > RELEASE] == []

@@ -1,4 +1,4 @@
-"""Compiled kernels: numba's decorators with one set of options, and their machine code in the cache of the user.
+"""Compiled kernels: numba's decorators with one set of options, kept in the user's cache.
 
 numba's own cache is beside the sources and knows only the file of a function: after a change of a callee or a constant it
 would return the old machine code without a word, and each checkout compiles everything again.  Here an entry is named

@@ -1,4 +1,4 @@
-"""Grouping of the viewers' messages of one frame set by capture time.  Pure: the only times are those of the items."""
+"""Grouping of messages into frame sets by capture time.  Pure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Inverse kinematics: poses of an anatomy from joint centres, as motion files and triangulation give them.
+"""Inverse kinematics: poses of an anatomy from joint centres.
 
 Rotations that joint centres leave open are chosen: the head does not twist, hip line and shoulder line share the lean of
 the spine, and the axial rotation of straight limbs is interpolated from frame to frame (`hinge_axes`).

@@ -162,7 +162,7 @@ def left_out(convention: Convention, anatomy: Anatomy, *, spine: bool = False) -
 
 
 def origin_of(point: Point, anatomy: Anatomy) -> Origin:
-    """How a point is obtained.
+    """Origin of a point.
 
     `measured`: joint, or end of a segment, of the fitted body.  `share`: on a measured segment, at an anthropometric
     share of its length.  `derived`: beside the fitted body, by a published offset.

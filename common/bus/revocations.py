@@ -41,7 +41,7 @@ class Revocations:
     signature: bytes = b""
 
     def signed_bytes(self) -> bytes:
-        """What the authority signs."""
+        """Content that the authority signs."""
         content = {"zenocap": "revocations", "number": self.number, "generations": dict(self.generations)}
         return json.dumps(content, sort_keys=True, separators=(",", ":")).encode()
 

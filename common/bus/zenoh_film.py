@@ -1,4 +1,4 @@
-"""Queries over Zenoh to the programs that have cameras: films, the cameras of camera hosts, and assignments to them."""
+"""Queries over Zenoh to programs that have cameras: films, announced cameras, assignments."""
 
 import logging
 from collections.abc import Callable

@@ -22,7 +22,7 @@ RETENTION_S = 60.0  # chosen by hand
 MAX_KEYS = 64
 QUERY_TIMEOUT_S = 1.0  # chosen by hand
 MAX_REPLIES = 64  # of one query, which bounds the memory; a rig has a dozen readers; chosen by hand
-FUTURE_NS = 2_000_000_000  # by which a capture time may be ahead of the integrator's clock; chosen by hand
+FUTURE_NS = 2_000_000_000  # greatest lead of a capture time over the integrator's clock; chosen by hand
 Stored = tuple[Topic, bytes, float]  # with the time of receipt, seconds
 
 

@@ -1,4 +1,4 @@
-"""Calibration of the paper: two level cameras aimed along the axes, and three upright objects.  [Two-view 4.1]
+"""Calibration of the paper: two level cameras and three upright objects.  [Two-view 4.1]
 
 Cameras are aimed by line markers on the axes: camera 1 along -Z, camera 2 along +X, level, each axis on the
 image's centre lines.  (The paper's lines 80/81 and 60/61 are 1-based: the centre is (79.5, 59.5) at 160 x 120.)  Equal

@@ -1,4 +1,4 @@
-"""Position and orientation of a camera from points of the room with known coordinates and their pixels.
+"""Pose of a camera from known points of the room and their pixels.
 
 The pose minimizes the squared distances in the image.  Without a lens its focal length is estimated too: square pixels, the
 principal point in the middle of the image, no distortion.

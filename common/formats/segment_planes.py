@@ -1,4 +1,4 @@
-"""Planes of thigh and shank by a marker beside the line of the segment, and a warning where no marker gives them."""
+"""Planes of thigh and shank by a marker beside the segment's line."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -110,7 +110,7 @@ def unit_of(column: str) -> str:
 
 
 def metadata(track: PoseTrack, layout: TableLayout) -> Mapping[str, object]:
-    """What the names of the columns cannot say, for JSON."""
+    """Axes, units, convention and smoothing of the columns, for JSON."""
     directions = dict(zip("xyz", axis_directions(layout.axes), strict=True))
     return asdict(layout) | {
         "program": f"zenocap {version('zenocap')}",

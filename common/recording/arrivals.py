@@ -1,4 +1,4 @@
-"""Messages that services published and that never arrived at a log: dropped by the network before its queue.
+"""Messages that the network dropped before a log.
 
 The health of a service has the number of messages that it sent before (`sent`; without those of LATCHED topics, which are
 sent again).  A session's messages arrive in the order in which they were sent: between two healths of one process as many
@@ -15,7 +15,7 @@ from zenocap.common.topics import Queueing, Topic, service_at
 
 SENT = "sent"  # count of a health
 MAX_SERVICES = 256  # whose messages are counted; chosen by hand
-FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
+FRESH_NS = 3_000_000_000  # greatest age of a health at its arrival, on the integrator's clock; chosen by hand
 EARLY = 2  # reports more than one a second since the last health are of another process of that name
 
 

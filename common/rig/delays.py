@@ -21,7 +21,7 @@ def delays_of(path: Path, content: RigFile, method: str) -> Delays:
 def check_delays(path: Path, method: str, viewers: tuple[Viewer, ...]) -> None:
     """Raises UserError when the cameras of a rig without a tracker are a frame period or more apart.
 
-    Each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
+    Each of its viewers gets the assignment of a frame before its next frame only if the others have seen that frame set.
     """
     if method_of(method).has_tracker:
         return

@@ -50,7 +50,7 @@ class Device:
 
 @dataclass(frozen=True)
 class Stream:
-    """delay_ns: by which its images are older than their times say."""
+    """delay_ns: age of its images beyond their times."""
 
     url: str
     delay_ns: int = 0

@@ -1,4 +1,4 @@
-"""Variant of the two-view method: as printed in the paper, or with additions, each of which is one switch."""
+"""Variants of the two-view method: as printed, or with additions that are switches."""
 
 from collections.abc import Sequence
 

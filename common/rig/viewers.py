@@ -59,7 +59,7 @@ class Viewer:
 
     @property
     def delay_ns(self) -> int:
-        """By which its images are older than their times say, as the rig file has it; 0 for other than live sources."""
+        """Age of its images beyond their times, as the rig file has it; 0 for other than live sources."""
         return self.source.delay_ns if isinstance(self.source, Device | Stream) else 0
 
     @property

@@ -1,4 +1,4 @@
-"""Lower priority of programs that only read a rig, so that they delay no pose where processor time is short.
+"""Lower priority of programs that only read a rig.
 
 On Linux two values count.  The nice value of a thread orders the threads of one session; where the kernel groups tasks by
 session (autogroup, the default of most desktop systems), sessions share the processor by the value in

@@ -1,4 +1,4 @@
-"""Scene and coordinate frames for Foxglove: a cylinder or cone per part, and the frames of parts and cameras.
+"""Scene and coordinate frames for Foxglove: a cylinder or cone per part.
 
 A `foxglove.CylinderPrimitive` has its axis along its own Z, centred, in a box of its size; a part has its axis along its
 own Y from its joint, the long radius along X and the short one along Z.  So the primitive's X, Y, Z are the part's X, -Z,

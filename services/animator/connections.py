@@ -1,4 +1,4 @@
-"""Limits of the connections to the animator's ports: how many wait for their handshake, and which web pages may connect.
+"""Limits of the animator's connections: pending handshakes, permitted web pages.
 
 A connection without a handshake costs its peer nothing and the animator a descriptor: a thousand of them would use up the
 table of open files.  The oldest one therefore makes room for a new one, so that a page still opens while they come.

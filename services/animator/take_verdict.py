@@ -1,4 +1,4 @@
-"""The verdict of a take for the page: its class, and the parts of the take in colours on the position of the player."""
+"""Verdict of a take for the page: class, and coloured parts on the player's position."""
 
 from itertools import groupby
 from pathlib import Path

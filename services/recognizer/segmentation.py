@@ -1,4 +1,4 @@
-"""Segmentation of a stream of symbols into postures: all windows that end with the latest row are scored together.
+"""Segmentation of a stream of symbols into postures.
 
 The gain of a window is its number of frames times the excess of its posture's score over the learnt threshold
 (`model.scores_of`), so that only windows that would be accepted have a positive gain.  The segmentation is the sequence of

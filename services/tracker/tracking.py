@@ -1,4 +1,4 @@
-"""Tracking of one person over frame sets: initialization, filter, track loss, relocalization.  [Hybrid V]"""
+"""Tracking of one person: initialization, filter, loss, relocalization.  [Hybrid V]"""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The background of a viewer with `keep_background = true`: kept in a file, and taken up again after a restart.
+"""Kept background of a viewer: its file, taken up again after a restart.
 
 A two-view viewer cannot: its takes are recomputed from the number of frames in which the background was learnt.
 """
@@ -29,7 +29,7 @@ def kept_path(rig: Rig, viewer: Viewer) -> Path:
 
 
 def owner_of(rig: Rig, viewer: Viewer) -> Owner:
-    """What the file of a viewer's background belongs to.  User and password of an address have no influence."""
+    """Identity of a viewer's background file.  User and password of an address have no influence."""
     match viewer.source:
         case Device() as device:
             text = str(device.file)

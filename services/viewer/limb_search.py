@@ -1,4 +1,4 @@
-"""Overlapped tri-tree search of one limb and its incremental matching score, compiled.  [Two-view 3.3-3.5]
+"""Overlapped tri-tree search of one limb, compiled.  [Two-view 3.3-3.5]
 
 A limb is an upper and a lower part.  A search turns it about one axis by an angle t; t = 0 is the current direction, since
 [Two-view 3.5] centres the search region on the previous angle.

@@ -101,7 +101,7 @@ def segment(
 
 
 def _decided(setup: Setup, scene: Scene, frame: Frame) -> Mask | None:
-    """What the network of `people = true` decides, (height, width) of `common.vision.semantics`; None without it."""
+    """Decisions of the network of `people = true`, (height, width) of `common.vision.semantics`; None without it."""
     if setup.people is None:
         return None
     room: Floats32 | None

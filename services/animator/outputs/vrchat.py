@@ -1,4 +1,4 @@
-"""VRChat output: positions and rotations of trackers by OSC (docs.vrchat.com/docs/osc-trackers, read in 2026).
+"""VRChat output: trackers by OSC (docs.vrchat.com/docs/osc-trackers, read in 2026).
 
 VRChat accepts eight trackers, for hip, chest, feet, knees and elbows (upper arms), and a head for alignment.  Each has two
 messages, `/tracking/trackers/N/position` and `/rotation`, with three floats.  In VRChat's calibration every tracker is

@@ -1,4 +1,4 @@
-"""Training of the forest of extremely randomized trees, and of the shares of votes with which it accepts a posture.
+"""Training of the extremely randomized trees and of their acceptance thresholds.
 
 Geurts, Ernst and Wehenkel, Extremely randomized trees (2006).
 """
@@ -78,7 +78,7 @@ def _rounded_down(thresholds: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ForestData:
-    """What a forest is trained with.
+    """Training data of a forest.
 
     values: (examples, CUTS + 1, VALUES), see `descriptions_of`.  labels: (examples,) indices below `count`.
     proposed, regular: (m, VALUES) descriptions of windows without a posture, see `background`.

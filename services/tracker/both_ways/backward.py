@@ -1,4 +1,4 @@
-"""Tracking backwards in time from the last tracked pose, with the body that the forward pass has measured.
+"""Backward tracking from the last tracked pose, with the measured body.
 
 What comes after an error tells what it was: a limb that the forward pass lost is tracked backwards from where it was found.
 """
@@ -32,7 +32,7 @@ class Backward:
 
 
 class Decided:
-    """Where the user's decisions on front and back bind the backward pass; asked from the end of the take to its beginning.
+    """The user's decisions on front and back in the backward pass; asked from the take's end to its beginning.
 
     They bind it for DECIDED_NS from the start on; from the first of `Options.turns` to the end, where the user has seen the
     poses; and at the last pose before that turn.

@@ -1,4 +1,4 @@
-"""How probable it is that a limb, and the heading, are right: logistic models of what the silhouettes show.
+"""Confidence of limbs and heading (logistic).
 
 `python -m benchmarks.confidence` fits the coefficients to simulated people and compares predicted with true frequencies.
 """
@@ -92,7 +92,7 @@ def limb_confidence(features: Floats) -> Floats:
 
 
 def heading_confidence(toes: float) -> float:
-    """Probability that front and back are not exchanged; toes: statures by which the feet reach forward."""
+    """Probability that front and back are not exchanged; toes: forward reach of the feet (statures)."""
     return float(_logistic(np.array([HEADING_CONFIDENCE[0] + HEADING_CONFIDENCE[1] * toes]))[0])
 
 

@@ -1,4 +1,4 @@
-"""Viewing lines, and their intersection with the silhouettes of the other views: intervals in the hull.  [Hybrid III]
+"""Intersection of viewing lines with the silhouettes of other views.  [Hybrid III]
 
 On a viewing line a view's pixel is (a + d * b) / (c + d * e) of the depth d, so a step costs one division per view.  A
 point outside the hull is mostly outside the same silhouette as its neighbour: that view is tested first.

@@ -1,4 +1,4 @@
-"""Start without a T-pose: an average body of the person's height, found in any posture and refined while it is tracked.
+"""Start without a T-pose: an average body, found in any posture and refined later.
 
 The T-pose is still looked for, and replaces the body by a measured one when it is seen.
 """

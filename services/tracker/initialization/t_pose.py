@@ -75,7 +75,7 @@ class TPoseFit:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Fit with the front on one side.  toes: metres by which the feet reach forward."""
+    """Fit with the front on one side.  toes: forward reach of the feet, metres."""
 
     measured: BodyFit
     poses: tuple[RootedPose, ...]

@@ -1,4 +1,4 @@
-"""Support of viewing lines by the other silhouettes, for a sample of lines per view, also with one view shifted in time."""
+"""Support of viewing lines by the other silhouettes, also with one view shifted in time."""
 
 from typing import NamedTuple
 

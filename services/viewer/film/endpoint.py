@@ -30,7 +30,7 @@ State = Literal["idle", "opening", "ready", "filming", "ended"]
 
 @dataclass(frozen=True)
 class Permission:
-    """What the one who started the program allows.  read: pictures may leave this machine."""
+    """Permissions by the one who started the program.  read: pictures may leave this machine."""
 
     film: bool = False
     read: bool = False

@@ -1,4 +1,4 @@
-"""Where the images of a film come from: the source of a running viewer, or a camera that is opened for the film."""
+"""Image feeds of a film: the source of a running viewer, or a camera opened for it."""
 
 import logging
 import threading

@@ -1,5 +1,4 @@
-"""A camera host: announces the cameras of its machine, films them at the command of `zenocap film`, and runs viewers with
-them that `zenocap up` assigns; without a rig file."""
+"""Camera host: announces cameras, films them, and runs viewers that `zenocap up` assigns."""
 
 import logging
 import secrets
@@ -45,7 +44,7 @@ class Viewers:
 
 @dataclass(frozen=True)
 class _Endpoints:
-    """What answers about one camera."""
+    """Endpoints of one camera."""
 
     film: FilmEndpoint
     assigned: AssignedCamera | None

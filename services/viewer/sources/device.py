@@ -26,7 +26,7 @@ SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find th
 # OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
 # image is decoded, and its next frame is lost; a viewer grabs without pause, so that no frame grows old in the others.
 BUFFERS = 3
-EARLY = 0.25  # share of a period by which a frame may be early and still be the next
+EARLY = 0.25  # of a period, greatest lead of a frame that is still the next
 
 
 class Capture(Protocol):

@@ -1,4 +1,4 @@
-"""Calibration of a rig from views of a printed board: lenses, poses, delays, world, and the error to expect."""
+"""Calibration of a rig from views of a board: lenses, poses, delays, world, expected error."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Videos, folders of images, or corner files of a board: which belong to which camera, and the views in them."""
+"""Views of a board in videos, folders of images or corner files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -144,7 +144,7 @@ def board_views(
 
 
 def _searched(board: Board, film: BoardFilm, on_progress: OnProgress) -> Searched:
-    """What a film shows of the board.  Raises UserError where that is nothing."""
+    """Views of the board in a film.  Raises UserError where there are none."""
     if film.detection is None:
         found = searched([board], film.path, film.name, on_progress)
         if not found.views[0]:

@@ -1,4 +1,4 @@
-"""Bundle adjustment: lenses, poses and delays of all cameras and the poses of the board, from all corners at once.
+"""Bundle adjustment of lenses, poses, delays and board poses.
 
 Residual of corner j of the board at instant m in camera c, px (T: board to world, then world to camera c):
 
@@ -49,7 +49,7 @@ class Corners:
 
 @dataclass(frozen=True)
 class RigState:
-    """What the adjustment changes.  cameras: world to camera.  boards: board to world.  delays, readouts: (cameras,) s."""
+    """Unknowns of the adjustment.  cameras: world to camera.  boards: board to world.  delays, readouts: (cameras,) s."""
 
     lenses: tuple[LensModel, ...]
     cameras: tuple[Pose, ...]

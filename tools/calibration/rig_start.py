@@ -1,4 +1,4 @@
-"""Start of the bundle adjustment: poses of cameras by the board's poses in shared views, along the best pairs."""
+"""Start of the bundle adjustment: camera poses from board poses in shared views."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

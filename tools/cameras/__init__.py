@@ -1,1 +1,1 @@
-"""What cameras there are: those of this machine and network streams, tried and described."""
+"""Cameras of this machine and network streams, listed and tried."""

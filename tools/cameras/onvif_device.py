@@ -1,4 +1,4 @@
-"""Streams of an ONVIF device: its profiles and their RTSP addresses.  [ONVIF Core and Media service specifications]"""
+"""Streams of an ONVIF device.  [ONVIF Core and Media service specifications]"""
 
 import base64
 import hashlib

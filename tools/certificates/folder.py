@@ -1,4 +1,4 @@
-"""The folder of certificates: created once, kept, renewed on request; keys are readable only by the owner."""
+"""Folder of certificates: created once, kept, renewed on request."""
 
 import os
 import tempfile

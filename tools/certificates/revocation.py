@@ -1,4 +1,4 @@
-"""Revoking certificates: the next list, signed with the authority's key, and passing it on to the routers of a rig."""
+"""Revocation of certificates: the signed list, and its way to the routers of a rig."""
 
 from collections.abc import Sequence
 from datetime import datetime

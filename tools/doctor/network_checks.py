@@ -40,7 +40,7 @@ def check_open(network: Network, secured: bool) -> Finding:
 
 
 def check_presence(expected: Sequence[ServiceKey], network: Network, rig: str) -> list[Finding]:
-    """Check for expected services that do not run.  A rig of which no service runs is not a fault."""
+    """Check for expected services that do not run.  A rig without any running service is not a fault."""
     if not network.alive & set(expected):
         return [ok("services", "no service is running, or none can be reached from this machine")]
     found = [ok(title(name), "is running") for name in expected if name in network.alive]

@@ -137,7 +137,7 @@ class RemoteCamera:
             self._thread.join(2 * QUERY_S)
 
     def filmed(self) -> Filmed:
-        """What was recorded, with times by this machine's clock."""
+        """Recordings, with times by this machine's clock."""
         reply, clock = self.reply, self.clock
         offset_ns = clock.offset_ns if clock else 0
         first_ns, last_ns = (max(0, one - offset_ns) for one in (reply.first_ns, reply.last_ns))

@@ -1,4 +1,4 @@
-"""A process that imports the heavy modules once and forks services from there: each starts without importing them again.
+"""Fork server: imports the heavy modules once and forks services.
 
 Imports are most of the processor time of a start: with a rig of its own for each of 16 pairs of viewers, 48 processes would
 import the same.  A forked service behaves as one that was executed: a session of its own, its own standard input and error,

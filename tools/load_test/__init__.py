@@ -1,1 +1,1 @@
-"""`zenocap load`: measure latency, loss and cost with many viewers, rigs and subscribers, up to the limit of the load."""
+"""`zenocap load`: latency, loss and cost up to the limit of the load."""

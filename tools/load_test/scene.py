@@ -1,4 +1,4 @@
-"""Scene of the load test: cameras around the simulated person, their rendered films, and the rig files."""
+"""Scene of the load test: cameras, rendered films, rig files."""
 
 from collections.abc import Callable
 from pathlib import Path

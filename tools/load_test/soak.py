@@ -1,4 +1,4 @@
-"""Soak test: run for hours while a viewer is killed regularly; check that memory, handles and latency stay flat."""
+"""Soak test: viewers are killed for hours; memory, handles and latency stay flat."""
 
 import os
 import time

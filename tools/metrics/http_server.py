@@ -1,4 +1,4 @@
-"""HTTP server of `/metrics`: threads limited in number and time, without tracebacks of what clients send."""
+"""HTTP server of `/metrics`, with limits of threads and time."""
 
 import socket
 import threading

@@ -1,4 +1,4 @@
-"""What one frame, instant, message and process cost: the inputs of the plan, and their file."""
+"""Costs of one frame, frame set, message and process, and their file."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,9 +25,9 @@ class Costs:
     """Processor time in milliseconds of one core, sizes in bytes, memory in megabytes.
 
     silhouette, two_view: of a viewer for one frame, by megapixels, without its source.  decoding: of a frame, by the same.
-    integrator: of an instant, two-view.  tracker: of an instant, by views.  timekeeper: of the integrator of a rig with a
+    integrator: of a frame set, two-view.  tracker: of a frame set, by views.  timekeeper: of the integrator of a rig with a
     tracker, per second.  logged, logged_foxglove: of one message in the log.  forwarded: of one message through a router.
-    animator: per instant; page: of one page per second.  process: of any process per second.
+    animator: per frame set; page: of one page per second.  process: of any process per second.
     silhouette_bytes: by the square root of the megapixels.  preview_bytes: the same.  sighting_bytes, bap_bytes,
     assignment_bytes, pose_bytes, tracker_pose_bytes, points_bytes, health_bytes, trace_bytes: of one message.
     overhead_bytes: of Zenoh and TCP/IP for one message.  stored: size on the disk of one byte; foxglove_size: factor of it.

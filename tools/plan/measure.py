@@ -1,4 +1,4 @@
-"""Costs measured on this machine: short loads of `zenocap load`, from which the costs of the plan are scaled."""
+"""Costs of this machine, from short loads of `zenocap load`."""
 
 from collections.abc import Callable
 from dataclasses import replace

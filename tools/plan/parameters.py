@@ -1,4 +1,4 @@
-"""Constants of the plan: limits, and the measured costs of frames, messages and processes, with provenance.
+"""Constants of the plan: limits and measured costs, with provenance.
 
 Provenance: docs/load.md and docs/measured.md, measured on two cores of a small server.  `zenocap plan --measure` scales the
 costs of viewers, integrator, tracker and router to the user's machine.

@@ -1,4 +1,4 @@
-"""The silhouettes of a take from its end to its beginning, by the poses that used them; a chunk of the file at a time."""
+"""Silhouettes of a take from its end to its beginning, a chunk at a time."""
 
 from collections.abc import Iterator, Sequence
 from itertools import chain
@@ -15,7 +15,7 @@ from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks
 from zenocap.services.tracker.states import Setup
 
-WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand
+WAIT_FRAMES = 3  # frame periods, greatest disorder of recorded silhouettes against their capture; by hand
 
 
 def scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:

@@ -1,4 +1,4 @@
-"""The second pass of `zenocap track`: over a take's silhouettes, backwards, and the better poses of both passes.
+"""Second pass of `zenocap track`: backwards over the silhouettes of a take.
 
 The take of the forward pass is complete before the second pass begins, and stays until the take with the poses of both
 passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.

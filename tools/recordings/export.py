@@ -1,4 +1,4 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, Parquet, NPZ, MOT, glTF or USD, or as a set-up for OpenSim."""
+"""`zenocap export`: poses of a take as files of other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a recording was made of: the frames of each source, which of them belong together, and what was left out."""
+"""Frames of a recording's sources: those that belong together, and those left out."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping

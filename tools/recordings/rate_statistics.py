@@ -1,4 +1,4 @@
-"""How long a take's rig was overloaded, and the lowest frame rate meanwhile."""
+"""Overload of a take's rig: duration, lowest frame rate."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The pictures of a tracked take: frames of its videos at any time, as `zenocap show` puts them behind the model."""
+"""Pictures of a tracked take: frames of its videos at any time."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -19,7 +19,7 @@ from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_Q
 
 
 class SeekableVideo:
-    """A video file of which frames are taken at any time.  Not for results: a frame may be one beside the wanted one."""
+    """Video file with access to frames at any time.  Not for results: a frame may be one beside the wanted one."""
 
     def __init__(self, path: Path) -> None:
         """Raises OpenError."""

@@ -1,4 +1,4 @@
-"""Flashes and switched lights in videos: changes of the brightness of the whole image from one frame to the next.
+"""Flashes and switched lights in videos: steps of the image's brightness.
 
 A person who moves changes some of the image, a flash all of it: the median over cells of the image is compared.  Within a
 frame the time of a change is known only as far as the light falls into two exposures: see `LightChange.error_periods`.

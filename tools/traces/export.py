@@ -1,4 +1,4 @@
-"""Ways of instants as OpenTelemetry spans, sent with OTLP over HTTP; every service of a rig is a service of the trace."""
+"""Latency spans of frame sets, sent to OpenTelemetry with OTLP over HTTP."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Figures of the poses of a take: speed, shaking, difference of both passes, and joints at their limits."""
+"""Figures of poses: speed, shaking, difference of both passes, joints at limits."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Constants of the verdict: value, unit, meaning, provenance.  Those without a source were chosen by hand."""
+"""Constants of the verdict, with unit, meaning and provenance."""
 
 # Evidence.
 SAMPLE_NS = 250_000_000  # between silhouettes that are compared with the body

@@ -1,4 +1,4 @@
-"""Texts of the reasons of a verdict: figures of the stretches in which a reason holds, the cameras, and what to change.
+"""Texts of a verdict's reasons: figures, cameras, what to change.
 
 `{share}` in a text stands for the share of the time in which the reason holds.
 """

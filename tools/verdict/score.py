@@ -1,4 +1,4 @@
-"""Expected error of the joints in a stretch: a log-linear model of its figures, each of which can only raise it.
+"""Monotone log-linear error model.
 
     ln error = constant + sum over the features of coefficient * ln(1 + min(value, largest) / scale)
 

@@ -79,7 +79,7 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
 
 
 def kind_of(evidence: Evidence) -> EvidenceKind:
-    """What a verdict rests on."""
+    """Basis of a verdict."""
     if not any(sample.pose_ns is not None and sample.silhouettes for sample in evidence.samples.values()):
         return "poses-only"
     if evidence.both:

@@ -1,4 +1,4 @@
-"""Figures of the silhouettes of a take: of each view against the body, and of pairs of views against each other."""
+"""Figures of silhouettes: views against the body and against each other."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

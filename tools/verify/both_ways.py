@@ -1,4 +1,4 @@
-"""Recompute the poses from both directions of a take: the backward pass and the fusion run again on its messages."""
+"""Recomputation of the poses from both directions."""
 
 from collections.abc import Mapping
 from pathlib import Path

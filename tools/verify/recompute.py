@@ -1,4 +1,4 @@
-"""Recompute a take: run the steps of the services on their recorded inputs, in the order of their input traces.
+"""Recomputation of a take: steps on their recorded inputs.
 
 Inputs are the recorded messages, and for a viewer's frames the recorded silhouettes.  The messages that the steps then
 publish must equal those of the take byte for byte.  A service can be recomputed from its start up to the first input that

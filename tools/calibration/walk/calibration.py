@@ -1,4 +1,4 @@
-"""Poses of all cameras from a person who walks: start of each camera, registration, adjustment, errors."""
+"""Camera poses from a walking person: starts, registration, adjustment, errors."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -209,7 +209,7 @@ def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], Motion]) 
 
 
 def _unconnected(names: list[str], motions: Mapping[str, Motion], pairs: Mapping[tuple[str, str], Motion]) -> str:
-    """Which cameras are not connected with the others, and why."""
+    """Cameras that are not connected with the others, with the reason."""
     left = [name for name in names if name not in motions]
     left = left if motions else names
     reasons = []

@@ -1,4 +1,4 @@
-"""By how long each camera's images are late, from the walk itself: poses and delays adjusted together.
+"""Camera delays from a walk, adjusted together with the poses.
 
 The ways over the floor that two cameras see are registered at every lag of a grid; the lag at which they agree best starts
 an adjustment of all poses and delays, in which each camera's silhouettes are interpolated in time.  Standard errors are

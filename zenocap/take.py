@@ -117,7 +117,7 @@ class Take:
 
     @property
     def missing(self) -> str | None:
-        """What is missing of a cut or damaged file, in words; None for a whole one."""
+        """Missing parts of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
     def poses(self, *, joints: Convention = "zenocap", smooth: float | None = None, spine: bool = False) -> Poses:

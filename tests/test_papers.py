@@ -1,4 +1,4 @@
-"""The papers in code and documentation: every equation and named file, and one vocabulary of departures."""
+"""Papers in code and documentation: equations, named files, vocabulary of departures."""
 
 import ast
 import io

@@ -1,4 +1,4 @@
-"""README and documentation agree with the code: commands parse, tables equal the code's, files and links exist."""
+"""README and documentation agree with the code: commands, tables, files, links."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Budgets of words and lines: README, documentation, releases.  Raising one is a commit of its own that says what for."""
+"""Budgets of words and lines: README, documentation, releases."""
 
 import re
 from pathlib import Path

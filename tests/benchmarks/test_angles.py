@@ -1,4 +1,4 @@
-"""Angle errors of the evaluation: none against the same poses, and a known offset is found and removed."""
+"""Angle errors of the evaluation: none against the same poses; a known offset is found."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The pure parts of the tracker's evaluation: figures over seeds, tables, frames until the person is tracked again."""
+"""Pure parts of the tracker's evaluation: figures over seeds, tables, recovery."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Losses of a live take: each kind is found in a take that was made without it, and whole instants are allowed."""
+"""Losses of a live take: each kind is found in a take made without it."""
 
 from collections.abc import Sequence
 from dataclasses import replace

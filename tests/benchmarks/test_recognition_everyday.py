@@ -1,4 +1,4 @@
-"""Everyday movement: sessions without postures between their stretches, and rows that equal those of a take."""
+"""Everyday movement: sessions without postures, rows equal to those of a take."""
 
 from pathlib import Path
 

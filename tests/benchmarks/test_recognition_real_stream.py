@@ -1,4 +1,4 @@
-"""Streams of real motion: movements joined without a step in place or heading, and halves that share no take."""
+"""Streams of real motion: movements joined without a step, halves without a common take."""
 
 import numpy as np
 import pytest

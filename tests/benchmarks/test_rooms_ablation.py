@@ -1,4 +1,4 @@
-"""Ablation of the adaptive background: a part that is off changes what it is for, and is on again afterwards."""
+"""Ablation of the adaptive background: a part that is off changes its own results only."""
 
 import pytest
 

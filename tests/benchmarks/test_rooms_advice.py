@@ -1,4 +1,4 @@
-"""Hits and false alarms of the advice about a camera: the table of one film with a fault and one without."""
+"""Hits and false alarms of camera advice in a film with a fault and one without."""
 
 import sys
 

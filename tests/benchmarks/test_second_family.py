@@ -1,4 +1,4 @@
-"""People with the SOMA body: read from its file, moved like our own people, with joints where its rig has them."""
+"""People with the SOMA body: read from its file, moved, with the joints of its rig."""
 
 import zipfile
 from pathlib import Path

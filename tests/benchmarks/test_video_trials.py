@@ -1,4 +1,4 @@
-"""Scoring of trials: poses only where both cameras filmed, compared at the times of the truth's frames."""
+"""Scoring of trials: poses where both cameras filmed, at the times of the truth."""
 
 from dataclasses import replace
 

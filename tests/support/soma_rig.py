@@ -1,4 +1,4 @@
-"""A small rig in the file format of the SOMA body, for tests: an octahedron at each joint, and fingers that do not move."""
+"""Small rig in the file format of the SOMA body: an octahedron at each joint."""
 
 import struct
 import zipfile

@@ -1,4 +1,4 @@
-"""Instants: images of several cameras that belong together, with delays and different rates, and their choice."""
+"""Instants: images of several cameras that belong together, and their choice."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The summary of `up`: messages in the takes and lost ones, from the files and from the integrator's last health."""
+"""Summary of `up`: messages in the takes and lost ones."""
 
 import io
 from pathlib import Path

@@ -1,7 +1,7 @@
 """State recovery: readers return the last messages of a service to its successor.
 
 Every reader keeps the last bytes of each key of `recoverable` topics and replies to queries for them until the service has
-published nothing for RETENTION_S: a service that starts later begins without state.
+published nothing for RETENTION_S.  A service that starts later begins without state.
 
 The reply becomes the body and pose of the successor.  Each session therefore counts once, the value that most sessions
 return is used, and one captured in the future is not.  With certificates, viewers and readers cannot reply at all.

@@ -1,7 +1,7 @@
 """Roles of the joints of a humanoid skeleton by its structure.
 
 Legs and arms are the two longest pairs of branches with equal bones at two different joints, pelvis and chest; the legs
-point away from the chest.  In a leg, thigh and shank are about equally long and the foot turns off; in an arm, the lengths
+point away from the chest.  In a leg, thigh and shank are about equally long and the foot turns off.  In an arm, the lengths
 fit those of the thigh by the proportions of Drillis and Contini (1966), as in Winter.  Bones in line, such as those of a
 twist, count as one.  The sides are those of the names, or, without any, follow from the direction of the feet.
 """

@@ -4,7 +4,7 @@ The integrator decides which share of the frames is processed, and publishes it 
 slots: capture times on the integrator's clock in frame periods of the rig.  Of every `of` slots `keep` are kept, evenly
 spread: slot s is kept when floor(s keep / of) is greater than for slot s - 1.  The frame nearest to a kept slot is
 processed.  The integrator chooses the phase of the slots so that the capture times of no viewer are in the middle between
-two of them, where jitter would decide; viewers report their phases.
+two of them, where jitter would decide.  Viewers report their phases.
 """
 
 from collections.abc import Collection

@@ -1,7 +1,7 @@
 """Step of the tracker: silhouettes in; the body once, and poses, out.  [Hybrid II]
 
 Silhouettes are synchronized on arrival.  A frame set is tracked on the next Tick, which arrives when the input queue is
-empty: an overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
+empty.  An overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
 """
 
 from collections.abc import Mapping

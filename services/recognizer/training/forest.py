@@ -24,7 +24,7 @@ NO_SHARE = 0.0  # threshold of forests without thresholds, which accept every se
 def descriptions_of(ready: Prepared, rate: float, seed: int) -> Floats:
     """(examples, CUTS + 1, VALUES) descriptions of prepared examples; rate: of their rows.
 
-    The first is of the whole example, the others of the example with other ends, as windows of a stream have them: up to
+    The first is of the whole example, the others of the example with other ends, as windows of a stream have them.  Up to
     CUT_SHARE of it is missing at either end, or the person stands there for as long.
     """
     found = []

@@ -34,8 +34,8 @@ class Backward:
 class Decided:
     """The user's decisions on front and back in the backward pass; asked from the take's end to its beginning.
 
-    They bind it for DECIDED_NS from the start on; from the first of `Options.turns` to the end, where the user has seen the
-    poses; and at the last pose before that turn.
+    They bind it for DECIDED_NS from the start on, from the first of `Options.turns` to the end, where the user has seen the
+    poses, and at the last pose before that turn.
     """
 
     def __init__(self, turns: Sequence[int], start_ns: int | None) -> None:

@@ -101,7 +101,7 @@ def least_toes(phase: Tracking, captured_ns: int) -> float:
     """Reach of the feet below which the opposite heading is tried (statures).
 
     For DECIDED_NS after the user's decision nothing turns the track round, and then only feet that clearly point
-    backwards: the decision is about the start, and the track may have turned since.
+    backwards.  The decision is about the start, and the track may have turned since.
     """
     if phase.decided_ns is None:
         return REVERSED_TOES

@@ -96,7 +96,7 @@ def fit_t_poses(
     weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
     faces rather than away from it, where that is known.
 
-    An average body in every heading shows the direction of the arms: of two views, each has the arms in two places of the
+    An average body in every heading shows the direction of the arms.  Each of two views has the arms in two places of the
     visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
     feet show which one is the front where it is not known.
     """

@@ -1,6 +1,6 @@
 """Camera delays from a walk, adjusted together with the poses.
 
-The ways over the floor that two cameras see are registered at every lag of a grid; the lag at which they agree best starts
+The ways over the floor that two cameras see are registered at every lag of a grid.  The lag of best agreement starts
 an adjustment of all poses and delays, in which each camera's silhouettes are interpolated in time.  Standard errors are
 those of a jackknife over stretches of time.
 """

@@ -1,5 +1,6 @@
 """Budgets of words and lines: README, documentation, releases."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -15,6 +16,9 @@ WORDS = {  # pages: most words
 }
 PAGE, ALL_BUT_MEASURED = 3_300, 33_500  # most words of another page; of all but docs/measured.md
 RELEASE, LEAST_RELEASES = 60, 3  # lines
+FIRST, ASTRAY = 100, 40  # letters of the first line of a module; modules that break the rule, until they are rewritten
+ASKING = re.compile(r"(What|How|Which|Where|By)\b")
+FOLDERS = ("common", "services", "simulation", "tools", "zenocap", "tests", "examples")
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 
 
@@ -37,3 +41,12 @@ def test_a_release_has_few_lines() -> None:
     _, *releases = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert len(releases) >= LEAST_RELEASES
     assert [text.split()[0] for text in releases if len(text.splitlines()) > RELEASE] == []
+
+
+@pytest.mark.slow
+def test_the_first_line_of_a_module_is_a_short_noun_phrase() -> None:
+    files = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
+    assert len(files) > 1_000
+    first = {path: (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n")[0] for path in files}
+    astray = [str(path) for path, line in first.items() if len(line) > FIRST or ASKING.match(line)]
+    assert len(astray) <= ASTRAY, astray

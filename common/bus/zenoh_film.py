@@ -32,7 +32,7 @@ class FilmServer(QueryServer[FilmQuery]):
 
 
 class HostServer:
-    """Announces a camera host until `undeclare`: a liveliness token, and a queryable that tells its cameras.
+    """Announces a camera host until `undeclare`: a liveliness token, and a queryable for its cameras.
 
     cameras: called on Zenoh's thread.
     """

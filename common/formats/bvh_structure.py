@@ -36,7 +36,7 @@ Limb = tuple[int, int, int]  # joints: hip, knee, ankle, or shoulder, elbow, wri
 
 
 class StructureError(ValueError):
-    """The text says what does not fit a human."""
+    """Text: the parts that do not fit a human."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _across(tree: Tree, limbs: tuple[Limb, Limb]) -> Floats:
 
 
 def _named_left(tree: Tree, ways: Sequence[Sequence[int]]) -> int | None:
-    """Index of the limb that its joints' names call left; None where they do not say."""
+    """Index of the limb that its joints' names call left; None without such a name."""
     votes = []
     for way in ways:
         sides = [side_of(tree.names[joint]) for joint in way]

@@ -39,7 +39,7 @@ class VideoFrame:
     _decoded: av.VideoFrame
 
     def image(self) -> Image:
-        """(height, width, 3) blue, green, red; turned as the file says."""
+        """(height, width, 3) blue, green, red; turned as the file asks for."""
         image = self._decoded.to_ndarray(format="bgr24")
         turn = QUARTER_TURNS.get(round(self._decoded.rotation) % 360)
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
@@ -173,7 +173,7 @@ class VideoReader:
         self.close()
 
     def _first(self) -> av.VideoFrame | None:
-        """The first frame, which tells the size after the turn; None without one."""
+        """The first frame, with the size after the turn; None without one."""
         try:
             return next(self._frames, None)
         except EndedEarly as error:

@@ -260,7 +260,7 @@ def _start_ns(path: Path) -> int | None:
 
 
 def _pose_s(path: Path) -> float:
-    """Time from one pose of a take to the next; 0 where the take does not say it."""
+    """Time from one pose of a take to the next; 0 where the take does not have it."""
     try:
         rig = setup_of(path)
     except (UserError, OSError):  # the replay reports it

@@ -13,7 +13,7 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
 from zenocap.services.animator.replay_process import ERROR_PREFIX
 
-BINARY_USD = ".usdc"  # .usd says not which kind it is
+BINARY_USD = ".usdc"  # .usd may be of either kind
 EDGE_S = 0.0005  # added at either end of a part: the page gives milliseconds, poses have nanoseconds
 NOTES = ("note: ", "lost: ")  # prefixes of lines on what a file lacks
 

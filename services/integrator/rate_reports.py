@@ -125,7 +125,7 @@ def losses(state: RateState) -> Losses:
     for viewer, now in state.newest.items():
         before = state.since[viewer]
         frames, dropped = now.processed - before.processed, max(0, now.dropped - before.dropped)
-        if frames < FEWEST_FRAMES:  # silent, blocked or beginning: this tells nothing about the rate
+        if frames < FEWEST_FRAMES:  # silent, blocked or beginning: no evidence about the rate
             continue
         overrun[viewer] = min(1.0, max(0, now.overrun - before.overrun) / frames)
         processed[viewer] = frames / (frames + dropped)

@@ -110,7 +110,7 @@ class Person:
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
     less sharp hull.  heading_known: False while the feet do not show which side is the front.
-    detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of what rays tell about the sizes.
+    detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of the rays' evidence on the sizes.
     measuring: of a body that began as an average one and has not been measured in the T-pose; else None.
     """
 

@@ -49,13 +49,13 @@ def read_kept(rig: Rig, viewer: Viewer) -> Adaptive | None:
         if ambiguous.exists():
             logger.warning(
                 "%s: of an earlier version, in which two viewers could have the same file: not used, and may be deleted; "
-                "the background is learnt anew and kept in %s", ambiguous, path.name,
+                "the background is learnt again and kept in %s", ambiguous, path.name,
             )  # fmt: skip
         return None
     try:
         return read(path, viewer.camera.size, owner_of(rig, viewer))
     except UserError as error:
-        logger.warning("%s; the background is learnt anew", error)
+        logger.warning("%s; the background is learnt again", error)
         return None
 
 
@@ -99,7 +99,7 @@ class BackgroundKeeper:
         elif self._kept:
             logger.warning(
                 "the background of %s does not fit: the camera was moved, or more than a quarter of its image differs; "
-                "it is learnt anew", self._path,
+                "it is learnt again", self._path,
             )  # fmt: skip
 
     def _write(self, model: Adaptive) -> None:

@@ -131,7 +131,7 @@ def board_views(
             probed.append(board_variant(board, images))
         else:
             raise UserError(f"{film.path}: no images in it: allowed: {LAYOUT}")
-    # All cameras see the same board: the one with the most corners tells its variant.
+    # All cameras see the same board: the one with the most corners shows its variant.
     chosen, _ = max(probed, key=lambda one: one[1])
     # Names of stills number the moments; of equal names all cameras saw the board in one place.
     stems = sorted({stem for film in films if film.still for stem in film.stems})

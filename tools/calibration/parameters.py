@@ -5,7 +5,7 @@ from typing import Final
 # Detection.
 MARKER_SHARE: Final = 0.75  # side of a marker by that of its square, of printed boards; OpenCV's tutorials use 0.5 to 0.8
 MIN_CORNERS: Final = 6  # of a view: fewer do not fix a pose; chosen by hand
-PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that tell the variant of the board; chosen by hand
+PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that show the variant of the board; chosen by hand
 DARK_LEVEL: Final = 25.0  # mean grey of images without a board, below which darkness is named; chosen by hand
 MAX_LOOKS: Final = 1500  # frames of a camera in which the board is searched; 25 ms each at 1280 x 720
 BURST_S: Final = 0.4  # of a longer video, stretches of this length are searched, evenly spread: motion needs neighbours

@@ -94,7 +94,7 @@ class RemoteCamera:
         if isinstance(reply, str):
             raise UserError(f"{self.name} on {self.host}: {printable(reply)}")
         if reply.film != self.film and what != "open":
-            raise Restarted(f"{self.name} on {self.host}: the program was started anew; its film ended")
+            raise Restarted(f"{self.name} on {self.host}: the program was started again; its film ended")
         if reply.frame == query.frame and what == "state":
             self._trips = observe(self._trips, RoundTrip(sent_ns, reply.captured_ns, received_ns))
         if reply.refused:

@@ -206,7 +206,7 @@ class Supervisor:
     def _lost(self, status: int | None) -> int | None:
         """Messages that are not in the takes; None when unknown.  status: exit status of the integrator.
 
-        Its last health, after the log was closed, has their number; without it the exit status says whether there are any.
+        Its last health, after the log was closed, has their number; without it the exit status shows whether there are any.
         """
         counts = self._log_counts()
         if counts.get("log_closed", 0):

@@ -109,7 +109,7 @@ def videos_of(take: Path, folder: Path | None) -> TakeVideos | None:
 
     Raises UserError for a given folder that is not that of the take, and SourceError for a video that cannot be read.
     """
-    if not take.is_file():  # who plays it says so
+    if not take.is_file():  # reported where it is played
         return None
     recorded = setup_of(take)
     if recorded is None:

@@ -4,7 +4,7 @@ It accepts connections, checks their request, and passes the bytes of admitted o
 
 Admitted: requests that are complete within HANDSHAKE_TIMEOUT_S, of a program or an allowed web page, up to a maximum
 number of connections.  Others get an HTTP status with the reason.  The server behind it listens on an address of this
-machine that only the gate knows.
+machine that only the gate has.
 """
 
 import asyncio

@@ -1,6 +1,6 @@
 """Backward tracking from the last tracked pose, with the measured body.
 
-What comes after an error tells what it was: a limb that the forward pass lost is tracked backwards from where it was found.
+Later frames correct earlier errors: a limb that the forward pass lost is tracked backwards from where it was found.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,7 @@ class Decided:
         return Decided([one.captured_ns for one in options.turns], start_ns if at_start else None)
 
     def passed(self, captured_ns: int) -> bool:
-        """Whether at this time the forward pass tells front from back; later times must have been asked before."""
+        """Whether at this time the forward pass decides on front and back; later times must have been asked before."""
         if self._turns and captured_ns >= self._turns[0]:
             return True
         if self._turns:  # the last pose before the first turn

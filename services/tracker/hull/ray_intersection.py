@@ -18,7 +18,7 @@ from zenocap.services.tracker.parameters import (
     RAY_STEP_PX,
 )
 
-# Paper (open): [Hybrid III] does not say what holds for several intervals of one line; here they are joined.
+# Paper (open): [Hybrid III] has no rule for several intervals of one line; here they are joined.
 INTERVALS = 16
 OUTSIDE, INSIDE, UNSEEN = 0, 1, 2
 

@@ -3,7 +3,7 @@
 The T-pose is still looked for, and replaces the body by a measured one when it is seen.
 """
 
-# Paper (open): [Hybrid] does not say how the track starts.
+# Paper (open): [Hybrid] does not define how the track starts.
 
 from dataclasses import replace
 

@@ -1,6 +1,6 @@
 """The user's decisions on front and back, at the start or later in a take.
 
-Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not tell, a
+Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not show it, a
 person who has seen the videos does.
 """
 

@@ -1,6 +1,6 @@
 """Initialization from the T-pose: the body measured over several frame sets."""
 
-# Paper (open): [Hybrid] does not say how the track starts and the body is measured.
+# Paper (open): [Hybrid] does not define how the track starts and the body is measured.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -166,7 +166,7 @@ def _fit(
     weights: Weights,
     detail: float,
 ) -> _Fit:
-    """Body fitted from the starts; then its poses, with the silhouettes, which tell where nothing is."""
+    """Body fitted from the starts; then its poses, with the silhouettes, which show the empty space."""
     average = average_body(anatomy, float(np.median([one.stature for one in t_poses])))
     samples = [FitSample(one.rays, start, start.values, T_POSE_DEVIATION) for one, start in zip(seen, starts, strict=True)]
     independent, reliability = detail * FIT_INDEPENDENT_RAYS, detail

@@ -123,7 +123,7 @@ def check_views(
 
 
 def untested_lags(state: ViewConsistency) -> ViewConsistency:
-    """Statistics after which lags are tested anew, from frames that follow."""
+    """Statistics after which lags are tested again, from frames that follow."""
     lagged, tested = np.full_like(state.lagged, np.nan), np.zeros_like(state.tested)
     return replace(state, recent=(), lagged=lagged, tested=tested)
 

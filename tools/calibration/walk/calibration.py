@@ -102,7 +102,7 @@ def calibrated_films(
     on_step("delays")
     coarse = coarse_delays(views, timing, HEAD_IN_WALK * stature_m)
     if len(coarse) < len(lenses):
-        calibrated_walk(lenses, near, stature_m, on_step)  # says what cannot be connected, and why
+        calibrated_walk(lenses, near, stature_m, on_step)  # reports what cannot be connected, and why
         raise UserError("whether the cameras are in step cannot be found: walk longer, in curves; or give sync.toml")
     start = start_of(lenses, views_of(lenses, timing.hulls(coarse), stature_m, on_step), on_step)
     delays = adjusted_delays(start, timing, stature_m, coarse, on_step)
@@ -196,7 +196,7 @@ def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: F
 
 
 def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], Motion]) -> None:
-    """Raise UserError where an image is mirrored: with two cameras it cannot be told which one."""
+    """Raise UserError where an image is mirrored: with two cameras the one is unknown."""
     mirrored = [pair for pair, motion in pairs.items() if motion.mirrored]
     if not mirrored:
         return

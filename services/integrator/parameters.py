@@ -76,7 +76,7 @@ LEAD_NS = 200_000_000  # ns from a decision to the capture time from which it ho
 SETTLE_NS = 300_000_000  # ns after that in which reports are about both rates; chosen by hand
 FEWEST_FRAMES = 4  # least processed frames, or frame sets, for a share; chosen by hand
 # Greatest offset of a viewer's capture times from the rig's frame sets before these are moved, and least gain (frame
-# periods); the rates of cameras are never quite those of the rig; chosen by hand.
+# periods).  The rates of cameras are never quite those of the rig; chosen by hand.
 FARTHEST_PHASE, PHASE_GAIN = 0.35, 0.1
 MOST_NAMED = 8  # viewers named as overloaded, which keeps the message short
 RECOVERY_TICKS = 2  # decisions before which an earlier integrator's is waited for

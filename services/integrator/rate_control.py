@@ -1,7 +1,7 @@
 """Frame rate of an overloaded rig and detail of its tracker.  Pure.
 
 Viewers and tracker report in their health what they lost.  Every DECISION_NS the integrator compares the reports since the
-last decision: while too many frame sets are lost it lowers the rate, or first the number of the tracker's points and
+last decision.  While too many frame sets are lost it lowers the rate, or first the number of the tracker's points and
 particles; after some time without losses it raises them.  A level that has failed is tried again after a wait, which is
 doubled each time it fails.
 """

@@ -11,10 +11,10 @@ from tests.support.places import ROOT
 DOCS = ROOT / "docs"
 WORDS = {  # pages: most words
     "README.md": 1_200,
-    "docs/papers.md": 3_700,
+    "docs/papers.md": 3_600,
     "docs/measured.md": 18_000,  # 7,000 once its tables are generated
 }
-PAGE, ALL_BUT_MEASURED = 3_200, 33_000  # most words of another page; of all but docs/measured.md
+PAGE, ALL_BUT_MEASURED = 3_100, 32_500  # most words of another page; of all but docs/measured.md
 RELEASE, LEAST_RELEASES = 60, 3  # lines
 FIRST, ASTRAY = 100, 40  # letters of the first line of a module; modules that break the rule, until they are rewritten
 ASKING = re.compile(r"(What|How|Which|Where|By)\b")

@@ -1,1 +1,1 @@
-"""What every service shares: body, cameras, vision, messages, the bus, the service loop, file formats and the actor."""
+"""Shared by all services: body, cameras, vision, messages, bus, service loop, file formats."""

@@ -1,4 +1,4 @@
-"""Replacing files atomically: after a crash or a full disk the old file or the new one exists, never a part."""
+"""Atomic replacement of files: after a crash or a full disk the old or the new one exists."""
 
 import os
 import tempfile

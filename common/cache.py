@@ -1,4 +1,4 @@
-"""Files kept between runs: compiled functions, and what tests render; shared by all installations of a user.
+"""Files kept between runs, shared by all installations of a user.
 
 Every entry is named after the content that it was made from, so nothing is ever out of date.  An entry that is damaged, or
 written by another user, counts as missing.

@@ -87,17 +87,17 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
 
 
 def found_text(fault: CameraFault) -> str:
-    """What was measured."""
+    """Text of the measurement."""
     return WORDINGS[fault.code].found.format(value=fault.value, part=PARTS[fault.part])
 
 
 def change_text(fault: CameraFault) -> str:
-    """What to change."""
+    """Text of the remedy."""
     return WORDINGS[fault.code].change
 
 
 def sentence(fault: CameraFault) -> str:
-    """What was measured, and what to change, in one sentence without a stop."""
+    """Measurement and remedy, in one sentence without a stop."""
     return f"{found_text(fault)}: {change_text(fault)}"
 
 
@@ -107,7 +107,7 @@ def marks(advice: CameraAdvice) -> str:
 
 
 def severity(fault: CameraFault) -> float:
-    """How far beyond its limit a value is, as a ratio of 1 or more."""
+    """Ratio of a value to its limit, 1 or more."""
     large, small = max(abs(fault.value), abs(fault.limit)), min(abs(fault.value), abs(fault.limit))
     return large / max(small, 1e-3 * large, 1e-9)
 

@@ -33,7 +33,7 @@ class BadMessage(ValueError):
 
 
 class OtherVersion(BadMessage):
-    """A message of another wire version; the text names both versions and says what to do."""
+    """A message of another wire version; the text has both versions and the remedy."""
 
 
 def encode(message: Message) -> bytes:

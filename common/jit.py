@@ -1,6 +1,6 @@
-"""Compiled kernels: numba's decorators with one set of options, and their machine code in the cache of the user.
+"""Compiled kernels: numba's decorators with one set of options, kept in the user's cache.
 
-numba's own cache is beside the sources and knows only the file of a function: after a change of a callee or a constant it
+numba's own cache is beside the sources and knows only the file of a function.  After a change of a callee or a constant it
 would return the old machine code without a word, and each checkout compiles everything again.  Here an entry is named
 after the contents of its file and of all files that it imports, the versions, the processor and the types of the arguments.
 """
@@ -55,8 +55,8 @@ def finite_kernel(function: F) -> F:
 def leaf_kernel(function: F) -> F:
     """The same as `kernel` for functions that create and return no array.
 
-    References to its arguments are not counted: that takes two atomic operations for each array of each call, more than the
-    arithmetic of a short function, and threads that share the arrays wait for one another.
+    References to its arguments are not counted.  That takes two atomic operations for each array of each call, more than
+    the arithmetic of a short function, and threads that share the arrays wait for one another.
     """
     return _compiled(function, nogil=True, _nrt=False)
 

@@ -1,4 +1,4 @@
-"""Smoothing of the pose messages of a rig while they arrive; the published and recorded ones stay as they are."""
+"""Smoothing of pose messages while they arrive."""
 
 import msgspec
 

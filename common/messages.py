@@ -1,4 +1,4 @@
-"""Every message on the bus.  Units, frames and ranges stand on the fields; validation is done by `zenocap.common.codec`.
+"""Messages on the bus, with units, frames and ranges; validated by `zenocap.common.codec`.
 
 All messages carry `frame`, the source's frame number, and `captured_ns`, the capture time in nanoseconds since the Unix
 epoch on the sender's clock.  Slopes and pixels are those of the level view (`common.camera.level_view`)

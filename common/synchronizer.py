@@ -1,4 +1,4 @@
-"""Grouping of the viewers' messages of one frame set by capture time.  Pure: the only times are those of the items."""
+"""Grouping of messages into frame sets by capture time.  Pure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -71,7 +71,7 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     """Add one item; return the new synchronizer and every frame set that the item completes, oldest first.
 
     A frame set is complete when each viewer, except absent ones (GONE_AFTER), has an item within half a frame period, or
-    somewhat more where no other item is nearer: the period of a camera may vary.  A viewer's next item, or the one
+    somewhat more where no other item is nearer.  The period of a camera may vary.  A viewer's next item, or the one
     `hold` items later, ends the wait for the others at its last one.  Duplicate, late and unknown items are counted and
     dropped.  Frame sets are strictly in the order of time.  OUTDATED items in a row that are LONG_NS behind mean that an
     earlier time was wrong (a clock, or an invalid message): the time is reset.  The waiting items of one viewer are

@@ -49,7 +49,7 @@ class Table(Generic[Row]):
         return {name: self.row(name) for name in self.names()}
 
     def _place(self, name: str) -> tuple[str, str]:
-        """Where a row is defined, and the package that brings it, "" for this one."""
+        """Place of a row's definition, and its package, "" for this one."""
         installed = _installed(self.group) if name not in self.own else {}
         if name not in self.own and name not in installed:
             raise UserError(f"{name!r}: allowed: {', '.join(self.names())}")

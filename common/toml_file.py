@@ -1,4 +1,4 @@
-"""TOML files within limits: `tomllib` takes time quadratic in the parts of a dotted key, and recurses in nested values."""
+"""TOML files within limits of size, key length and depth."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""Track a simulated person with two simulated cameras, and print where the right hand was.  No camera needed.
+"""Track a simulated person with two simulated cameras, and print the place of the right hand.
 
 python examples/01_track_simulated_person.py demo.mcap
 """

@@ -1,4 +1,4 @@
-"""Write a rig file for two simulated cameras, check it, and track one posture of another simulated person.
+"""Write and check a rig file for two simulated cameras, and track one posture.
 
 python examples/08_rig_file.py FOLDER
 """

@@ -1,4 +1,4 @@
-"""Print where the head is, from the transforms that a rig publishes for ROS 2 ([animator.ros] in its rig file).
+"""Print the place of the head, from the transforms that a rig publishes for ROS 2.
 
 ROS is not needed: rosbags decodes its messages.  pip install rosbags
 

@@ -1,1 +1,1 @@
-"""Simulated person: a more detailed body than the tracker's, fifteen postures and other motions, and a renderer."""
+"""Simulated person: a body more detailed than the tracker's, motions, renderer."""

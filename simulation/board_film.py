@@ -1,4 +1,4 @@
-"""A board that is carried through the room: its poses, what cameras see of its corners, and pictures of it.
+"""A board carried through the room: poses, corners, pictures.
 
 For tests and benchmarks of the calibration; the board itself is given by its picture and its corners.
 """

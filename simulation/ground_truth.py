@@ -1,4 +1,4 @@
-"""Ground truth of the simulated person: joint centres, limb directions, ten-part joint angles, body sizes."""
+"""Ground truth of the simulated person: joint centres, limb directions, angles, sizes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

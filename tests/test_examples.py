@@ -42,9 +42,8 @@ def test_there_are_eleven_examples() -> None:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_example_is_short_and_shown_in_the_documentation(path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 40
-    assert f"```python\n{text.rstrip()}\n```" in PAGE.read_text(encoding="utf-8")
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
+    assert f'```{{.python}}\n--8<-- "examples/{path.name}"\n```' in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.nightly

@@ -1,4 +1,4 @@
-"""The example packages under `examples/plugin` are installed, and what they bring can be chosen as zenocap's own."""
+"""Example packages of `examples/plugin`: installed, and chosen as zenocap's own."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""README and documentation agree with the code: commands parse, tables equal the code's, files and links exist."""
+"""README and documentation agree with the code: commands, tables, files, links."""
 
 import re
 from pathlib import Path
@@ -24,9 +24,15 @@ REFUSED = {
 }
 
 
-def test_the_first_commands_are_demo_and_test() -> None:
+def test_the_first_commands_are_clone_demo_and_test() -> None:
     assert len(COMMANDS) > 10
-    assert LINES[:2] == ["make demo", "make test"]
+    assert LINES[0].startswith("git clone ")
+    assert LINES[1:3] == ["make demo", "make test"]
+
+
+def test_the_first_screen_has_the_moving_picture_and_the_first_commands() -> None:
+    first = "\n".join(TEXTS[PAGES[0]].splitlines()[:20])
+    assert all(part in first for part in (".webp)", "git clone", "make demo"))
 
 
 @pytest.mark.parametrize("line", COMMANDS)

@@ -1,4 +1,4 @@
-"""The page "When it does not work" quotes what the program says: every quoted line is made of texts in the source."""
+"""Lines quoted by the page "When it does not work" are texts of the source."""
 
 import ast
 import re

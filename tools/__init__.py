@@ -1,1 +1,1 @@
-"""Everything that is not a process of a rig: the command line, recordings, set-up and measurement."""
+"""Programs that are no process of a rig: command line, recordings, set-up, measurement."""

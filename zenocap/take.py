@@ -69,7 +69,7 @@ class Take:
     """A recorded take.  Only its summary is held in memory; `poses` and `chunks` read the file again.
 
     path: the MCAP file.  raw: poses of the forward pass, also of a take that was tracked both ways.
-    rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
+    rate: frames per second, 0 for a single frame.  frame_count: frames with a pose message.
     """
 
     path: Path
@@ -118,7 +118,7 @@ class Take:
 
     @property
     def missing(self) -> str | None:
-        """What is missing of a cut or damaged file, in words; None for a whole one."""
+        """Missing parts of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
     def poses(self, *, joints: Convention = "zenocap", smooth: float | None = None, spine: bool = False) -> Poses:

@@ -3,7 +3,7 @@
 The number of parts and joints is defined here only; a richer body is another `Anatomy`.
 
 Frames: a part's frame has its origin at its proximal joint, +Y along the part, X to the person's left and Z to the front
-while the torso is unrotated; a limb therefore hangs straight down at a rotation of 180° about Z, as in the paper.
+while the torso is unrotated.  A limb therefore hangs straight down at a rotation of 180° about Z, as in the paper.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """Joint angles in degrees for comparison with other systems, in the conventions of the ISB.
 
 A joint's rotation maps the distal segment's frame to the proximal one's.  Segment frames are those of the ISB and of
-OpenSim: X to the front, Y up along the segment, Z to the right, all parallel to the trunk's when the person stands upright
+OpenSim: X to the front, Y up along the segment, Z to the right.  All are parallel to the trunk's when the person is upright
 with arms and legs hanging.  The joint coordinate system of Grood and Suntay (1983) - Z of the proximal segment, Y of the
 distal one, and their common perpendicular - is the intrinsic sequence Z, X, Y, which Wu et al. (2002) recommend for hip
 and spine and OpenSim uses for hips, lumbar joint and shoulders; Wu et al. (2005) describe the arm by plane of elevation and

@@ -1,4 +1,4 @@
-"""Pose coordinates of the motion prior and the particles: a rotation vector per ball joint, an angle per hinge.
+"""Pose coordinates of prior and particles: rotation vectors of ball joints, angles of hinges.
 
 Euler angles are singular where an arm points forward; a rotation vector relative to the middle of a joint's range is not
 singular within the range.  The root (position and orientation in the world) is separate: the prior does not depend on it.

@@ -1,7 +1,7 @@
-"""Inverse kinematics: poses of an anatomy from joint centres, as motion files and triangulation give them.
+"""Inverse kinematics: poses of an anatomy from joint centres.
 
-Rotations that joint centres leave open are chosen: the head does not twist, hip line and shoulder line share the lean of
-the spine, and the axial rotation of straight limbs is interpolated from frame to frame (`hinge_axes`).
+Rotations that joint centres leave open are chosen.  The head does not twist.  Hip and shoulder line share the lean of
+the spine.  The axial rotation of straight limbs is interpolated from frame to frame (`hinge_axes`).
 """
 
 from collections.abc import Mapping
@@ -222,7 +222,7 @@ def hinge_axes(direction: Floats, measured: tuple[tuple[Floats, float, int], ...
     at length 1; the power of the length in the weight.  natural: (n, 3) axis in absence of measurements.
 
     With the axes as complex numbers c (angle about the direction), minimizes the sum of w |c_t - measured_t|^2
-    + NATURAL |c_t - natural_t|^2 + NEIGHBOURS |c_t+1 - c_t|^2; consecutive rows are compared after the shortest rotation
+    + NATURAL |c_t - natural_t|^2 + NEIGHBOURS |c_t+1 - c_t|^2.  Consecutive rows are compared after the shortest rotation
     between their directions.
     """
     first = unit(perpendicular(natural, direction))

@@ -121,7 +121,7 @@ _POINTS: Mapping[Convention, tuple[Point, ...]] = {
 }  # fmt: skip
 
 # The model's own joints from pelvis to head.  No convention above has names for them: COCO-17 has no point of the trunk's
-# middle, HALPE-26 has Hip and Neck, and the ISB's LJC and CJC (L5/S1, C7/T1) are vertebrae, which silhouettes do not show.
+# middle, HALPE-26 has Hip and Neck.  The ISB's LJC and CJC (L5/S1, C7/T1) are vertebrae, which silhouettes do not show.
 # Names of those that have such points: Spine of Human3.6M; Pelvis, Thorax and UpperNeck of MPII.
 WAIST = "waist"  # joint between pelvis and chest
 SPINE = (
@@ -162,7 +162,7 @@ def left_out(convention: Convention, anatomy: Anatomy, *, spine: bool = False) -
 
 
 def origin_of(point: Point, anatomy: Anatomy) -> Origin:
-    """How a point is obtained.
+    """Origin of a point.
 
     `measured`: joint, or end of a segment, of the fitted body.  `share`: on a measured segment, at an anthropometric
     share of its length.  `derived`: beside the fitted body, by a published offset.

@@ -17,7 +17,7 @@ from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler, matr
 
 BALL, HINGE = 3, 1  # axes
 
-# A faster change of the root was no motion, but a correction of the track: 12 m/s is faster than a sprint, and 25 rad/s,
+# A faster change of the root was no motion, but a correction of the track.  12 m/s is faster than a sprint, and 25 rad/s,
 # four turns a second, faster than a figure skater's start of a spin.  Chosen by hand; the tracker has the same limits.
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s, rad/s
 

@@ -1,4 +1,4 @@
-"""Forward kinematics of an anatomy: part frames [Two-view 2.2], joint centres and points on the parts' surfaces."""
+"""Forward kinematics: part frames [Two-view 2.2], joint centres and surface points."""
 
 import numpy as np
 

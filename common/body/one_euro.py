@@ -23,7 +23,7 @@ DEFAULT_HZ, DEFAULT_BETA = 2.0, 4.0  # tuned on simulated people with motion cap
 
 @dataclass(frozen=True)
 class OneEuro:
-    """hz: cut-off frequency at rest, mincutoff.  beta: Hz by which it rises per m/s, or per rad/s."""
+    """hz: cut-off frequency at rest, mincutoff.  beta: its rise per m/s or rad/s (Hz)."""
 
     hz: float = DEFAULT_HZ
     beta: float = DEFAULT_BETA

@@ -1,4 +1,4 @@
-"""Bodies from measured lengths [Two-view 2.4], with anthropometric proportions where the paper gives none."""
+"""Bodies from measured lengths [Two-view 2.4] and anthropometric proportions."""
 
 from collections.abc import Mapping
 

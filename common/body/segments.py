@@ -30,7 +30,7 @@ LOW_SHARE, HIGH_SHARE = 0.35, 0.65  # th_low and th_high between the width in FL
 SINGULAR = np.cos(np.radians(84))  # horizontal length of a unit direction below which z is undefined and keeps its value
 HANGING_ARM = np.array([0.0, -0.995, 0.1])  # direction in the world of a hanging arm of a person who faces +Z
 MAX_SECOND_X = np.radians(150)  # largest |x| of the second solution
-MAX_EXCESS = np.radians(20)  # by which z may exceed its limits, to be clipped, before the second solution is preferred
+MAX_EXCESS = np.radians(20)  # excess of z over its limits that is clipped; beyond it the second solution is preferred
 STRAIGHT = np.radians(10)  # flexion below which the axial rotation y is unobservable and keeps its value
 
 

@@ -1,4 +1,4 @@
-"""Bounded queue between the threads of a transport, which only enqueue bytes, and the receiving thread, which decodes."""
+"""Bounded queue between a transport's threads (bytes) and the receiving thread (decoding)."""
 
 import logging
 from collections import Counter, deque

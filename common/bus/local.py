@@ -1,4 +1,4 @@
-"""In-process bus without threads or waiting, with the same encoding, checks and queues as on the network.
+"""Bus within one process, without threads; encoding, checks and queues as on the network.
 
 Messages are delivered in the order of `publish`: equal sequences of calls give equal results.
 """

@@ -39,7 +39,7 @@ class Alive:
 
 @dataclass(frozen=True)
 class Tick:
-    """Time step without a message, by which a step detects missing inputs."""
+    """Time step without a message, with which a step detects missing inputs."""
 
     received_ns: int
 

@@ -1,6 +1,6 @@
 """The list of revoked certificates: signed by the rig's authority, so that any machine may pass it on.
 
-Zenoh knows members by the common names of their certificates, and has no list of revoked serial numbers.  So every member
+Zenoh identifies members by the common names of certificates, without a list of revoked serial numbers.  So every member
 has a generation, 0 at first, which is a part of the common name.  A revocation raises the generation of a member; the
 access rules admit the present one only, and certificates made from then on have it.
 """
@@ -41,7 +41,7 @@ class Revocations:
     signature: bytes = b""
 
     def signed_bytes(self) -> bytes:
-        """What the authority signs."""
+        """Content that the authority signs."""
         content = {"zenocap": "revocations", "number": self.number, "generations": dict(self.generations)}
         return json.dumps(content, sort_keys=True, separators=(",", ":")).encode()
 

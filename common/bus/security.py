@@ -1,4 +1,4 @@
-"""Zenoh's settings for a secured network: TLS only, mutual authentication, and access rules by common name."""
+"""Zenoh's settings for a secured network: mutual TLS, access rules by common name."""
 
 import json
 from collections.abc import Mapping, Sequence

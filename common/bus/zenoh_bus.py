@@ -1,6 +1,6 @@
-"""The bus over Zenoh.  Callbacks only enqueue; clock and state queries are answered immediately, flow-control queries
-after the queued messages.
+"""Bus over Zenoh.
 
+Callbacks only enqueue.  Clock and state queries are answered immediately, flow-control queries after the queued messages.
 Frames are dropped when a reader is slow (one frozen reader must not stall a rig) and sent without batching.
 """
 

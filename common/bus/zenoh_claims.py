@@ -1,4 +1,4 @@
-"""Claims: one process runs each service of a rig; after a network split is over, the one that started first continues.
+"""Claims: one process runs each service of a rig, the one that started first.
 
 A claim is a liveliness token whose key has the start time and the session of its process.  Any program can declare a token,
 so that a claim counts only if its own session answers a query on its key: a token alone stops no service.

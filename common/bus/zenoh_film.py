@@ -1,4 +1,4 @@
-"""Queries over Zenoh to the programs that have cameras: films, the cameras of camera hosts, and assignments to them."""
+"""Queries over Zenoh to programs that have cameras: films, announced cameras, assignments."""
 
 import logging
 from collections.abc import Callable
@@ -32,7 +32,7 @@ class FilmServer(QueryServer[FilmQuery]):
 
 
 class HostServer:
-    """Announces a camera host until `undeclare`: a liveliness token, and a queryable that tells its cameras.
+    """Announces a camera host until `undeclare`: a liveliness token, and a queryable for its cameras.
 
     cameras: called on Zenoh's thread.
     """

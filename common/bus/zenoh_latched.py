@@ -1,4 +1,4 @@
-"""LATCHED topics over Zenoh: an advanced publisher with a cache of one, queried by late joiners and after reconnection."""
+"""LATCHED topics over Zenoh: an advanced publisher with a cache of one for late joiners."""
 
 import zenoh
 import zenoh.ext

@@ -1,4 +1,4 @@
-"""Queries over Zenoh that are answered immediately on Zenoh's threads: the integrator's clock, and service information."""
+"""Queries that are answered on Zenoh's threads: the integrator's clock, service information."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""Queries on one key, answered on a thread of their own, not on Zenoh's: the answers open files, cameras and processes."""
+"""Queries on one key, answered on a thread of their own, because the answers open files."""
 
 import logging
 import queue

@@ -1,4 +1,4 @@
-"""A node on the network of ROS 2 with rmw_zenoh: a session of its own, liveliness tokens, and publishers.
+"""Node on the network of ROS 2 with rmw_zenoh: session, liveliness tokens, publishers.
 
 The session is a client of a Zenoh router, which forwards to all nodes of ROS, on whichever machine they run.  It is opened
 on a thread of its own, because a client waits for its router.
@@ -46,7 +46,7 @@ class _Publisher:
 
 @dataclass(frozen=True)
 class _Graph:
-    """What is declared on an open session."""
+    """Declarations on an open session."""
 
     session: zenoh.Session
     token: zenoh.LivelinessToken

@@ -1,7 +1,7 @@
-"""A plain Zenoh router, which enforces access rules and revocations for all members that connect to it.
+"""Zenoh router that enforces access rules and revocations.
 
 Zenoh reads certificates and access rules when a session opens.  So the router opens its session again when a newer list of
-revocations arrives or its files change: all links end, and members are back within about a second, except revoked ones.
+revocations arrives or its files change.  All links end, and members are back within about a second, except revoked ones.
 """
 
 import logging

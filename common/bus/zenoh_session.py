@@ -20,7 +20,7 @@ Mode = Literal["peer", "client", "router"]
 
 # Chosen for a rig: a frozen machine is detected after 2 s, a restarted router found within 0.5 s, and a service may
 # start before its router.  No message is near 8 MiB.  A lost recovery of LATCHED state delays it by at most 2 s.
-# The messages of one frame set are sent in a burst: with Zenoh's default of 2 places in the queue, some of a dozen are
+# The messages of one frame set are sent in a burst.  With Zenoh's default of 2 places in the queue, some of a dozen are
 # dropped whenever its thread is late by a millisecond (measured: 10 of 4800; none with 4 and more places).
 # Shared memory is off because a killed process leaves its files behind, and silhouettes gain nothing from it.
 TUNED = {

@@ -1,7 +1,7 @@
 """State recovery: readers return the last messages of a service to its successor.
 
 Every reader keeps the last bytes of each key of `recoverable` topics and replies to queries for them until the service has
-published nothing for RETENTION_S: a service that starts later begins without state.
+published nothing for RETENTION_S.  A service that starts later begins without state.
 
 The reply becomes the body and pose of the successor.  Each session therefore counts once, the value that most sessions
 return is used, and one captured in the future is not.  With certificates, viewers and readers cannot reply at all.
@@ -22,7 +22,7 @@ RETENTION_S = 60.0  # chosen by hand
 MAX_KEYS = 64
 QUERY_TIMEOUT_S = 1.0  # chosen by hand
 MAX_REPLIES = 64  # of one query, which bounds the memory; a rig has a dozen readers; chosen by hand
-FUTURE_NS = 2_000_000_000  # by which a capture time may be ahead of the integrator's clock; chosen by hand
+FUTURE_NS = 2_000_000_000  # greatest lead of a capture time over the integrator's clock; chosen by hand
 Stored = tuple[Topic, bytes, float]  # with the time of receipt, seconds
 
 

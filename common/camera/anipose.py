@@ -1,4 +1,4 @@
-"""Calibration files of anipose and Pose2Sim: TOML with one table per camera and `[metadata]`.  Those of caliscope, too.
+"""Calibration files of anipose and Pose2Sim (TOML), and those of caliscope.
 
 [cam_01]
 name = "cam01"

@@ -1,4 +1,4 @@
-"""Calibration files of caliscope: TOML with one table per camera in `[cameras]`, as tables of the anipose layout.
+"""Calibration files of caliscope, read as tables of the anipose layout.
 
 [cameras.0]
 cam_id = 0

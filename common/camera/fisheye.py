@@ -49,7 +49,7 @@ class FisheyeLens:
         """Matrix (3, 3) px of the rectified image of the same size.
 
         Square pixels, the lens' principal point, and the smallest focal length at which each side shows no more than the
-        lens does, and no more than MAX_ANGLE: the rectified image has no empty border.
+        lens does, and no more than MAX_ANGLE.  The rectified image has no empty border.
         """
         angles = np.linspace(0.0, MAX_ANGLE, STEPS + 1)
         distances = self.distance(angles)

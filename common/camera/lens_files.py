@@ -1,4 +1,4 @@
-"""Files of lenses: any calibration, ROS' `camera_info`, what OpenCV's calibration programs write, or a folder of these.
+"""Lens files: calibrations, ROS' `camera_info`, OpenCV's output, or a folder of these.
 
 OpenCV's programs write image_width, image_height, camera_matrix and distortion_coefficients, or the same names with
 capitals (Camera_Matrix), and fisheye_model for fisheye lenses, as YAML or XML.  Such a file is named after its camera.

@@ -1,4 +1,4 @@
-"""Calibration of the paper: two level cameras aimed along the axes, and three upright objects.  [Two-view 4.1]
+"""Calibration of the paper: two level cameras and three upright objects.  [Two-view 4.1]
 
 Cameras are aimed by line markers on the axes: camera 1 along -Z, camera 2 along +X, level, each axis on the
 image's centre lines.  (The paper's lines 80/81 and 60/61 are 1-based: the centre is (79.5, 59.5) at 160 x 120.)  Equal
@@ -7,7 +7,7 @@ distance d, height Y and focal length λ px, a pinnacle at depth δ is seen at
 
     column = c_x + λ · lateral / δ          row = c_y + λ (Y − T) / δ
 
-For camera 1 (d = Z_c1) A and C are at depth d and B at d − D_Z; for camera 2 (d = −X_c2) A and B are at depth d and C
+For camera 1 (d = Z_c1) A and C are at depth d and B at d − D_Z.  For camera 2 (d = −X_c2) A and B are at depth d and C
 at d + D_X.  With h = row − c_y, the apparent height of a pinnacle, the following is identifiable:
 
     d   from the apparent sizes:  h_along / h_A = d / (d + s)  ⇒  d = s · h_along / (h_A − h_along),
@@ -15,7 +15,7 @@ at d + D_X.  With h = row − c_y, the apparent height of a pinnacle, the follow
     λ   λ1 = Z_c1 (x1C − x1A) / D_X,   λ2 = −X_c2 (z2B − z2A) / D_Z       (the paper prints D_Z for both)
     Y   needs λ / d only:  Y = T + h_A · d / λ
 
-The remaining three of the six coordinates are checks: A and the object along the axis are on the centre column, and A
+The remaining three of the six coordinates are checks.  A and the object along the axis are on the centre column, and A
 and the object beside it are on one row (roll).  Pinnacles at the camera's height (h = 0) do not determine the distance.
 A wrong distance keeps λ / d: sizes at the centre are right, perspective is wrong.  A wrong column of A or of the object
 beside it changes λ and Y and contradicts nothing, unless the camera's height is measured: see `line_sensitivity`.

@@ -1,4 +1,4 @@
-"""Files of OpenCV's FileStorage, YAML or XML: calibrations in EasyMocap's layout, and the matrices of any such file.
+"""Files of OpenCV's FileStorage (YAML, XML): EasyMocap's calibrations, matrices.
 
 EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name and T_name: world to camera, metres.
 `extri.yml` is the file to name; `intri.yml` is beside it.

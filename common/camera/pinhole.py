@@ -104,7 +104,7 @@ def most_orthogonal_pair(cameras: dict[str, Camera]) -> tuple[str, str]:
 def rodrigues(rotation: Floats) -> Floats:
     """(3,) rotation vector in radians of a matrix (3, 3).
 
-    OpenCV's conversion returns 0 for turns below 1e-5 rad; for small ones the antisymmetric part is used, which is the sine
+    OpenCV's conversion returns 0 for turns below 1e-5 rad.  For small ones the antisymmetric part is used: it is the sine
     of the angle along the axis: v = s + |s|^2 s / 6, exact to |s|^5.
     """
     sine = 0.5 * np.array(

@@ -1,7 +1,7 @@
 """Calibration files of Qualisys Track Manager (`.qca.txt`, XML).
 
 `transform` holds the camera's axes in the world, row by row in Qualisys' order (x right, y up, z backwards), and its
-position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them; it ignores
+position in millimetres.  `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them, which ignores
 `radialDistortion3`, which is read in the same unit and not written.
 """
 

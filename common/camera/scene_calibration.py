@@ -1,4 +1,4 @@
-"""Position and orientation of a camera from points of the room with known coordinates and their pixels.
+"""Pose of a camera from known points of the room and their pixels.
 
 The pose minimizes the squared distances in the image.  Without a lens its focal length is estimated too: square pixels, the
 principal point in the middle of the image, no distortion.
@@ -44,8 +44,8 @@ class PlacedCamera:
     per_pixel_m: (n,), error by a pick that is 1 px off in the direction that matters most.
     error_m: standard deviation, from picks that are CLICK_PX off, or more where the residuals are larger.
     suspect: the point that contradicts the others most, and its distance in px from where they put it; None: no point does.
-    unnoticed: the point whose wrong pick matters most, by how many px it may be wrong without being noticed, and the error
-    that follows, m; both are infinite for a point that no other one checks.
+    unnoticed: the point whose wrong pick matters most, its largest unnoticed error in px, and the error
+    that follows, m.  Both are infinite for a point that no other one checks.
     remarks: faults, for people.
     """
 

@@ -1,4 +1,4 @@
-"""Joint centres of BVH files by HALPE name, metres, Y up, under the naming conventions of common programs.
+"""Joint centres of BVH files (HALPE names, metres, Y up) by common naming conventions.
 
 Supported names: MotionBuilder and CMU (LeftUpLeg), Mixamo (mixamorig:LeftUpLeg), Reallusion (CC_Base_L_Thigh), Daz and
 Poser (lThigh), 3ds Max (Bip01 L Thigh), Blender (thigh.L, DEF-thigh.L), Unreal (thigh_l), Unity (UpperLeg_L, LowerLeg_L),

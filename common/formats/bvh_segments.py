@@ -1,4 +1,4 @@
-"""Orientations of pelvis, trunk, head and feet from the joint rotations of BVH files, relative to the rest pose.
+"""Orientations of pelvis, trunk, head and feet in BVH files, relative to the rest pose.
 
 Joint centres alone do not give them.  The rest pose (all rotations zero) serves as the neutral pose if it is upright.
 """

@@ -1,7 +1,7 @@
-"""Roles of the joints of a humanoid skeleton by its structure, where the names of the joints are not known.
+"""Roles of the joints of a humanoid skeleton by its structure.
 
 Legs and arms are the two longest pairs of branches with equal bones at two different joints, pelvis and chest; the legs
-point away from the chest.  In a leg, thigh and shank are about equally long and the foot turns off; in an arm, the lengths
+point away from the chest.  In a leg, thigh and shank are about equally long and the foot turns off.  In an arm, the lengths
 fit those of the thigh by the proportions of Drillis and Contini (1966), as in Winter.  Bones in line, such as those of a
 twist, count as one.  The sides are those of the names, or, without any, follow from the direction of the feet.
 """
@@ -21,7 +21,7 @@ from zenocap.common.formats.bvh_tree import Tree, tree_of
 EQUAL = 0.06  # largest difference of the lengths of a left and a right bone, of the limb's length; chosen by hand
 THIGH, UPPER_ARM, FOREARM = 0.245, 0.186, 0.146  # over body height: Drillis and Contini (1966), as in Winter
 ODD = 0.18  # largest cost of a limb, squared natural logarithms of the ratios to these proportions; chosen by hand
-BEND = 10.0  # cost of a bent segment, per share by which it is longer than its ends are apart; chosen by hand
+BEND = 10.0  # cost of a bent segment, per relative excess of its length over its ends' distance; chosen by hand
 LEAST_TURN_DEG = 30.0  # of the foot against the shank; chosen by hand
 STUB = 0.1  # cost of an ankle or a wrist that is the end of a bone and no joint; chosen by hand
 AWAY, TOWARDS = -0.6, -0.5  # cosine of legs and arms to the line from their joint to the other one; chosen by hand
@@ -36,7 +36,7 @@ Limb = tuple[int, int, int]  # joints: hip, knee, ankle, or shoulder, elbow, wri
 
 
 class StructureError(ValueError):
-    """The text says what does not fit a human."""
+    """Text: the parts that do not fit a human."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _foot(tree: Tree, way: Sequence[int], limb: Limb) -> Sequence[int]:
 
 
 def _left_leg(tree: Tree, limbs: _Limbs, feet: Sequence[Sequence[int]], crossed: bool) -> int:
-    """Which of the two legs is the left one, 0 or 1: by the names of legs and arms, without these by the feet.
+    """Index of the left leg, 0 or 1: by the names of legs and arms, without these by the feet.
 
     crossed: the first arm is on the side of the second leg.
     """
@@ -194,7 +194,7 @@ def _across(tree: Tree, limbs: tuple[Limb, Limb]) -> Floats:
 
 
 def _named_left(tree: Tree, ways: Sequence[Sequence[int]]) -> int | None:
-    """Which of two limbs the names of its joints call left; None where they do not say."""
+    """Index of the limb that its joints' names call left; None without such a name."""
     votes = []
     for way in ways:
         sides = [side_of(tree.names[joint]) for joint in way]

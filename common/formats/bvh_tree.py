@@ -1,4 +1,4 @@
-"""The tree of a BVH file's joints: lengths of bones, longest ways down, directions, as medians over some frames."""
+"""Tree of a BVH file's joints: bone lengths, longest ways down, directions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # `zenocap --help` reads the names alone
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """What is to be written.  track: rows of the file.  smoothing: description of the filter, "none" without one.
+    """Content of a file.  track: its rows.  smoothing: description of the filter, "none" without one.
 
     joints, min_confidence, spine: of the points.  bones: names of the bones.  model: a file that the format needs.
     take: name of the take's file.

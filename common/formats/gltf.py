@@ -1,4 +1,4 @@
-"""glTF 2.0 export: a binary file (.glb) with skeleton, skinned body and animation, for Blender, Unity, Unreal and Godot.
+"""glTF 2.0 export (.glb): skeleton, skinned body, animation.
 
 The animation is also a VRM animation (extension VRMC_vrm_animation 1.0: which node is which bone of a humanoid), so the
 same file named .vrma moves VRM avatars.  Written by pygltflib.

@@ -1,4 +1,4 @@
-"""Joint maps: TOML files that name the joints, or markers, of a file whose names and structure are not recognized.
+"""Joint maps: TOML files that name unrecognized joints or markers of a file.
 
     up = "z"                        # axis that points up in .trc and .c3d; default: found from the posture
 

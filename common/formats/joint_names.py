@@ -1,4 +1,4 @@
-"""Names of joints and markers without their side and spelling: `mixamorig:LeftUpLeg` and `L_UpLeg` are `L.upleg`."""
+"""Names of joints and markers without side and spelling: `mixamorig:LeftUpLeg` is `L.upleg`."""
 
 import re
 from collections.abc import Mapping

@@ -1,6 +1,6 @@
-"""Files of learnt models and of detected corners: data only, with a checksum; equal content gives equal bytes.
+"""Files of learnt models and detected corners: data only, with a checksum.
 
-A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; an array is its shape and its
+A header (magic, version, CRC-32 and length of the rest), then one MessagePack map.  An array is its shape and its
 little-endian float64 values, or float32 where they have no more digits.
 """
 

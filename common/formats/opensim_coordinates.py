@@ -1,8 +1,8 @@
 """OpenSim's generalized coordinates as joint rotations, and back.
 
 Names and rotation orders are those of the models gait2392, Rajagopal 2015 and Pose2Sim: hip_flexion, hip_adduction,
-hip_rotation about Z, X, Y of frames with X to the front, Y up and Z to the right, with X and Y reversed on the left side;
-arm_flex, arm_add, arm_rot and the lumbar and neck joints likewise.  Knee, ankle and elbow are hinges about Z here; the
+hip_rotation about Z, X, Y of frames with X to the front, Y up and Z to the right, with X and Y reversed on the left side.
+Likewise arm_flex, arm_add, arm_rot, lumbar and neck joints.  Knee, ankle and elbow are hinges about Z here; the
 models' axes are oblique by a few degrees.  The signs were checked against triangulated key points of the clip real_beam4.
 """
 

@@ -1,6 +1,6 @@
 """Generic models of OpenSim (.osim): which bodies they have, and where their joint centres are.
 
-Read with the standard library, from files of OpenSim 4: a joint's centre is the origin of its child frame, which is
+Read with the standard library, from files of OpenSim 4.  A joint's centre is the origin of its child frame, which is
 usually, and not always, the origin of the child body.
 """
 

@@ -1,8 +1,8 @@
-"""Set-up files of OpenSim 4 that scale a generic model to the tracked body and run its inverse kinematics.
+"""Set-up files of OpenSim 4: scaling of a generic model, inverse kinematics.
 
 Markers are joint centres: each sits where the model has its joint, so that none has to be placed on a skin.  Feet have
 three points beside the joints, where Pose2Sim has them on models of this family (Markers_Halpe26.xml, BSD-3-Clause, commit
-f7b39c7), and `PelvisTop`, a point above the middle of the hips, carries the tilt of the tracked pelvis.
+f7b39c7).  `PelvisTop`, a point above the middle of the hips, carries the tilt of the tracked pelvis.
 """
 
 import xml.etree.ElementTree as ET

@@ -1,4 +1,4 @@
-"""Joint centres from optical markers on the skin: Plug-in Gait, Helen Hayes, and sets with medial markers.
+"""Joint centres from skin markers: Plug-in Gait, Helen Hayes, sets with medial markers.
 
 Hip: regression on width and depth of the pelvis, Harrington et al. (2007), Prediction of the hip joint centre in adults,
 children, and patients with cerebral palsy, the equations with one predictor.  Shoulder: below the marker on the acromion by

@@ -1,8 +1,8 @@
-"""Wire form of rmw_zenoh_cpp, ROS 2's middleware over Zenoh: keys, liveliness tokens, attachments, GIDs.
+"""Wire form of rmw_zenoh_cpp (ROS 2 over Zenoh): keys, tokens, attachments, GIDs.
 
 After `liveliness_utils`, `attachment_helpers`, `qos` and `rmw_publisher_data` of github.com/ros2/rmw_zenoh: all releases
 for Humble, Kilted and Rolling, and Jazzy from 0.2.4 on (before, attachments were different).  Humble has no type hashes.
-A message is put on `DOMAIN/TOPIC/TYPE/HASH`.  Tokens by which other nodes know a node (NN) and its publishers (MP), with
+A message is put on `DOMAIN/TOPIC/TYPE/HASH`.  Tokens that announce a node (NN) and its publishers (MP), with
 "%" for "/" in names:
 
     @ros2_lv/DOMAIN/SESSION/NODE_ID/NODE_ID/NN/ENCLAVE/NAMESPACE/NODE

@@ -1,4 +1,4 @@
-"""Planes of thigh and shank by a marker beside the line of the segment, and a warning where no marker gives them."""
+"""Planes of thigh and shank by a marker beside the segment's line."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +10,7 @@ from zenocap.common.body.rotations import perpendicular, unit
 from zenocap.common.formats.file_warnings import warn_of_file
 
 LEAST_WAND_M = 0.015  # of the marker of thigh or shank from the line of the segment, to give its plane; chosen by hand
-# Largest median of a file, mm, by which the centres of knees and ankles are off without and with the markers that give the
+# Largest median error of a file, mm, of the centres of knees and ankles without and with the markers that give the
 # plane, from those that Plug-in Gait wrote into five public C3D files.
 WITHOUT_PLANE_MM = {"knee": (104, 21), "ankle": (98, 14)}
 PLANES = (("knee", "thigh", "THI", "KNM"), ("ankle", "shank", "TIB", "MED"))  # joint, its wand, their names, medial

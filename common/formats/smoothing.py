@@ -23,7 +23,7 @@ MIN_HZ, MAX_RATIO = 0.1, 0.45  # Hz; of the frame rate, below the Nyquist freque
 ORDER = 2  # of one pass; two passes have order 4
 BOTH_PASSES = (2**0.5 - 1) ** 0.25  # a pass at hz / this gives two passes with -3 dB at hz [Winter 3.4.4.2]
 MIN_ROWS = 10  # of a stretch, and one period of the cut-off frequency; shorter ones are left as they are; chosen by hand
-REGULAR = 0.05  # of the median frame interval, by which intervals of regular frames differ at most; chosen by hand
+REGULAR = 0.05  # greatest deviation of regular intervals, of the median frame interval; chosen by hand
 GRID_STEPS = 2  # of the uniform grid in a median interval, where frames are irregular; chosen by hand
 MIN_LENGTH = 0.5  # of a filtered quaternion; shorter ones have no direction, and the row is left; chosen by hand
 
@@ -60,7 +60,7 @@ def too_short(track: PoseTrack, hz: float) -> tuple[int, int]:
 
 
 def description(hz: float | None, left: tuple[int, int] = (0, 0)) -> str:
-    """What was done to exported poses, in one line for the metadata of files.  left: of `too_short`."""
+    """Smoothing of exported poses, in one line for the metadata of files.  left: of `too_short`."""
     if hz is None:
         return "none"
     text = f"Butterworth low-pass, -3 dB at {hz:g} Hz, order {2 * ORDER}, forwards and backwards (zero phase)"

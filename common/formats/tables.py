@@ -25,7 +25,7 @@ class TableLayout:
     """axes, unit: of positions and joint centres.  angle: unit of the joint angles, which are the model's.
 
     joints: convention of the joint centres; those of a limb below min_confidence are missing.  smoothing: what was done,
-    as `smoothing.description` says.  spine: with the joints of the spine.
+    see `smoothing.description`.  spine: with the joints of the spine.
     """
 
     axes: Axes = "y-up"
@@ -110,7 +110,7 @@ def unit_of(column: str) -> str:
 
 
 def metadata(track: PoseTrack, layout: TableLayout) -> Mapping[str, object]:
-    """What the names of the columns cannot say, for JSON."""
+    """Axes, units, convention and smoothing of the columns, for JSON."""
     directions = dict(zip("xyz", axis_directions(layout.axes), strict=True))
     return asdict(layout) | {
         "program": f"zenocap {version('zenocap')}",

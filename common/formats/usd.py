@@ -1,4 +1,4 @@
-"""USD export: a UsdSkel skeleton with skinned body and animation, for Unreal, Omniverse, Houdini, Maya and Blender.
+"""USD export: a UsdSkel skeleton with skinned body and animation.
 
 Metres, Y up.  Time code k is row k of the track, `timeCodesPerSecond` the rate.  The body is invisible while the person is
 lost.  Written by OpenUSD (package usd-core).

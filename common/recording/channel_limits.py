@@ -1,4 +1,4 @@
-"""Limits of the channels of a recording: invented names on an open network must not displace the rig's own.
+"""Limits of the channels of a recording, against invented names on an open network.
 
 Keys of the rig's own services, and of topics without names in their key, are always written.  Of other keys, each topic has
 MAX_UNKNOWN_KEYS, which bounds memory and the size of the file.

@@ -178,7 +178,7 @@ class Records:
             return
         start, offsets, expected = struct.unpack("<QQI", tail[9:29])
         footer = self._size - 37
-        # At its declared offset; or, when bytes before it are missing or inserted, at the offset that follows from its
+        # At its declared offset.  Or, when bytes before it are missing or inserted, at the offset that follows from its
         # length: the bytes between both starts, and summary offsets of 26 bytes each.
         places = [start, *(footer - 26 * count - (offsets - start) for count in range(8) if offsets >= start)]
         for start in places:

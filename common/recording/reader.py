@@ -1,4 +1,4 @@
-"""Reader of takes, also of truncated and damaged ones: all intact messages, and a description of the losses."""
+"""Reader of takes, also of truncated and damaged ones."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Attachments of a take with which its steps are recomputed without the rig: setup, prior, posture model, parameters."""
+"""Attachments with which a take is recomputed: setup, prior, posture model, parameters."""
 
 import hashlib
 import math

@@ -160,7 +160,7 @@ class Recording:
         return 0 if self._file.closed else self._file.tell()
 
     def removal(self) -> Literal["deleted", "moved"] | None:
-        """What became of the file while it was written: no file of its name is it any more; None while there is."""
+        """Fate of the file when no file of its name is it any more; None while there is."""
         if self._failure or self._file.closed:
             return None
         descriptor = self._file.fileno()

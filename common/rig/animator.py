@@ -110,7 +110,7 @@ class RosTable(OutputTable, frozen=True, kw_only=True):
 class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
     """smooth: filter of the live poses on the page and in all outputs; the published and recorded poses stay as they are.
 
-    smooth_hz: cut-off frequency at rest (Hz).  smooth_beta: by how much it rises per m/s or rad/s (Hz).
+    smooth_hz: cut-off frequency at rest (Hz).  smooth_beta: its rise per m/s or rad/s (Hz).
     outputs: by the name of their tables; see `zenocap.common.rig.outputs`.
     """
 

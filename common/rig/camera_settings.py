@@ -56,7 +56,7 @@ def settings_of(table: SettingsTable) -> CameraSettings:
 
 
 def setting_problem(key: str, value: Setting) -> str | None:
-    """What is allowed, for a value that is not."""
+    """Allowed values, for one that is not."""
     if key == "format":
         return None if value in FORMATS else ", ".join(FORMATS)
     return None if isinstance(value, int) or value in (AUTO, LOCKED) else SETTINGS_ALLOWED

@@ -42,7 +42,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
 
     background: see `parse_background`; None: that of the source.
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
-    delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
+    delay_ms: age of the images of a camera or stream beyond their capture times; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
     people: whether a small network corrects the silhouette, see `zenocap.services.viewer.people`.
     feedback: whether the tracker's pose helps its silhouettes, with an adaptive background.

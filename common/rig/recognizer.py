@@ -26,7 +26,7 @@ class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
 
     source: "integrator" or "tracker"; default: the one that computes the poses in the rig's method.
     strictness: required gain in likelihood of a posture over movements made of parts of postures, as a fraction of the
-    expected gain; higher values give fewer false and fewer correct detections.
+    expected gain.  Higher values give fewer false and fewer correct detections.
     commands: actions by posture, see `zenocap.common.rig.commands`.
     allowed_programs: absolute paths of the programs that commands may start.
     """

@@ -131,7 +131,7 @@ def rig_of_videos(
 
 @dataclass(frozen=True)
 class _Read:
-    """What is known of a rig before its calibration is read.  path: for errors.  file: its own, where it exists.
+    """A rig before its calibration is read.  path: for errors.  file: its own, where it exists.
 
     used: ids of the viewers that take part; None: all.
     """

@@ -192,7 +192,7 @@ def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:
                 with VideoReader(viewer.source.path) as reader:
                     size = reader.size
             except SourceError:
-                continue  # said when it is tracked
+                continue  # reported when it is tracked
             if size != viewer.calibrated_size:
                 notes.append(
                     f"viewer {viewer.id}: video of {size[0]} x {size[1]}, calibration for {viewer.calibrated_size[0]} x "

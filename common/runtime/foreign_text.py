@@ -1,4 +1,4 @@
-"""Text from other programs and files, for logs and terminals: on one line, without control characters, cut.
+"""Text from other programs and files for logs and terminals: one line, no control characters.
 
 Keys, error texts, health, names of attachments and labels of postures are chosen by whoever publishes or writes them.  A
 line end in them would forge a line of the log, an escape sequence would change the terminal.

@@ -1,10 +1,10 @@
-"""Choice of frames under overload: all viewers of a rig process the same instants.
+"""Choice of frames under overload: all viewers of a rig process the same frame sets.
 
-The integrator decides which share of the frames is processed, and publishes it as `FrameRate`.  Instants are numbered by
+The integrator decides which share of the frames is processed, and publishes it as `FrameRate`.  Frame sets are numbered by
 slots: capture times on the integrator's clock in frame periods of the rig.  Of every `of` slots `keep` are kept, evenly
 spread: slot s is kept when floor(s keep / of) is greater than for slot s - 1.  The frame nearest to a kept slot is
 processed.  The integrator chooses the phase of the slots so that the capture times of no viewer are in the middle between
-two of them, where jitter would decide; viewers report their phases.
+two of them, where jitter would decide.  Viewers report their phases.
 """
 
 from collections.abc import Collection
@@ -50,7 +50,7 @@ FULL = Share()
 
 @dataclass(frozen=True)
 class Grid:
-    """Slots, of which a share is kept.  phase_ns: capture time of slot 0."""
+    """Slots and the share of them that is kept.  phase_ns: capture time of slot 0."""
 
     share: Share = FULL
     phase_ns: int = 0

@@ -1,8 +1,8 @@
-"""Lower priority of programs that only read a rig, so that they delay no pose where processor time is short.
+"""Lower priority of programs that only read a rig.
 
-On Linux two values count.  The nice value of a thread orders the threads of one session; where the kernel groups tasks by
+On Linux two values count.  The nice value of a thread orders the threads of one session.  Where the kernel groups tasks by
 session (autogroup, the default of most desktop systems), sessions share the processor by the value in
-`/proc/self/autogroup`, and `nice` alone changes nothing between services, of which each has a session of its own.  Within a
+`/proc/self/autogroup`.  `nice` alone then changes nothing between services: each has a session of its own.  Within a
 control group, such as a container or a unit of systemd, only the group's weight counts against other groups.
 """
 
@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-NICENESS = 10  # about a tenth of the weight of a service, chosen by hand; measured with 16 readers, docs/load.md
+NICENESS = 10  # about a tenth of the weight of a service; with 16 readers p99 39 ms instead of 166; chosen by hand
 AUTOGROUP = Path("/proc/self/autogroup")
 TRIES, BETWEEN_S = 20, 0.11  # the kernel takes one change of any unprivileged process in 0.1 s
 

@@ -1,6 +1,6 @@
 """Iterators that threads advance ahead of their consumer, so that offline tracking uses all cores.
 
-Decoding, OpenCV and compiled kernels release Python's global lock, so threads suffice: nothing is copied between
+Decoding, OpenCV and compiled kernels release Python's global lock, so threads suffice.  Nothing is copied between
 processes, Ctrl-C ends one process, and items and errors arrive in the order of a single thread.
 """
 

@@ -41,7 +41,7 @@ def codec_of(path: Path, codec: Codec | None) -> Codec:
 
 
 class FilmWriter:
-    """Writes pictures at a constant rate; colours are those of ITU-R BT.709, and the file says so.
+    """Writes pictures at a constant rate; colours are those of ITU-R BT.709, as the file declares.
 
     Equal pictures give equal bytes: the number of threads of the encoder is fixed.
     """

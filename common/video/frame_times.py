@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 GAP_PERIODS = 1.9  # median frame periods between two frames, from which frames are missing
-UNEVEN = 0.25  # of the median period, by which an interval differs from a multiple of it in a video of variable rate
+UNEVEN = 0.25  # deviation of an interval from a multiple of the median period that makes a rate variable
 UNEVEN_SHARE, UNEVEN_COUNT = 0.05, 3  # of the intervals, and how many at least, from which a rate is variable
 
 
@@ -57,7 +57,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Timing:
-    """What the frame times of a video show.
+    """Findings in the frame times of a video.
 
     frames: their number.  duration_s: from the first frame to the last.  rate: frames/s, of the median interval.
     shortest_s, longest_s: intervals, without gaps.  variable: whether many intervals differ from the median one.

@@ -20,7 +20,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.video.frame_times import FrameTimes, Timing, timing_of
 
-MISCOUNTED = 0.01  # share by which the frame count of a container may be wrong
+MISCOUNTED = 0.01  # greatest relative error of a container's frame count
 MAX_FPS = 1000.0
 MIN_PX = 16  # least width and height of images
 PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
@@ -39,7 +39,7 @@ class VideoFrame:
     _decoded: av.VideoFrame
 
     def image(self) -> Image:
-        """(height, width, 3) blue, green, red; turned as the file says."""
+        """(height, width, 3) blue, green, red; turned as the file asks for."""
         image = self._decoded.to_ndarray(format="bgr24")
         turn = QUARTER_TURNS.get(round(self._decoded.rotation) % 360)
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
@@ -89,7 +89,7 @@ def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
 
 @dataclass(frozen=True)
 class VideoSummary:
-    """What was read of a file.  damaged: frames that could not be decoded.  estimated: frames without an own time.
+    """Counts of a file that was read.  damaged: frames that could not be decoded.  estimated: frames without an own time.
 
     software: why it was decoded in software although hardware was asked for, in words; empty otherwise.
     """
@@ -160,7 +160,7 @@ class VideoReader:
         return (times[-1] if times else -self._times.period_ns) + self._times.period_ns
 
     def summary(self) -> VideoSummary:
-        """What has been read so far."""
+        """Counts so far."""
         return VideoSummary(timing_of(self._times.times_ns), self.damaged, self._times.estimated, self._software)
 
     def close(self) -> None:
@@ -173,7 +173,7 @@ class VideoReader:
         self.close()
 
     def _first(self) -> av.VideoFrame | None:
-        """The first frame, which tells the size after the turn; None without one."""
+        """The first frame, with the size after the turn; None without one."""
         try:
             return next(self._frames, None)
         except EndedEarly as error:

@@ -1,4 +1,4 @@
-"""Geometry of the virtual actor for display: capsules placed by the kinematics, and outlines in a camera's image.
+"""Geometry of the virtual actor: capsules by kinematics, outlines in a camera's image.
 
 Every body part is a smooth tapered capsule with elliptic ends.  A capsule starts at the near end of its part, has its
 axis along its own +Y, the long radius along X and the short one along Z.

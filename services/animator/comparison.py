@@ -1,4 +1,4 @@
-"""Comparison of the take that is played with a second one: its pose at the same time, and the distances of the joints."""
+"""Comparison of the played take with a second one: pose at the same time, joint distances."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Comparison:
     """
 
     def __init__(self, one: TimedTrack, other: TimedTrack, offset_s: float = 0.0) -> None:
-        """offset_s: by which the other take is shown later.  Raises UserError for takes without a common joint."""
+        """offset_s: delay of the other take.  Raises UserError for takes without a common joint."""
         self._one, self._other = one, other
         self._rows = {int(captured_ns): row for row, captured_ns in enumerate(one.captured_ns)}
         markers = [[marker.name for marker in track.anatomy.markers] for track in (one.track, other.track)]
@@ -57,7 +57,7 @@ class Comparison:
     def at(self, actor: Actor, shift_ns: int) -> pm.GhostPoseUpdate | None:
         """The second take at the time of a pose of the shown one.
 
-        shift_ns: by which the actor's capture time is later than recorded.  None for a pose that was not recorded at that
+        shift_ns: delay of the actor's capture time against the recorded one.  None for a pose that was not recorded at that
         time: it is of another source, or the replay has just changed its shift.  The pose of the second take is the nearest
         in time, at most one of its intervals away.
         """

@@ -1,4 +1,4 @@
-"""Reading the two takes of a comparison beside the page: in a thread, in memory of some hundred bytes a pose."""
+"""Reader of the two takes of a comparison, in a thread."""
 
 import logging
 import threading

@@ -1,4 +1,4 @@
-"""Connection between the service loop and the page's thread: states go to pages and outputs, requests to the rig."""
+"""Bridge between the service loop and the page's thread."""
 
 import logging
 from collections.abc import Mapping, Sequence

@@ -84,5 +84,5 @@ MAX_UNMATCHED_NS = 100_000_000  # between the times of compared poses, at most; 
 
 # Pictures of the videos behind a take
 MAX_SHOWN_POSTURES = 2000  # on the position of the player; chosen by hand
-MAX_PICTURE_LEAD_S = 0.5  # by which pictures are asked for ahead of the pose, for the time that they take; by hand
+MAX_PICTURE_LEAD_S = 0.5  # greatest lead of requested pictures over the pose; by hand
 PICTURES_PER_S = 25.0  # at most, of each camera while the take plays; chosen by hand

@@ -1,4 +1,4 @@
-"""Pictures of the cameras for the page on a take: those of the time at which the player is, at most PICTURES_PER_S."""
+"""Camera pictures for the page on a take, at the player's time."""
 
 import logging
 import threading

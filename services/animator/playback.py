@@ -1,4 +1,4 @@
-"""Playing takes on the page: a `zenocap replay` process on a private network, so that the live rig is not touched.
+"""Playback of takes on the page by a `zenocap replay` process on a private network.
 
 One thread handles the commands.  The replay publishes over loopback to a session that only this module opens; its
 messages go through the same step as live ones, to the pages that show the feed "take".
@@ -247,7 +247,7 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
 
 
 def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int) -> list[EncodedUpdate]:
-    """Place of a pose in its take; none where the start of the take is unknown.  shift: by which the replay is later."""
+    """Place of a pose in its take; none where the start of the take is unknown.  shift: delay of the replay."""
     if start_ns is None:
         return []
     place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
@@ -264,7 +264,7 @@ def _start_ns(path: Path) -> int | None:
 
 
 def _pose_s(path: Path) -> float:
-    """Time from one pose of a take to the next; 0 where the take does not say it."""
+    """Time from one pose of a take to the next; 0 where the take does not have it."""
     try:
         rig = setup_of(path)
     except (UserError, OSError):  # the replay reports it

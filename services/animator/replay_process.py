@@ -1,4 +1,4 @@
-"""A `zenocap replay` process on a private loopback network, controlled through its standard input and output."""
+"""A `zenocap replay` process on a private network, controlled by standard input and output."""
 
 import logging
 import signal
@@ -21,7 +21,7 @@ ERROR_PREFIX = "error: "  # of the line that a failing command prints
 
 
 class ReplayStatus(msgspec.Struct, frozen=True):
-    """Status line of `zenocap replay --remote`.  shift_ns: by which capture times are published later than recorded.
+    """Status line of `zenocap replay --remote`.  shift_ns: delay of published capture times against the recorded ones.
 
     shift_frames: the same of frame numbers.
     """

@@ -1,4 +1,4 @@
-"""The command line that saves a take for a page, and what it prints: `zenocap export` or `zenocap render`."""
+"""Command line that saves a take for a page: `zenocap export` or `zenocap render`."""
 
 import sys
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
 from zenocap.services.animator.replay_process import ERROR_PREFIX
 
-BINARY_USD = ".usdc"  # .usd says not which kind it is
-EDGE_S = 0.0005  # by which a part is longer at either end: the page gives milliseconds, poses have nanoseconds
+BINARY_USD = ".usdc"  # .usd may be of either kind
+EDGE_S = 0.0005  # added at either end of a part: the page gives milliseconds, poses have nanoseconds
 NOTES = ("note: ", "lost: ")  # prefixes of lines on what a file lacks
 
 
@@ -97,7 +97,7 @@ def reason(lines: Sequence[str], status: int) -> str:
 
 
 def notes_of(lines: Sequence[str]) -> list[str]:
-    """What a file lacks, one line each."""
+    """Notes on what a file lacks, one line each."""
     found = []
     for line in lines:
         for prefix in NOTES:

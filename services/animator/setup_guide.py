@@ -1,4 +1,4 @@
-"""Set-up checks before the body is measured, from one silhouette: is the person in view, large, clean and well posed?"""
+"""Set-up checks of one silhouette: person in view, large, clean, T-pose."""
 
 from dataclasses import dataclass
 from typing import Literal

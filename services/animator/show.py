@@ -68,7 +68,7 @@ class TakePage:
 
     @property
     def problem(self) -> str:
-        """Why the second take cannot be compared, "" otherwise."""
+        """Reason that the second take cannot be compared, "" otherwise."""
         return "" if self._reader is None else self._reader.problem
 
     def open(self) -> None:

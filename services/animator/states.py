@@ -1,4 +1,4 @@
-"""Setup and state of the animator: the latest message of every key of the rig, and values derived from them."""
+"""Setup and state of the animator: the latest message of every key, and derived values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""The assignment of one camera of a camera host: what is obeyed, what is refused, and the viewer that is run.
+"""Assignment of one camera of a camera host, and the viewer that runs there.
 
 An assignment chooses among the cameras that are announced, and has the calibration and settings of a viewer; no path,
 command or address is taken from it.

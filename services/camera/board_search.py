@@ -40,7 +40,7 @@ class BoardSearch:
 
     @property
     def failure(self) -> str:
-        """Why the board was not found; empty otherwise."""
+        """Reason that the board was not found; empty otherwise."""
         return (self._failure or self._last_line()) if self.state == "failed" else ""
 
     def stop(self, reason: str) -> None:

@@ -31,7 +31,7 @@ State = Literal["idle", "opening", "ready", "filming", "ended"]
 
 @dataclass(frozen=True)
 class Permission:
-    """What the one who started the program allows.  read: pictures may leave this machine."""
+    """Permissions by the one who started the program.  read: pictures may leave this machine."""
 
     film: bool = False
     read: bool = False
@@ -60,7 +60,7 @@ class FilmEndpoint:
     ) -> None:
         """camera: name that the files must have; None: that of the query.  host: default: that of this machine.
 
-        used_by: who has the camera, so that it cannot be filmed here; empty for nobody.  detect: command that searches a
+        used_by: user of the camera, which cannot be filmed here then; empty for none.  detect: command that searches a
         board in a film; None: none is searched.
         """
         self._detect_command = detect

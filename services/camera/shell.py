@@ -45,7 +45,7 @@ class Viewers:
 
 @dataclass(frozen=True)
 class _Endpoints:
-    """What answers about one camera."""
+    """Endpoints of one camera."""
 
     film: FilmEndpoint
     assigned: AssignedCamera | None

@@ -1,1 +1,1 @@
-"""Integrator: person position, perspective scaling, facade and flank, universal BDP and BAP, and the log."""
+"""Integrator: position, perspective, facade and flank, universal BDP and BAP; log."""

@@ -25,9 +25,8 @@ class Claim:
 def arbitrate(first: Claim, second: Claim) -> tuple[View, View]:
     """Views of viewer 1 and 2: always one facade and one flank.
 
-    When one viewer changes and the other does not, the change holds if the changing viewer is further past its threshold
-    than the other is from the threshold it would have to cross: cases 1 to 4 of the paper, symmetric in the viewers.  Two
-    changes to opposite views hold.
+    When one viewer changes, the change holds if it is further past its threshold than the other viewer is from its own:
+    cases 1 to 4 of the paper, symmetric in the viewers.  Two changes to opposite views hold.
     """
     # Paper (open): 4.3 does not define changes of both; to one view both stay, to opposite views both change.
     if first.changes == second.changes:

@@ -1,4 +1,4 @@
-"""Initialization: first assignments, and the universal BDP from the measurements of both viewers.  [Two-view 2.4, 4.2]"""
+"""Initialization: first assignments, universal BDP from both viewers.  [Two-view 2.4, 4.2]"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

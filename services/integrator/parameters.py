@@ -34,8 +34,8 @@ FIRST_VIEW_GAIN = 0.5  # share of the angle to the first viewer in choosing fron
 TURN_COST = 0.02  # log matching score of a turn by one step of YAW_OFFSETS, against noise; clips
 FACING_COST = 0.2  # log matching score of standing 45 degrees off the axis of the facade viewer; clips
 MOST_TURN = radians(12)  # rad per frame; chosen by hand
-SQUAT_LIFTED_M = 0.10  # m by which the navel is lowered in a squat with both legs near the stance; chosen by hand
-SQUAT_M = 0.04  # m by which it is lowered in a squat otherwise; chosen by hand
+SQUAT_LIFTED_M = 0.10  # m, lowering of the navel in a squat with both legs near the stance; chosen by hand
+SQUAT_M = 0.04  # m, the same in another squat; chosen by hand
 STANCE_TOLERANCE = radians(5)  # rad; paper 4.4: 175 to 180 degrees, here about the initial stance
 
 # Limbs  [Two-view 4.4]
@@ -63,7 +63,7 @@ SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them
 # Shares of the tracker's points and particles.  Measured (docs/measured.md): 20 particles are as good as 40; with 100 of
 # 400 points the arms are lost.
 DETAIL_LEVELS = (1.0, 0.5)
-# Share of the instants lost, in two decisions in a row, above which a level fails: one level costs 0.2; chosen by hand.
+# Share of the frame sets lost, in two decisions in a row, above which a level fails: one level costs 0.2; chosen by hand.
 LOST = 0.10
 # Share of overrun frames of one viewer above which it fails at once; a single stall has fewer; chosen by hand.
 LOST_AT_ONCE = 0.20
@@ -74,9 +74,9 @@ FIRST_WAIT_NS = 4_000_000_000  # ns without losses before a level that has faile
 LONGEST_WAIT_NS = 64_000_000_000  # ns, longest such wait: each try costs a second or two with losses; chosen by hand
 LEAD_NS = 200_000_000  # ns from a decision to the capture time from which it holds: on a loaded network; chosen by hand
 SETTLE_NS = 300_000_000  # ns after that in which reports are about both rates; chosen by hand
-FEWEST_FRAMES = 4  # processed frames, or instants, from which a share is computed; chosen by hand
-# Frame periods by which the capture times of a viewer may be off the instants of the rig before these are moved, and by
-# which they must gain; the rates of cameras are never quite those of the rig; chosen by hand.
+FEWEST_FRAMES = 4  # least processed frames, or frame sets, for a share; chosen by hand
+# Greatest offset of a viewer's capture times from the rig's frame sets before these are moved, and least gain (frame
+# periods).  The rates of cameras are never quite those of the rig; chosen by hand.
 FARTHEST_PHASE, PHASE_GAIN = 0.35, 0.1
 MOST_NAMED = 8  # viewers named as overloaded, which keeps the message short
 RECOVERY_TICKS = 2  # decisions before which an earlier integrator's is waited for
@@ -97,6 +97,6 @@ DELAY_REST_NS = 40_000_000_000  # ns between two estimates once two agree: a thi
 MOST_DELAY_S = 1.0  # s, largest difference of two cameras that is searched; a longer search costs more; chosen by hand
 NEXT_CAMERAS = 2  # in the order of the rig with which each camera is compared: seven cameras have 14 pairs; chosen by hand
 FEWEST_OUTLINES = 30  # of a view in a window; chosen by hand
-DELAYS_AGREE = 0.25  # frame periods by which two estimates may differ, and a correction off what was found; chosen by hand
-DELAY_ERRORS = 3.0  # standard errors by which two estimates may differ; chosen by hand
-DELAY_STEP = 0.25  # frame periods by which a correction changes at most per DECISION_NS; chosen by hand
+DELAYS_AGREE = 0.25  # frame periods, greatest difference of two estimates, and error of a correction; chosen by hand
+DELAY_ERRORS = 3.0  # standard errors, greatest difference of two estimates; chosen by hand
+DELAY_STEP = 0.25  # frame periods, greatest change of a correction per DECISION_NS; chosen by hand

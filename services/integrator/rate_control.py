@@ -1,7 +1,7 @@
-"""Frame rate of an overloaded rig: one decision for all viewers, and for the detail of the tracker.  Pure.
+"""Frame rate of an overloaded rig and detail of its tracker.  Pure.
 
 Viewers and tracker report in their health what they lost.  Every DECISION_NS the integrator compares the reports since the
-last decision: while too many instants are lost it lowers the rate, or first the number of the tracker's points and
+last decision.  While too many frame sets are lost it lowers the rate, or first the number of the tracker's points and
 particles; after some time without losses it raises them.  A level that has failed is tried again after a wait, which is
 doubled each time it fails.
 """
@@ -73,7 +73,7 @@ def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail)
 
 
 def _followed(message: FrameRate) -> tuple[int, int, int, float]:
-    """What viewers and tracker follow in a decision."""
+    """Values of a decision that viewers and tracker follow."""
     return message.keep, message.of, message.phase_ns, message.fps
 
 
@@ -117,7 +117,7 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
 def _adjusted(setup: RateSetup, state: RateState, found: Losses, now_ns: int) -> RateState:
     worst = max(found.overrun.values(), default=0.0)
     suspected = max(worst, found.lost, found.dropped) > LOST
-    # One stall loses many instants in one interval: only the share of overrun frames counts at once.
+    # One stall loses many frame sets in one interval: only the share of overrun frames counts at once.
     too_fast = worst > LOST_AT_ONCE or (found.lost > LOST and state.suspected)
     too_detailed = found.dropped > LOST_AT_ONCE or (found.dropped > LOST and state.suspected)
     state = replace(state, suspected=suspected)

@@ -1,4 +1,4 @@
-"""Levels of the frame rate, and of the tracker's detail, that fall under overload and rise after it.  Pure."""
+"""Levels of frame rate and tracker detail: down under overload, up after it.  Pure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,8 +10,8 @@ from zenocap.services.integrator.parameters import CALM_NS, FIRST_WAIT_NS, GREAT
 class Ladder:
     """A level that is lowered under overload and raised after it; level 0 is the highest.
 
-    failed: level that lost instants last, None for none.  calm_ns: since when none are lost.  wait_ns: time without losses
-    before the failed level is tried again.  raised_ns: time of the last raise, None after a lowering.
+    failed: level that lost frame sets last, None for none.  calm_ns: since when none are lost.  wait_ns: time without
+    losses before the failed level is tried again.  raised_ns: time of the last raise, None after a lowering.
     """
 
     level: int = 0

@@ -1,4 +1,4 @@
-"""What viewers and tracker report about lost frames, and the losses since the last decision on the frame rate.  Pure."""
+"""Reports of lost frames from viewers and tracker.  Pure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -31,7 +31,7 @@ class RateSetup:
 
 @dataclass(frozen=True)
 class Instants:
-    """Numbers of instants so far: with all viewers, without some, and dropped by an overloaded tracker."""
+    """Numbers of frame sets so far: with all viewers, without some, and dropped by an overloaded tracker."""
 
     complete: int = 0
     incomplete: int = 0
@@ -42,7 +42,7 @@ class Instants:
 class RateState:
     """decided: last decision, of this integrator or of the one before a restart.  rate, detail: the levels in use.
 
-    since, newest: counts by viewer at the last decision and now; since_instants, instants: the same of instants, None
+    since, newest: counts by viewer at the last decision and now; since_instants, instants: the same of frame sets, None
     before the first report.  busy: share of its time that a viewer's or the tracker's loop works.
     phases: of the capture times by viewer, ns.
     settled_ns: time before which reports are about the rate before.  suspected: the last reports had losses.
@@ -75,7 +75,8 @@ class Losses:
     """Losses between two decisions, as shares.
 
     overrun: by viewer, of its processed frames before which others were lost, or which were answered too late.
-    processed: by viewer, of its frames that were not dropped.  lost: of the instants, by viewers.  dropped: by the tracker.
+    processed: by viewer, of its frames that were not dropped.  lost: of the frame sets, by viewers.  dropped: by the
+    tracker.
     """
 
     overrun: Mapping[str, float]
@@ -112,7 +113,7 @@ def report(setup: RateSetup, state: RateState, health: Health) -> RateState:
 
 
 def with_instants(state: RateState, instants: Instants) -> RateState:
-    """State with the instants so far, of the tracker or of the integrator itself."""
+    """State with the frame sets so far, of the tracker or of the integrator itself."""
     before = state.since_instants
     restarted = before is None or instants.complete + instants.incomplete < before.complete + before.incomplete
     return replace(state, since_instants=instants if restarted else before, instants=instants)
@@ -124,7 +125,7 @@ def losses(state: RateState) -> Losses:
     for viewer, now in state.newest.items():
         before = state.since[viewer]
         frames, dropped = now.processed - before.processed, max(0, now.dropped - before.dropped)
-        if frames < FEWEST_FRAMES:  # silent, blocked or beginning: this tells nothing about the rate
+        if frames < FEWEST_FRAMES:  # silent, blocked or beginning: no evidence about the rate
             continue
         overrun[viewer] = min(1.0, max(0, now.overrun - before.overrun) / frames)
         processed[viewer] = frames / (frames + dropped)

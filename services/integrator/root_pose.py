@@ -1,4 +1,4 @@
-"""Assignment of each frame set: position and torso of the person, facade and flank.  [Two-view 4.2, 4.3]"""
+"""Assignment of a frame set: position, torso, facade and flank.  [Two-view 4.2, 4.3]"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -152,7 +152,7 @@ def _toes(person: Person, sightings: Mapping[str, Sighting]) -> Mapping[str, flo
 
 
 def _toes_agreement(setup: Setup, toes: Mapping[str, float], yaw: float) -> float:
-    """Distance by which the feet point in the facing direction of this yaw, metres; negative for the opposite direction."""
+    """Reach of the feet in the facing direction of this yaw, metres; negative for the opposite direction."""
     front = np.array([np.sin(yaw), 0.0, np.cos(yaw)])
     return float(sum(reach * (setup.cameras[viewer].rotation[0] @ front) for viewer, reach in toes.items()))
 

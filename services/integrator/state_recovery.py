@@ -1,4 +1,4 @@
-"""State recovery: of the integrator from its last published body and pose, and of viewers without a body."""
+"""State recovery of the integrator and of viewers without a body."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Step of the integrator: sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
+"""Step of the integrator: sightings and partial results in, assignments and BAP out.  [Two-view 4]"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Step of the integrator of a rig with a tracker: frame rate under overload, and delays of the cameras.  Pure."""
+"""Step of the integrator beside a tracker: frame rate, camera delays.  Pure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

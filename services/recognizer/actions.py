@@ -1,4 +1,4 @@
-"""Actions of commands: a Zenoh put, an OSC message, a UDP datagram, an HTTP request to this machine, a program.
+"""Actions of commands: Zenoh put, OSC message, UDP datagram, HTTP request, program.
 
 Each function blocks until the action is done, at most for its timeout, and raises ActionFailed with one line of text.
 `on_sent` is called when the action takes effect: put, datagram or request sent, program started.

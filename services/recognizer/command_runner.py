@@ -1,6 +1,4 @@
-"""Performing commands beside the service loop: each command has a thread and a bounded queue, so that a slow one delays
-only itself.
-"""
+"""Runner of commands beside the service loop: a thread and a bounded queue for each."""
 
 import logging
 import queue

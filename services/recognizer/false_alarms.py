@@ -1,4 +1,4 @@
-"""False postures of a model in movement without postures, and the thresholds that a rate of them needs."""
+"""False postures of a model on a background, and thresholds for a rate of them."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Feature vector of a pose: ten angles, two per upper limb and one per elbow, relative to the torso.  [Two-view 5.1]
+"""Feature vector of a pose: ten angles of limbs relative to the torso.  [Two-view 5.1]
 
 Two kinds.  `joint-angles` is the paper's: θ_x and θ_z of shoulders and hips and θ_x of the elbows, as tracked.  They are
 singular where an arm points forwards, and a bent arm has two sets of values (θ_y = ±90° with the elbow either way).

@@ -1,4 +1,4 @@
-"""Parts of the body that a model does not use: their columns of rows are 0, in training and in a stream."""
+"""Body parts that a model ignores: their columns are 0."""
 
 from collections.abc import Mapping, Sequence
 from typing import Literal, get_args

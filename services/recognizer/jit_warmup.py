@@ -1,4 +1,4 @@
-"""Load or compile the kernels before the first pose; otherwise the first posture would be published seconds late."""
+"""Compilation of the recognizer's kernels before the first pose."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Compiled forward algorithm: of one model per posture, and of the filler that combines all of them.  [Two-view 5.2]"""
+"""Compiled forward algorithm of the posture models and their filler.  [Two-view 5.2]"""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Rows of a motion: the ten angles of `features`, and what they lose: joints, trunk, height over the feet, way and heading.
+"""Rows of a motion: ten angles, joints, trunk, height over the feet, way, heading.
 
 Joint positions are those of a standard body, so that people of any size give equal rows; they need no measured body.
 """

@@ -1,4 +1,4 @@
-"""Behavioural constants of the recognizer, with units and provenance; those of training are in `training.parameters`."""
+"""Behavioural constants of the recognizer, with unit and provenance."""
 
 from collections.abc import Mapping
 

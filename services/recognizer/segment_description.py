@@ -1,4 +1,4 @@
-"""Description of a segment by a fixed number of values: statistics of joints, trunk, speeds and turning over its rows."""
+"""Fixed-length description of a segment: statistics of joints, trunk, speeds and turning."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Process of the recognizer: one service per rig, each with its own bus; equal models are shared between rigs."""
+"""Process of the recognizer: one service per rig, equal models shared."""
 
 import hashlib
 import logging

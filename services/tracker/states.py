@@ -74,7 +74,7 @@ class Setup:
     delays_ns: Mapping[str, int] = field(default_factory=dict)
 
     def hold(self, applied_ns: Mapping[str, int]) -> int:
-        """Frame periods by which silhouettes of one instant arrive apart, by delays that viewers and tracker correct."""
+        """Arrival spread within a frame set (frame periods), from delays that viewers and tracker correct."""
         delays = [self.delays_ns.get(viewer, 0) + applied_ns.get(viewer, 0) for viewer in self.cameras]
         return -((min(delays) - max(delays)) // self.frame_ns)
 
@@ -110,7 +110,7 @@ class Person:
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
     less sharp hull.  heading_known: False while the feet do not show which side is the front.
-    detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of what rays tell about the sizes.
+    detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of the rays' evidence on the sizes.
     measuring: of a body that began as an average one and has not been measured in the T-pose; else None.
     """
 
@@ -131,7 +131,7 @@ class Tracking:
     prior_fraction: fraction of proposals from the prior.  prior_distance: running mean of the estimate's distance from the
     prior, radians.  misfits_in_row: consecutive frames in which the body misfits the scene.
     limb_support: (4,) share of the rays that is usually on each limb; None before the first frame.
-    toes: running mean of the statures by which the feet reach forward of the shanks.
+    toes: running mean of the feet's reach forward of the shanks (statures).
     limb_features: (4, features) running means, see `zenocap.services.tracker.filter.confidence`; None at the start.
     ambiguity: (4,) of the limbs, metres, see there.
     corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
@@ -209,7 +209,7 @@ class State:
     points_ns: capture time of the last published scene points.  counts: of lost input, by reason.
     previous_body: of the tracker before a restart, waiting for its pose.  remeasure: a new measurement was requested, so a
     previous body is ignored.  detail: share of the points and particles in use, less than 1 under overload.
-    delays_ns: by which the images of viewers are older than their capture times, corrected.
+    delays_ns: corrected age of the viewers' images beyond their capture times.
     """
 
     track: TrackState

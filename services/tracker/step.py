@@ -1,7 +1,7 @@
-"""Step of the tracker: silhouettes of any views in; the body once, and the pose of every frame set, out.  [Hybrid II]
+"""Step of the tracker: silhouettes in; the body once, and poses, out.  [Hybrid II]
 
 Silhouettes are synchronized on arrival.  A frame set is tracked on the next Tick, which arrives when the input queue is
-empty: an overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
+empty.  An overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
 """
 
 from collections.abc import Mapping
@@ -119,7 +119,7 @@ def describe(state: State) -> str:
 def counts(state: State) -> Mapping[str, int]:
     """Counts of silhouettes that were late, duplicate, out of order or damaged, and of frame sets incomplete or dropped.
 
-    Whole and incomplete instants: frame sets with and without all views that are waited for.
+    Whole and incomplete: frame sets with and without all views that are waited for.
     """
     silhouettes = {f"silhouette_{reason}": count for reason, count in state.pairs.counts.items()}
     instants = {"whole_instants": state.pairs.complete, "incomplete_instants": state.pairs.incomplete}

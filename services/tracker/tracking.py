@@ -1,4 +1,4 @@
-"""Tracking of one person over frame sets: initialization, filter, track loss, relocalization.  [Hybrid V]"""
+"""Tracking of one person: initialization, filter, loss, relocalization.  [Hybrid V]"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -106,7 +106,7 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
-        if _tries_other_postures(setup):  # else nothing tells how ambiguous a limb is
+        if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
             phase = _with_limb_features(setup, phase, evidence)
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)

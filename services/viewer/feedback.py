@@ -1,4 +1,4 @@
-"""The tracker's pose as a viewer receives it, and the image of the body that it expects in its next frame."""
+"""The tracker's pose in a viewer, and the body image expected in its next frame."""
 
 from dataclasses import dataclass, field, replace
 
@@ -15,7 +15,7 @@ from zenocap.services.viewer.parameters import FEEDBACK_FRAMES, FEEDBACK_GAP_NS
 
 @dataclass(frozen=True)
 class Feedback:
-    """What is known of the tracked person.
+    """Pose and body of the tracked person.
 
     bodies: of the tracker.  points: (parts, points, 3) of the last pose in the world, metres, None after a track
     loss; captured_ns: of that pose.  prediction: for the next frame.  frames: of this viewer since that pose.

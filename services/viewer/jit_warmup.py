@@ -1,4 +1,4 @@
-"""Load or compile all compiled functions of the viewer before the first frame, so that no frame waits for them."""
+"""Compilation of the viewer's kernels before the first frame."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The background of a viewer with `keep_background = true`: kept in a file, and taken up again after a restart.
+"""Kept background of a viewer: its file, taken up again after a restart.
 
 A two-view viewer cannot: its takes are recomputed from the number of frames in which the background was learnt.
 """
@@ -42,13 +42,13 @@ def read_kept(rig: Rig, viewer: Viewer) -> Adaptive | None:
         if ambiguous.exists():
             logger.warning(
                 "%s: of an earlier version, in which two viewers could have the same file: not used, and may be deleted; "
-                "the background is learnt anew and kept in %s", ambiguous, path.name,
+                "the background is learnt again and kept in %s", ambiguous, path.name,
             )  # fmt: skip
         return None
     try:
         return read(path, viewer.camera.size, owner_of(rig, viewer))
     except UserError as error:
-        logger.warning("%s; the background is learnt anew", error)
+        logger.warning("%s; the background is learnt again", error)
         return None
 
 
@@ -92,7 +92,7 @@ class BackgroundKeeper:
         elif self._kept:
             logger.warning(
                 "the background of %s does not fit: the camera was moved, or more than a quarter of its image differs; "
-                "it is learnt anew", self._path,
+                "it is learnt again", self._path,
             )  # fmt: skip
 
     def _write(self, model: Adaptive) -> None:

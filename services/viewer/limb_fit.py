@@ -1,4 +1,4 @@
-"""Search of one limb in one view: the limb is removed from the model, searched, and added at the result."""
+"""Search of one limb in one view."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Hypotheses of limb directions, scored by both viewers before the limb search.
 
 In the flank both arms, and both legs, cover the same pixels.  Each viewer scores the same few three-dimensional
-directions, derived from the universal BAP that both have; the integrator adds the scores and publishes the hypothesis from
+directions, derived from the universal BAP that both have.  The integrator adds the scores and publishes the hypothesis from
 which the limb searches start.  Both limbs of a pair are scored in all combinations.
 """
 

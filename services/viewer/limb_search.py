@@ -1,4 +1,4 @@
-"""Overlapped tri-tree search of one limb and its incremental matching score, compiled.  [Two-view 3.3-3.5]
+"""Overlapped tri-tree search of one limb, compiled.  [Two-view 3.3-3.5]
 
 A limb is an upper and a lower part.  A search turns it about one axis by an angle t; t = 0 is the current direction, since
 [Two-view 3.5] centres the search region on the previous angle.
@@ -168,7 +168,7 @@ def tri_tree(
     """Overlapped tri-tree search of the turn t: (best turn in radians, its score, matchings).  [Two-view 3.5]
 
     region: width of the first search region, radians, centred on t = 0.  Each stage compares the left end, the centre and
-    the right end of the region; the half around the best one is the next region, in which one or two scores are known
+    the right end of the region.  The half around the best one is the next region, in which one or two scores are known
     already.  A tie keeps the centre.
     """
     # Paper (corrected): 3.5 step 2 swaps left and right; the jump of step 3 cannot fire with known scores and is left out.

@@ -11,7 +11,7 @@ from math import cos, radians
 # Background and preview
 UPDATE_EVERY = 8  # frames between two updates of the background model; light changes slowly; chosen by hand
 UPDATE_RATE = 0.01  # share of the difference that one update takes over; chosen by hand
-UPDATE_MARGIN_ROWS = 40  # image rows per px by which the person is widened before an update; chosen by hand
+UPDATE_MARGIN_ROWS = 40  # image rows per px of widening of the person before an update; chosen by hand
 UPDATE_MARGIN_MIN_PX = 2  # px; chosen by hand
 PREVIEW_NS = 200_000_000  # ns between two previews, at most 5 per second; chosen by hand
 PREVIEW_PX = 320  # px, largest side of a preview; chosen by hand
@@ -88,14 +88,14 @@ TORSO_SIDE_BAND = (0.52, 0.78)  # between hips and shoulders
 HEAD_BAND = (0.86, 1.0)  # head and neck
 THIGH_BAND = (0.32, 0.44)  # between crotch and knee
 SHIN_WIDTH_BAND = (0.06, 0.26)  # between ankle and knee
-# Body heights by which the lowest visible sole is nearer than the body: the ball of a foot seen from the front, the near
+# Body heights, distance of the lowest visible sole before the body: the ball of a foot seen from the front, the near
 # foot seen from the side.  Anthropometry (Drillis and Contini): length of a foot 0.152, a quarter of it behind the ankle.
 FRONT_TOES = 0.06
 SIDE_TOES = 0.05
 HEAD_REMOVAL_WIDTH = 0.8  # torso widths, length of the structuring element that removes the head; paper 2.4, Fig. 6
 SHORTEST_HEAD = 0.05  # body heights between the top of the head and the shoulder line; chosen by hand
 SHORTEST_ARM = 0.2  # body heights of a stretched arm beside the torso (about 0.37 on people); chosen by hand
-UNEVEN_ARMS = 0.10  # body heights by which the arms may differ in reach; chosen by hand
+UNEVEN_ARMS = 0.10  # body heights, greatest difference of the arms' reach; chosen by hand
 FINE_STEPS = (0.94, 0.97, 1.0, 1.03, 1.06)  # factors tried for each fine-tuned length; chosen by hand
 FINE_TUNED = (
     "torso_width",
@@ -134,7 +134,7 @@ RESTART_GAIN = 0.004  # matching score that a search from another start must gai
 # Lost limbs
 LOST_PERSON = 0.5  # of the usual matching score: below, the person is searched at the torso of the silhouette; by hand
 LOST_LIMBS = 0.92  # of the usual matching score: below, limbs are searched all around; clips
-USUAL_SCORE_RISE = 0.2  # share of the difference by which the usual score follows a better one; chosen by hand
+USUAL_SCORE_RISE = 0.2  # step of the usual score towards a better one, of their difference; chosen by hand
 USUAL_SCORE_FALL = 0.01  # the same for a worse one; chosen by hand
 UNPLACED_NS = 3_000_000_000  # ns without an assignment after which the tracked pose is dropped; chosen by hand
 
@@ -149,9 +149,9 @@ ACTOR_PREROLL = 30  # frames of empty scene when the background does not define 
 RECONNECT_FIRST_S = 0.5  # s before the first reconnection of a device, doubled each time; chosen by hand
 RECONNECT_LONGEST_S = 10.0  # s, longest wait; chosen by hand
 STREAM_TIMEOUT_MS = 5000  # ms to open or read a stream; chosen by hand
-EARLY_FRAME = 0.25  # of a frame period by which a frame may be early; chosen by hand
-MISCOUNTED_FRAMES = 0.01  # share by which the frame count of a container may be wrong; chosen by hand
-LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped; chosen by hand
+EARLY_FRAME = 0.25  # of a frame period, greatest lead of a frame; chosen by hand
+MISCOUNTED_FRAMES = 0.01  # greatest relative error of a container's frame count; chosen by hand
+LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped; chosen by hand
 LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
 
 # Kept backgrounds

@@ -190,7 +190,7 @@ def keep_feet_in_place(
 ) -> None:  # fmt: skip
     """Write limb directions (4, 2, 3) after the torso moved from `position`, `torso_to_world` to `moved`, `turned`.
 
-    The arms keep their directions in the world, the feet their positions: each knee stays on its side of the line from hip
+    The arms keep their directions in the world, the feet their positions.  Each knee stays on its side of the line from hip
     to foot, and a straight leg bends to the front.  A foot out of reach moves along.
     """
     part = np.empty((2, 3))

@@ -1,4 +1,4 @@
-"""Measurements of one silhouette: bounding box, upper body, feet, and the view they indicate.  [Two-view 3.1]"""
+"""Measurements of one silhouette: box, upper body, feet, indicated view.  [Two-view 3.1]"""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Step of a viewer in a rig with a tracker: a frame in, its silhouette out, empty silhouettes included.
+"""Step of a viewer beside a tracker: a frame in, its silhouette out.
 
 The body and the limbs are not searched.  With feedback the tracker's body and poses are inputs too: the expected image of
 the body is drawn when a pose arrives, not when a frame does.

@@ -77,7 +77,7 @@ class Scene:
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
     watch: measures for the advice.  restored: whether the background is that of an earlier run.
-    A `Mixture` and the arrays of an `Adaptive` are the mutable objects in a state: OpenCV gives no access to its model, and
+    Mutable objects in a state: a `Mixture`, and the arrays of an `Adaptive`.  OpenCV gives no access to its model, and
     copies of the arrays would cost more than the silhouette.
     """
 

@@ -1,4 +1,4 @@
-"""Step of a two-view viewer: frames and messages of the integrator in; sightings, partial BDPs and BAPs out.  [Fig. 1]"""
+"""Step of a two-view viewer: frames and assignments in; sightings and BAPs out.  [Fig. 1]"""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Tracking of one frame in a viewer: a sighting, and the limbs once the integrator has placed the body."""
+"""Tracking of one frame in a viewer: sighting, then limbs."""
 
 from dataclasses import replace
 

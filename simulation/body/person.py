@@ -1,6 +1,6 @@
 """People with random proportions, girth, clothing and manner of movement, by seed.
 
-Joint centres follow from the landmarks of `anthropometry`; the offsets between both are from other sources than the
+Joint centres follow from the landmarks of `anthropometry`.  The offsets between both are from other sources than the
 tracker's constants, so that its errors on simulated people are not smaller than on real ones for that reason.
 """
 

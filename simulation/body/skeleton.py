@@ -1,4 +1,4 @@
-"""Skeleton of the simulated person: bones in the world for a pose, with inverse kinematics of the planted legs."""
+"""Skeleton of the simulated person: bones in the world, with planted legs."""
 
 from dataclasses import dataclass
 from math import acos, cos, exp, log, sin, sqrt

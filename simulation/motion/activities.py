@@ -1,4 +1,4 @@
-"""Everyday activities: bending, twisting, reaching, sitting down, lunging, gesturing, with variation by seed."""
+"""Everyday activities with variation by seed."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Gait parameters of walking and running at a given speed, with variation by seed around the person's manner."""
+"""Gait parameters of walking and running at a given speed."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The schedule, the gate and the invariants of benchmarks.chaos; the run itself is in tests/system/test_chaos.py."""
+"""Schedule, gate and invariants of benchmarks.chaos."""
 
 import itertools
 import os

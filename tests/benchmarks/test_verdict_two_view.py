@@ -1,4 +1,4 @@
-"""Two-view takes of the verdict's benchmark: the system tracks given silhouettes, and their verdict is of its own kind."""
+"""Two-view takes of the verdict's benchmark."""
 
 from dataclasses import replace
 from functools import cache

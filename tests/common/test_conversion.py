@@ -1,4 +1,4 @@
-"""Conversion between messages and the types of the mathematics: round trips, and errors that name the value."""
+"""Conversion between messages and types of the mathematics: round trips, errors."""
 
 import msgspec
 import numpy as np

@@ -1,4 +1,4 @@
-"""Cached kernels are never older than the sources they were compiled from, and serve every checkout of the same sources."""
+"""Cached kernels: never older than their sources, shared by every checkout."""
 
 import os
 import pickle

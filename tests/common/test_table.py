@@ -1,4 +1,4 @@
-"""Tables of choices: own rows, rows of installed packages, and what is said of one that cannot be used."""
+"""Tables of choices: own rows, rows of installed packages, unusable ones."""
 
 import sys
 from collections.abc import Iterator

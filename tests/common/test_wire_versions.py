@@ -1,5 +1,4 @@
-"""Rigs of two neighbouring versions: messages of the previous release are understood, those of another wire version are
-refused with what to do."""
+"""Rigs of two versions: messages of the previous release are understood, other wire versions refused."""
 
 import json
 import logging

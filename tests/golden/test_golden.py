@@ -1,4 +1,4 @@
-"""Golden takes: content and readers' results equal the texts beside each, and the steps recompute it byte for byte.
+"""Golden takes: content and readers' results equal the texts, steps recompute the bytes.
 
 On another type of processor than that of the recording, the last digits may differ.
 """

@@ -1,4 +1,4 @@
-"""Golden texts: the readers' results on a golden take, which a change of their inner structure must not change.
+"""Golden texts: readers' results on a golden take.
 
 Each is a function of a take, without network or clock: the take's messages are given to the reader in the order and at the
 times of the log, and its services appear with their first message.

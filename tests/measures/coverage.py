@@ -1,4 +1,4 @@
-"""Lines and branches of the package that each tier of tests reaches: python -m tests.measures.coverage [TIER ...]
+"""Coverage of each tier of tests: python -m tests.measures.coverage [TIER ...]
 
 Runs the tiers one after another, also in the processes that tests start, and prints the sum after each one, and what only
 the last one reaches.  Kernels are compiled and not counted.  Takes about twice as long as the tests alone.

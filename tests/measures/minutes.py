@@ -1,4 +1,4 @@
-"""Minutes of the targets of make: python -m tests.measures.minutes [--cases NAME,...] [--rounds N] [--load] [--publish]
+"""Minutes of the targets of make: python -m tests.measures.minutes [--cases NAME,...] [--publish]
 
 Every round clones the last commit into another folder and runs the cases there, one after another.  Results are added to
 minutes.json beside this file, with the end of each part; --publish writes the table of CONTRIBUTING.md.

@@ -1,4 +1,4 @@
-"""The table of minutes in CONTRIBUTING.md is that of the stored results, which hold medians of one commit."""
+"""Table of minutes in CONTRIBUTING.md: the stored results."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""An animator without a network: its page and bridge, and a rig of two cameras with a moving simulated person."""
+"""Animator without a network: page, bridge, two cameras, a moving simulated person."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

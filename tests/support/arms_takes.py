@@ -1,4 +1,4 @@
-"""Takes of the demo's cameras with a simulated person who faces +Z and raises both arms once, kept on disk."""
+"""Takes of a simulated person who raises both arms once, kept on disk."""
 
 from collections.abc import Callable
 from dataclasses import replace

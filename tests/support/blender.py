@@ -1,4 +1,4 @@
-"""Imports an exported file in Blender (package bpy) and prints where its bones are; run by tests as a process.
+"""Import of an exported file in Blender (bpy), run by tests as a process.
 
     python blender.py FILE SCALE FRAME[,FRAME...] [PICTURE]
 

@@ -1,4 +1,4 @@
-"""Pictures of a board at rest, a folder of images for each camera, and videos of one that is carried about."""
+"""Pictures of a board at rest, and videos of one that is carried about."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Pages in Chromium: its start, a visit that ends without an error on the console, and waiting for a state of the page."""
+"""Pages in Chromium: start, visit without console errors, waiting for a state."""
 
 import re
 import shutil

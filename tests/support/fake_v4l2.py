@@ -1,4 +1,4 @@
-"""A fake Video4Linux2 device: answers the requests of the kernel from tables, with the numbers of <linux/videodev2.h>."""
+"""Fake Video4Linux2 device: the kernel's requests, answered from tables."""
 
 import ctypes
 import errno

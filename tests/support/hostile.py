@@ -1,4 +1,4 @@
-"""Invalid and harmful payloads for every topic, as from a faulty, outdated or malicious program; deterministic by seed."""
+"""Invalid and harmful payloads for every topic, deterministic by seed."""
 
 import math
 import random

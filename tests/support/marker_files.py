@@ -1,4 +1,4 @@
-"""Files of points by other names: joint centres of a simulated movement, and optical markers placed on its body."""
+"""Point files: joint centres of a simulated movement, optical markers on its body."""
 
 from collections.abc import Mapping
 from pathlib import Path

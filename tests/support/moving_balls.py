@@ -1,4 +1,4 @@
-"""Two or more cameras that see a moving body of three balls, as masks and as videos: a quick stand-in for a person."""
+"""Cameras that see a moving body of three balls: a quick stand-in for a person."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A simulated ONVIF device: answers WS-Discovery probes and SOAP requests on the loopback interface, also over TLS."""
+"""Simulated ONVIF device on the loopback interface, also over TLS."""
 
 import base64
 import hashlib

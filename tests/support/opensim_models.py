@@ -1,4 +1,4 @@
-"""A small generic model of OpenSim 4, for tests: bodies and joints by the names of Rajagopal's model, rounded sizes."""
+"""Small generic model of OpenSim 4, with the names of Rajagopal's model."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Synthetic postures: from rest each raises some of the ten features and lowers them again, with variation by person."""
+"""Synthetic postures: from rest each raises and lowers some of the ten features."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""A take of a simulated person who performs three postures three times, with pauses and one other movement."""
+"""Take of a simulated person who performs three postures three times."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A player on a bus inside one process, with a clock that advances only by waiting, and a subscriber to everything."""
+"""Player on a bus inside one process, with a clock that advances by waiting only."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field

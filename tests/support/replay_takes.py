@@ -1,4 +1,4 @@
-"""Small takes for the tests of the replay: two viewers and an integrator, 100 frames a second, in a file."""
+"""Small takes for tests of the replay: two viewers and an integrator at 100 Hz."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Processes started by the system tests and the wire benchmark: python -m tests.support.rig_process ROLE ..."""
+"""Processes of the system tests: python -m tests.support.rig_process ROLE ..."""
 
 import sys
 import time

@@ -1,4 +1,4 @@
-"""A network camera: RTSP with JPEG images over RTP in the same connection (RFC 2326, RFC 2435), a time code in each."""
+"""Network camera: RTSP with JPEG over RTP in one connection.  [RFC 2326, RFC 2435]"""
 
 import socket
 import struct

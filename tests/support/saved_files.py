@@ -1,4 +1,4 @@
-"""Exported motions read by programs of others: glTF, USD, C3D, MOT and Parquet, each without code of this project.
+"""Exported motions read by programs of others, without code of this project.
 
 Each reader returns times (n,) in seconds of the file, and by name what the file holds of the motion: `Hip` and `RWrist`,
 joint centres (n, 3) in metres with Y up, and `elbow`, the flexion (n,) of the right elbow in degrees.

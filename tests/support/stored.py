@@ -1,4 +1,4 @@
-"""Films, scenes and takes of the tests: made once, kept in the user's cache for later tests, workers and clones.
+"""Films, scenes and takes of the tests, made once and kept in the user's cache.
 
 An entry is named after its key and the sources that make it, so a change of these makes it again.
 """

@@ -1,4 +1,4 @@
-"""Scenes of a body of known pose: rays of several cameras tangent to its own surface.  Nothing is rendered.
+"""Scenes of a body of known pose: rays tangent to its surface, without rendering.
 
 `touch` is the plain oracle of the compiled `contact_on_part`.
 """

@@ -1,4 +1,4 @@
-"""Steps of two viewers and the integrator without a bus: messages are passed directly to their receivers."""
+"""Steps of two viewers and the integrator without a bus."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Upright bodies without limbs that move over the floor, and what calibrated cameras see of them, without images."""
+"""Upright bodies without limbs, and their views in calibrated cameras."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Simulated people who walk about in a ring of cameras of all heights, for the calibration from a walk."""
+"""Simulated walkers in a ring of cameras, for the calibration from a walk."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

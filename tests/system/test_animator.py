@@ -1,4 +1,4 @@
-"""The animator as a user runs it: with a real rig, a client of the page, and playback of the recorded take."""
+"""Animator as a user runs it: real rig, page client, playback of the recorded take."""
 
 import asyncio
 import json

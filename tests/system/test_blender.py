@@ -1,4 +1,4 @@
-"""Blender imports exported files, with the settings that the documentation names, and has the joints where they are.
+"""Exported files in Blender: joints at their places with the documented settings.
 
 Needs an interpreter with the package bpy (350 MB, so it is not in the extra `dev`): this one, or the one at
 build/blender/bin/python, made by `python -m venv build/blender && build/blender/bin/pip install bpy`.

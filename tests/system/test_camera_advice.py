@@ -1,4 +1,4 @@
-"""The advice about a dark camera, from its viewer to the page of the rig and to `doctor`, with real processes."""
+"""Advice about a dark camera, from its viewer to the page and to `doctor`."""
 
 import asyncio
 import json

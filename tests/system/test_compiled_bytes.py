@@ -1,4 +1,4 @@
-"""Results do not depend on what was compiled when: compiling and loading compiled code give equal bytes."""
+"""Compiled and loaded kernels give equal bytes."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The compose file, built and run: poses reach the take and the page, and a killed container is restarted.
+"""Compose file, built and run: poses reach take and page, a killed container restarts.
 
 Skipped with a reason where docker, compose or the base image is missing.
 """

@@ -1,4 +1,4 @@
-"""Every `zenocap` command of README and documentation is run, in a folder that has the files they name.
+"""Documented `zenocap` commands, run in a folder that has the files they name.
 
 In the core tier one line of a command, in nightly all; tests/test_readme.py parses all.
 Commands on files run to their end.  Services and other commands that run until Ctrl-C are stopped after a few seconds: they

@@ -1,4 +1,4 @@
-"""One film of cameras on several machines, which are processes here: begin, copy, failures, permission, clocks."""
+"""One film of cameras on several machines, which are processes here."""
 
 import shutil
 import socket

@@ -1,4 +1,4 @@
-"""The integrator's log in a real process: write errors never stop tracking, and a kill loses at most a second."""
+"""The integrator's log in a real process: write errors, and a kill."""
 
 import shutil
 import signal

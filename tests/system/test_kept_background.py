@@ -1,4 +1,4 @@
-"""A viewer of a network camera that is ended and started again takes up the background of the first run."""
+"""A restarted viewer of a network camera takes up the kept background."""
 
 import signal
 from itertools import count

@@ -1,4 +1,4 @@
-"""A rig of which one camera is late: the delay is found while it runs, corrected, kept over a restart, and recomputed."""
+"""Rig with one late camera: delay found, corrected, kept over a restart, recomputed."""
 
 import os
 import re

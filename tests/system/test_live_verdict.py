@@ -1,4 +1,4 @@
-"""`zenocap info` on takes that live rigs have recorded: the verdict, which no service of a rig computes."""
+"""Verdict of `zenocap info` on takes of live rigs."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Outputs as a user runs them: `zenocap animator` and `zenocap replay` as processes, independent receivers."""
+"""Outputs as a user runs them: animator and replay as processes, independent receivers."""
 
 import json
 import shutil

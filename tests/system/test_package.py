@@ -1,4 +1,4 @@
-"""The distribution as a user installs it: its contents, and the demo from the wheel in another environment and folder."""
+"""Distribution as a user installs it: contents, and the demo from the wheel."""
 
 import os
 import shutil

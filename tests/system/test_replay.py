@@ -1,4 +1,4 @@
-"""`zenocap replay` as a user runs it: real processes, a real Zenoh mesh, a real integrator, a real terminal."""
+"""`zenocap replay` as a user runs it: processes, Zenoh mesh, integrator, terminal."""
 
 import os
 import pty

@@ -1,4 +1,4 @@
-"""Revoked, expired and renewed certificates on a real TLS network: a router as a process, members as sessions."""
+"""Revoked, expired and renewed certificates on a real TLS network."""
 
 import shutil
 import time

@@ -1,4 +1,4 @@
-"""The ROS 2 output as a user runs it: a replayed take, animator and router as processes, and example 11."""
+"""ROS 2 output as a user runs it: replay, animator, router, example 11."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""A secured rig on a real network: unknown members are rejected, and each member publishes only its own keys."""
+"""Secured rig on a real network: unknown members rejected, own keys only."""
 
 import json
 import signal

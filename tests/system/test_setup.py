@@ -1,4 +1,4 @@
-"""The guided set-up, answered from standard input: left, taken up again, and gone through to a first take."""
+"""Guided set-up from standard input: left, continued, and a first take."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The set-up of a rig over several machines, which are processes here: assigned cameras, to a first take with poses."""
+"""Set-up of a rig over several machines, which are processes here."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Network cameras over real connections: first image, age of the images, a cut connection, true rates, and reasons."""
+"""Network cameras: first image, age, a cut connection, true rates, reasons."""
 
 import threading
 import time

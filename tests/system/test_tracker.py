@@ -1,4 +1,4 @@
-"""The tracker as processes: three cameras around the simulated person; one of them is killed and restarted."""
+"""Tracker as processes: three cameras; one is killed and restarted."""
 
 import os
 import re

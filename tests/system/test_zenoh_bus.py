@@ -1,4 +1,4 @@
-"""Real processes on a real Zenoh mesh: state for late joiners, deaths, duplicates, damage, clean exits."""
+"""Processes on a Zenoh mesh: late joiners, deaths, duplicates, damage, clean exits."""
 
 import signal
 import socket

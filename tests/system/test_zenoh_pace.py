@@ -1,4 +1,4 @@
-"""Flow control over a real network: a service answers a query once it has handled all messages before it."""
+"""Flow control over a network: answers come after all messages before the query."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""AprilGrids: corners of their tags in an image, the spacing between the tags, and their number in a row.
+"""AprilGrids: tag corners in an image, spacing, numbers.
 
 OpenCV finds tags; where squares touch their corners it misses many, above all small ones.  The others are predicted from
 their neighbours and accepted where the cells in the image are those of the tag.
@@ -100,7 +100,7 @@ class AprilGridFinder:
         return found
 
     def _predicted(self, quads: Quads, tried: set[int], spacing: float) -> Quads:
-        """Where tags beside the known ones are."""
+        """Places of tags beside the known ones."""
         found: Quads = {}
         places = np.array([self._places[number] for number in quads])
         known = list(quads)

@@ -43,7 +43,7 @@ def usual_squares(kind: Kind) -> tuple[int, int]:
 class Board:
     """A printed board.  columns, rows: squares, or tags of an AprilGrid.  square_m, marker_m: their sides.
 
-    Its frame: X along a row, Y down the columns, Z into the board; the origin is the outer corner at the top left, of an
+    Its frame: X along a row, Y down the columns, Z into the board.  The origin is the outer corner at the top left, of an
     AprilGrid that of its tags.  legacy: pattern of OpenCV before 4.6, which differs for even rows.  inverted: black and
     white are exchanged.  spacing: between the tags of an AprilGrid, by their side.  border: of a tag, in cells.
     """

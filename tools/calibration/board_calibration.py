@@ -82,7 +82,7 @@ def calibrated_rig(
 ) -> BoardCalibration:
     """Calibrate the cameras.  lenses: given ones by camera, which stay.  floor_s: when the board lay on the floor.
 
-    delays: whether to estimate them; else images are of the times that their files say.  Raises UserError.
+    delays: whether to estimate them; else images have the times of their files.  Raises UserError.
     """
     check_spacing(board, [view for one in seen for view in one.views])
     corners, names = board.corners, [one.name for one in seen]

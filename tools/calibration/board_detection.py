@@ -119,7 +119,7 @@ def best_variant(board: Board, counts: Sequence[int]) -> tuple[Board, int]:
 
 
 def why_not_found(board: Board, images: Sequence[Image]) -> str:
-    """Why no view of the board was found in grey images, in words, and what to do."""
+    """Reason that no view of the board was found in grey images, and the remedy."""
     if (level := float(np.mean([image.mean() for image in images]))) < DARK_LEVEL:
         return f"the images are too dark (mean level {level:.0f} of 255): more light, or a longer exposure"
     images = images[:: max(1, len(images) // REASON_IMAGES)]
@@ -155,7 +155,7 @@ def _area(one: Floats, next_one: Floats, last: Floats) -> Floats:
 
 
 def _bend(one: Floats, middle: Floats, last: Floats) -> Floats:
-    """How far the middle ones of three points (..., 2) are off the outer ones' middles, by the distance of these; (n,)."""
+    """Offset of the middle one of three points (..., 2) from the outer ones' middle, over the distance of these; (n,)."""
     off, whole = one + last - 2 * middle, last - one
     return np.asarray(np.hypot(off[..., 0], off[..., 1]) / np.maximum(np.hypot(whole[..., 0], whole[..., 1]), 1e-9)).ravel()
 
@@ -211,7 +211,7 @@ def _most_tags(images: Sequence[Image]) -> dict[int, Floats]:
 
 
 def _other_grid(board: Board, images: Sequence[Image]) -> str:
-    """Why no AprilGrid was found in images, for people."""
+    """Reason that no AprilGrid was found in images, for people."""
     most = _most_tags(images)
     if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:
         return "the images are mirrored: switch mirroring off in the camera or its program"

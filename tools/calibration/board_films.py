@@ -1,4 +1,4 @@
-"""Videos, folders of images, or corner files of a board: which belong to which camera, and the views in them."""
+"""Views of a board in videos, folders of images or corner files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -131,7 +131,7 @@ def board_views(
             probed.append(board_variant(board, images))
         else:
             raise UserError(f"{film.path}: no images in it: allowed: {LAYOUT}")
-    # All cameras see the same board: the one with the most corners tells its variant.
+    # All cameras see the same board: the one with the most corners shows its variant.
     chosen, _ = max(probed, key=lambda one: one[1])
     # Names of stills number the moments; of equal names all cameras saw the board in one place.
     stems = sorted({stem for film in films if film.still for stem in film.stems})
@@ -144,7 +144,7 @@ def board_views(
 
 
 def _searched(board: Board, film: BoardFilm, on_progress: OnProgress) -> Searched:
-    """What a film shows of the board.  Raises UserError where that is nothing."""
+    """Views of the board in a film.  Raises UserError where there are none."""
     if film.detection is None:
         found = searched([board], film.path, film.name, on_progress)
         if not found.views[0]:

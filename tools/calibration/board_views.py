@@ -38,7 +38,7 @@ class View:
 
 @dataclass(frozen=True)
 class CameraViews:
-    """What one camera saw.  size: (width, height) px.  period_s: between images.  looks: searched images.
+    """Views of one camera.  size: (width, height) px.  period_s: between images.  looks: searched images.
 
     views: by time.  still: pictures of a board at rest, whose times only number them.
     """

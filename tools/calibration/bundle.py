@@ -49,7 +49,7 @@ class Corners:
 
 @dataclass(frozen=True)
 class RigState:
-    """What the adjustment changes.  cameras: world to camera.  boards: board to world.  delays, readouts: (cameras,) s."""
+    """Unknowns of the adjustment.  cameras: world to camera.  boards: board to world.  delays, readouts: (cameras,) s."""
 
     lenses: tuple[LensModel, ...]
     cameras: tuple[Pose, ...]

@@ -1,4 +1,4 @@
-"""Corners of a board in the film of one camera: all that a calibration needs of the film, without its images."""
+"""Corners of a board in the film of one camera."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -40,13 +40,13 @@ class Detection:
         return bool(self.names)
 
     def searched(self, variant: Board) -> Searched | None:
-        """What the film shows of a variant of the board; None where that is not known or nothing."""
+        """Views of a variant of the board; None where unknown or none."""
         views = self.views.get(self.board.variants().index(variant), ())
         return Searched(self.size, self.period_s, self.looks, (views,)) if views else None
 
     @property
     def most(self) -> CameraViews:
-        """What the film shows of the variant with most views."""
+        """Views of the variant with most of them."""
         best = max(self.views.values(), key=len, default=())
         return CameraViews(self.camera, self.size, self.period_s, self.looks, best, self.still)
 

@@ -1,4 +1,4 @@
-"""Which camera of a calibrated rig was moved, and how, from the silhouettes of a person in all views.
+"""Moved cameras of a calibrated rig, from silhouettes.
 
 The planes through the centres of two cameras that touch the person touch both silhouettes, so that their angles about the
 baseline are equal (Sinha and Pollefeys 2010, see `zenocap.common.lags.tangents`).  After a camera was moved, the angles of
@@ -34,10 +34,10 @@ from zenocap.tools.calibration.silhouettes import Hulls, hulls_of, losses, media
 
 @dataclass(frozen=True)
 class MovedCamera:
-    """turn_deg: angle by which it turned.  shift_m: distance by which its centre moved.  camera: where it is now.
+    """turn_deg: its turn.  shift_m: movement of its centre.  camera: its present pose.
 
     before_px, after_px: median distance of its silhouettes from where the other cameras put their borders, before and with
-    the new pose.  apart_px: by how far the person appears beside the old place.  Errors: standard errors, of a jackknife.
+    the new pose.  apart_px: offset of the person from the old place.  Errors: standard errors, of a jackknife.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Drift of the cameras of a take: instants from its silhouettes, report, and the corrected calibration."""
+"""Report on moved cameras, and the corrected calibration."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

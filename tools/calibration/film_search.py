@@ -22,7 +22,7 @@ OnProgress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class Searched:
-    """What one camera's film shows of a board.
+    """Views of a board in one camera's film.
 
     size: (width, height) px, (0, 0) where no image was searched.  period_s: between images.  looks: searched images.
     views: for each searched board, by time; times are seconds from the beginning of the film, or the numbers of pictures

@@ -11,7 +11,7 @@ from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.parameters import FLOOR_S, FLOOR_STILL_PX_S, ROLL_DEG
 from zenocap.tools.calibration.rig_start import BoardFrameSet, Pose
 
-TILT_ALIKE_DEG = 3.0  # by which places of the board on the floor differ at most
+TILT_ALIKE_DEG = 3.0  # greatest difference of the board's places on the floor
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ def chosen_frame_sets(
 ) -> list[BoardFrameSet]:
     """Frame sets, by time, that cover the images of all cameras and pairs; slow motion first.
 
-    delays: (cameras,) s, by which a camera's images are later than their times.
+    delays: (cameras,) s, of each camera's images against their times.
     """
     candidates = _distinct(_candidates(seen, delays))
     shared = [one for one in candidates if len(one.views) > 1]

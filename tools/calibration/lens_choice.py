@@ -1,4 +1,4 @@
-"""First lenses of the cameras, each from its own views; the number of coefficients is chosen by held-out views."""
+"""First lenses of the cameras; held-out views choose the number of coefficients."""
 
 from collections.abc import Sequence
 

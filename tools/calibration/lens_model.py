@@ -79,7 +79,7 @@ class LensModel:
 def plane_poses(lens: LensModel, corners: Floats, pixels: Floats) -> list[tuple[Floats, Floats, float]]:
     """Poses, (3, 3) and (3,), board to camera, of corners (n, 3) at pixels (n, 2), and their errors in px, best first.
 
-    A plane seen from afar has two, of which one looks the other way round.
+    A plane seen from afar has two; one looks the other way round.
     """
     rays = lens.rays(pixels)
     if not np.isfinite(rays).all() or np.abs(rays).max() > 1e3:

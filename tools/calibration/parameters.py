@@ -5,20 +5,20 @@ from typing import Final
 # Detection.
 MARKER_SHARE: Final = 0.75  # side of a marker by that of its square, of printed boards; OpenCV's tutorials use 0.5 to 0.8
 MIN_CORNERS: Final = 6  # of a view: fewer do not fix a pose; chosen by hand
-PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that tell the variant of the board; chosen by hand
+PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that show the variant of the board; chosen by hand
 DARK_LEVEL: Final = 25.0  # mean grey of images without a board, below which darkness is named; chosen by hand
 MAX_LOOKS: Final = 1500  # frames of a camera in which the board is searched; 25 ms each at 1280 x 720
 BURST_S: Final = 0.4  # of a longer video, stretches of this length are searched, evenly spread: motion needs neighbours
 # Limits of a corner file.
 MAX_FRAMES: Final = 3_000_000  # of a film: a day at 30 frames/s
 MAX_VIEWS: Final = 100_000  # of a film, also pictures; MAX_LOOKS and a stretch are searched where the length is known
-EDGE_PX: Final = 8.0  # by which a corner may be outside the image: the largest window of refinement
+EDGE_PX: Final = 8.0  # margin of corners outside the image: the largest window of refinement
 # Passes of the search for tags of an AprilGrid: magnification, and least contrast in levels, which separates tags from the
 # squares that touch them.  Of 540 tags in 15 simulated images, OpenCV's 7 levels found 178, these 271 and 427.
 TAG_PASSES: Final = ((1, 22), (2, 15))
 FEW_TAGS: Final = 4  # below which the next pass is made; others are predicted from these
 TAG_ALIKE: Final = 0.7  # least correlation of the cells of a predicted tag; another tag has 0.5 or less
-TAG_BEND: Final = 0.02  # of its side, by which a tag may be off what its neighbours predict, and 0.5 px: bent by lenses
+TAG_BEND: Final = 0.02  # of its side, tolerance of a tag against its neighbours' prediction, and 0.5 px: bent by lenses
 MIN_TAG_PX: Final = 22.0  # least side of a tag: of 20 px, its corners are 0.5 px off and more in simulated images
 SPACING_PAIRS: Final = 1500  # neighbouring tags that the spacing is measured from; chosen by hand
 SPACING_OFF: Final = 0.015  # difference of the measured spacing, from which the given one is wrong
@@ -27,7 +27,7 @@ SPACING_OFF: Final = 0.015  # difference of the measured spacing, from which the
 MAX_SHARED: Final = 120  # instants at which several cameras see the board; more lowered no error of simulated boards
 MAX_OWN: Final = 25  # further views of each camera, for its lens
 CELLS: Final = (6, 4)  # of the image, across and down, that views ought to cover
-PAIRED_PERIODS: Final = 0.6  # of the frame period, by which an instant and a frame differ at most
+PAIRED_PERIODS: Final = 0.6  # of the frame period, greatest difference of an instant and a frame
 NEIGHBOUR_PERIODS: Final = 2.5  # of the frame period, between frames that give the speed of corners
 RESTING_PX: Final = 3.0  # mean motion of the corners, below which the board rests where it was; chosen by hand
 SLOW_PX_S: Final = 100.0  # speed of corners that halves the value of a view
@@ -46,7 +46,7 @@ SURE_READOUT: Final = 5.0  # standard errors of it, from which it is certain
 
 # Lenses.
 LENS_VIEWS: Final = 30  # of a camera for its first lens
-HELD_OUT_GAIN: Final = 0.05  # share by which a lens with more coefficients must lower the held-out error
+HELD_OUT_GAIN: Final = 0.05  # least relative gain in held-out error of a lens with more coefficients
 FISHEYE_GAIN: Final = 0.15  # the same, of a fisheye lens: it costs rectification
 
 # The verdict.

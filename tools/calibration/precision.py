@@ -1,4 +1,4 @@
-"""Precision of a calibrated rig: how far triangulated points are off, claimed from the covariance or against the truth."""
+"""Precision of a calibrated rig: errors of triangulated points, claimed or true."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Videos of a film that are still on the machines of their cameras: where, and the commands that copy them."""
+"""Videos of a film on other machines, and the commands that copy them."""
 
 from collections.abc import Mapping
 from pathlib import Path

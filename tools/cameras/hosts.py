@@ -45,7 +45,7 @@ def host_lines(hosts: Sequence[CameraHost]) -> Iterator[str]:
 
 
 def host_problem(source: Announced, hosts: Sequence[CameraHost]) -> str:
-    """Why a camera is not found among the camera hosts, and what to do; empty where it is."""
+    """Reason that a camera is not found among the camera hosts, and the remedy; empty where it is."""
     own = [one for one in hosts if one.machine == source.machine]
     if not own:
         there = ", ".join(sorted({printable(one.machine) for one in hosts})) or "none"

@@ -1,4 +1,4 @@
-"""Streams of an ONVIF device: its profiles and their RTSP addresses.  [ONVIF Core and Media service specifications]"""
+"""Streams of an ONVIF device.  [ONVIF Core and Media service specifications]"""
 
 import base64
 import hashlib
@@ -150,7 +150,7 @@ class _Device:
         return "" if self._user is None else _security(self._user, datetime.now(UTC) + self._ahead)
 
     def _clock_ahead(self) -> timedelta:
-        """The device's clock minus that of this machine; 0 where it does not tell."""
+        """The device's clock minus that of this machine; 0 where unknown."""
         answer = self._posted(str, f'<m:GetSystemDateAndTime xmlns:m="{TDS}"/>')
         found = next(answer.iter(f"{TT}UTCDateTime"), None)
         if found is None:

@@ -1,4 +1,4 @@
-"""ONVIF cameras of the local network, found by a multicast probe.  [OASIS WS-Discovery, namespaces of April 2005]
+"""ONVIF cameras of the local network by multicast.  [OASIS WS-Discovery, April 2005]
 
 Three fixed messages (see also `onvif_device`) stand here instead of a SOAP library, which brings some ten packages with it.
 """

@@ -1,4 +1,4 @@
-"""Requests to an ONVIF device over HTTP and HTTPS, with HTTP digest authentication where it wants that.  [RFC 7616]"""
+"""Requests to an ONVIF device over HTTP and HTTPS, with digest authentication.  [RFC 7616]"""
 
 import hashlib
 import http.client

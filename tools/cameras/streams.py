@@ -41,7 +41,7 @@ REASONS = (  # part of FFmpeg's text, and what it means to a user
 class TriedStream:
     """A stream that was tried.  address: without password.
 
-    size: (width, height), px; None when no image came.  rate: frames/s, measured; declared_rate: as the stream says, 0
+    size: (width, height), px; None when no image came.  rate: frames/s, measured; declared_rate: of the stream, 0
     for not at all.  first_s: from the start of the connection to the first image, seconds.  problem: why there is no
     image; empty otherwise.
     """

@@ -1,4 +1,4 @@
-"""A certificate authority in memory: its key pair, and certificates that it signs.  RFC 5280, keys on P-256."""
+"""Certificate authority: key pair and signed certificates.  [RFC 5280, P-256]"""
 
 import re
 from collections.abc import Sequence

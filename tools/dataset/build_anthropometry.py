@@ -1,4 +1,4 @@
-"""Write `zenocap/data/people/adults.json`: statistics of the body measures of adults, from the individual data of ANSUR II.
+"""Body measures of adults from ANSUR II, for `zenocap/data/people/adults.json`.
 
 python -m zenocap.tools.dataset.build_anthropometry ANSUR_II_FEMALE_Public.csv ANSUR_II_MALE_Public.csv [--to FILE]
 

@@ -2,7 +2,7 @@
 
 python -m zenocap.tools.dataset.build_postures [--to FOLDER] [--takes FOLDER] [--jobs N]
 
-Trained on true angles and on angles tracked by two viewers together: with the first alone, two-view's errors are rejected
+Trained on true angles and on angles tracked by two viewers together.  With the first alone, two-view's errors are rejected
 as unknown movements, and with the second alone, the tracker's better angles are.  Everyday movement of other people is the
 background, by both, too.
 """

@@ -1,4 +1,4 @@
-"""Generation of one take: a time line of the simulated person is rendered and tracked, or its true poses are logged.
+"""Take of a simulated time line, rendered and tracked, or with true poses.
 
 Methods: the two viewers of [Two-view 5], by the improved variant, by the paper's or by the hybrid tracker, a ring of four
 cameras for the hybrid tracker, or the true poses.

@@ -19,7 +19,7 @@ Opener = Callable[[Viewer, Playback], Iterator[Frame]]
 
 @dataclass
 class Filmed:
-    """What was recorded of one camera.  lost: frames that the writer could not take.  away: how often the camera failed.
+    """Recording of one camera.  lost: frames that the writer could not take.  away: failures of the camera.
 
     begin_ns: start of the film, by the clock of `first_ns`; 0 where it is not known.
     """

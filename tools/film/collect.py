@@ -1,4 +1,4 @@
-"""Bring the videos of other programs, or corners in them, into the film's folder: moved, or copied over the network."""
+"""Collection of a film's videos or corners from other programs."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Which program has the camera of a viewer: a viewer of the rig that is running, a camera host, or nobody else."""
+"""Program that has the camera of a viewer: running viewer, camera host, or none."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence

@@ -94,7 +94,7 @@ class RemoteCamera:
         if isinstance(reply, str):
             raise UserError(f"{self.name} on {self.host}: {printable(reply)}")
         if reply.film != self.film and what != "open":
-            raise Restarted(f"{self.name} on {self.host}: the program was started anew; its film ended")
+            raise Restarted(f"{self.name} on {self.host}: the program was started again; its film ended")
         if reply.frame == query.frame and what == "state":
             self._trips = observe(self._trips, RoundTrip(sent_ns, reply.captured_ns, received_ns))
         if reply.refused:
@@ -137,7 +137,7 @@ class RemoteCamera:
             self._thread.join(2 * QUERY_S)
 
     def filmed(self) -> Filmed:
-        """What was recorded, with times by this machine's clock."""
+        """Recordings, with times by this machine's clock."""
         reply, clock = self.reply, self.clock
         offset_ns = clock.offset_ns if clock else 0
         first_ns, last_ns = (max(0, one - offset_ns) for one in (reply.first_ns, reply.last_ns))

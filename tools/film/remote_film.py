@@ -54,11 +54,11 @@ class RemoteFilm:
         return [one.filmed() for one in self.cameras]
 
     def describe(self) -> str:
-        """Which cameras are filmed by others, for display."""
+        """Cameras that others film, for display."""
         return "".join(f"{', ' if k else '; '}{one.name} on {one.host}" for k, one in enumerate(self.cameras))
 
     def start_text(self, filmed: Sequence[Filmed]) -> str:
-        """When the cameras began, by this machine's clock, and how far the clocks of the others are known."""
+        """Beginnings by this machine's clock, and errors of the other clocks."""
         first = [one.first_ns for one in filmed if one.frames]
         clocks = [(one, one.clock) for one in self.cameras]
         known = [
@@ -79,7 +79,7 @@ class RemoteFilm:
                 yield f"{text}; the others go on"
 
     def disk_texts(self, passed_s: float, left_s: float | None) -> Iterator[str]:
-        """How long the disk of each lasts."""
+        """Time that the disk of each lasts."""
         for one in self.cameras:
             if one.reply.frames and not one.failure:
                 rate = one.reply.written_bytes / passed_s
@@ -96,7 +96,7 @@ NOBODY = RemoteFilm()
 
 
 def disk_text(rate: float, free: int, left_s: float | None) -> str:
-    """How long a disk lasts.  rate: bytes/s.  free: bytes.  left_s: of the film, None for until it is stopped."""
+    """Time that a disk lasts.  rate: bytes/s.  free: bytes.  left_s: of the film, None for until it is stopped."""
     lasts_s = (free - RESERVE_BYTES) / max(rate, 1.0)
     short = "; that is less than --seconds" if left_s is not None and lasts_s < left_s else ""
     lasts = f"{lasts_s / 60:.0f} minutes" if lasts_s < LONG_S else f"{lasts_s / 3600:.0f} hours"

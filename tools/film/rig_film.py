@@ -1,4 +1,4 @@
-"""The cameras of a rig for one film: those that this program opens, and those that other programs have."""
+"""Cameras of a rig for one film: own ones, and those of other programs."""
 
 import re
 import secrets

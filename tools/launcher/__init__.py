@@ -1,1 +1,1 @@
-"""`zenocap up` and `zenocap demo`: run every service of a rig as a process, supervise them, and display their status."""
+"""`zenocap up` and `zenocap demo`: all services of a rig as supervised processes."""

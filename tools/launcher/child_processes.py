@@ -160,7 +160,7 @@ class ChildProcesses:
         child.last_status = status
         child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
-        # A process that exits right after its first start would fail again; one that was killed may not, and for one that
+        # A process that exits right after its first start would fail again.  One that was killed may not, and for one that
         # ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
         first_failed = status > 0 and child.starts == 1 and child.quick_failures
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):

@@ -1,8 +1,8 @@
-"""A process that imports the heavy modules once and forks services from there: each starts without importing them again.
+"""Fork server: imports the heavy modules once and forks services.
 
 Imports are most of the processor time of a start: with a rig of its own for each of 16 pairs of viewers, 48 processes would
-import the same.  A forked service behaves as one that was executed: a session of its own, its own standard input and error,
-the default signals, and its command line in the list of processes.  It is forked before any thread or network session
+import the same.  A forked service behaves as one that was executed: own session, standard input and error, default signals,
+and its command line in the list of processes.  It is forked before any thread or network session
 exists.  Linux only; elsewhere, and when the fork server has ended, processes are executed.
 """
 

@@ -1,4 +1,4 @@
-"""The viewers of a rig that other machines run: assigned while the rig runs, and given back at its end."""
+"""Viewers that other machines run, assigned while the rig runs."""
 
 import threading
 import time
@@ -119,7 +119,7 @@ class HostedViewers:
 
 
 def answer_problem(source: Announced, reply: AssignReply | str | None) -> str:
-    """Why a camera host does not run the viewer, and what to do; empty where it does."""
+    """Reason that a camera host does not run the viewer, and the remedy; empty where it does."""
     if reply is None:
         return (
             f"{source.machine} does not answer: it is away, or has an older zenocap: install the same release there and "
@@ -135,7 +135,7 @@ def answer_problem(source: Announced, reply: AssignReply | str | None) -> str:
 
 
 def secured_advice(cameras: Sequence[HostedCamera], rig: Path) -> Iterator[str]:
-    """What to do for cameras of other machines in a secured rig, whose viewers need certificates of their own."""
+    """Remedy for cameras of other machines in a secured rig, whose viewers need certificates of their own."""
     for one in cameras:
         yield (
             f"viewer {one.viewer}: the rig has certificates, and none travels over the network: copy {rig.name}, the "

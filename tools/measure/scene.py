@@ -18,7 +18,7 @@ FILM_FPS = 60.0
 LONGEST, SHORTEST, MAX_BYTES = 120, 30, 1.5e9  # images of a film; bytes of all films together
 DISTANCE, HEIGHT = 5.2, 1.0  # of the cameras from the middle of the action region and from the ground, metres
 FOCAL = 600.0 / 640.0  # of the image's width
-# Of person and room.  The hair of person 0 is as grey as the walls: in two of seven silhouettes the head is missing, the
+# Of person and room.  The hair of person 0 is as grey as the walls.  In two of seven silhouettes the head is missing, the
 # visual hull is too low for a T-pose, and at 640x480 no track starts.  Adult 4 is tracked after 4 images of 2 to 16 views.
 SEED = 4
 BEFORE_S = 1.2  # seconds of the film before the walk: T-pose, and lowering the arms

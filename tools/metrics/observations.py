@@ -1,4 +1,4 @@
-"""What the exporter has observed of the rigs: services, poses, latencies, capture times.
+"""Observations of the exporter: services, poses, latencies, capture times.
 
 Latency and skew are on the integrator's clock: the exporter measures the offset of its own clock as a service does.
 """

@@ -1,7 +1,7 @@
 """Limits, histogram buckets and names of the exported metrics.
 
-A name in a label comes from a table here, from a rig file, or is one of a limited number of identifiers, so that messages
-of unknown origin cannot create series without bound.
+A name in a label comes from a table here or a rig file, or is one of a limited number of identifiers.  So messages of
+unknown origin cannot create series without bound.
 """
 
 from zenocap.common.messages import Phase

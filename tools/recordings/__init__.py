@@ -1,1 +1,1 @@
-"""Commands that read and write takes without the live services: track, record, export, recover, info, evaluate."""
+"""Commands that read and write takes without live services."""

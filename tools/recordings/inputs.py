@@ -1,4 +1,4 @@
-"""What a recording was made of: the frames of each source, which of them belong together, and what was left out."""
+"""Frames of a recording's sources: those that belong together, and those left out."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -11,7 +11,7 @@ from zenocap.services.viewer.frame import Frame
 
 SHOWN_GAPS = 3  # of one video
 FEW, FEW_SHARE = 2, 0.005  # frames, and share of a viewer's, that are left out without a word: ends hardly ever agree
-DIFFERENCE_NS = 200_000_000  # between the ends of videos, from which it is said
+DIFFERENCE_NS = 200_000_000  # between the ends of videos, from which it is reported
 
 
 @dataclass

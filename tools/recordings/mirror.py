@@ -1,6 +1,6 @@
-"""`zenocap mirror`: front and back, and left and right, exchanged from a time on, and the take tracked again from there.
+"""`zenocap mirror`: front and back exchanged from a time on.
 
-Nothing is relabelled: at that time the track goes on from the opposite heading, with left and right limbs exchanged, and
+Nothing is relabelled.  At that time the track goes on from the opposite heading, with left and right limbs exchanged, and
 all later poses follow from the silhouettes of the take.  The decision is part of the new take's set-up, so that
 `zenocap verify` recomputes it.
 """

@@ -1,4 +1,4 @@
-"""`zenocap export --to opensim`: a folder from which OpenSim scales a model to the tracked body and finds its motion."""
+"""`zenocap export --to opensim`: a folder to scale a model and find its motion."""
 
 import shutil
 from collections.abc import Container

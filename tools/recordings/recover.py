@@ -1,4 +1,4 @@
-"""`zenocap recover`: copy the intact content of a cut or damaged take to a new file with index and summary."""
+"""`zenocap recover`: intact content of a cut or damaged take, in a new file."""
 
 import os
 from collections.abc import Callable

@@ -1,7 +1,7 @@
-"""Track the silhouettes of a take again, with another set-up of the tracker, into a new take; no videos are needed.
+"""Tracking of a take's silhouettes again, with another set-up.
 
 Everything that the viewers published is copied byte for byte, at its own time, and the tracker and the recognizer run on it
-again: with the set-up of the take itself, a take of `zenocap track` becomes itself again.
+again.  With the set-up of the take itself, a take of `zenocap track` becomes itself again.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The pictures of a tracked take: frames of its videos at any time, as `zenocap show` puts them behind the model."""
+"""Pictures of a tracked take: frames of its videos at any time."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -19,7 +19,7 @@ from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_Q
 
 
 class SeekableVideo:
-    """A video file of which frames are taken at any time.  Not for results: a frame may be one beside the wanted one."""
+    """Video file with access to frames at any time.  Not for results: a frame may be one beside the wanted one."""
 
     def __init__(self, path: Path) -> None:
         """Raises OpenError."""
@@ -109,7 +109,7 @@ def videos_of(take: Path, folder: Path | None) -> TakeVideos | None:
 
     Raises UserError for a given folder that is not that of the take, and SourceError for a video that cannot be read.
     """
-    if not take.is_file():  # who plays it says so
+    if not take.is_file():  # reported where it is played
         return None
     recorded = setup_of(take)
     if recorded is None:

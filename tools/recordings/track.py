@@ -1,4 +1,4 @@
-"""`zenocap track`: run the services of a rig on every frame of its files, in one process, without network.
+"""`zenocap track`: the services of a rig on every frame of its files, without network.
 
 Time is that of the frames, so that two runs give equal bytes.
 """

@@ -1,4 +1,4 @@
-"""Status and control of a replay: a line on the terminal, or JSON lines for the program that started it."""
+"""Status and control of a replay: a terminal line, or JSON lines."""
 
 import sys
 import threading

@@ -1,4 +1,4 @@
-"""Pacing of a replay: the place on its time line at any moment (rate, pause, seeking), and precise waiting."""
+"""Pacing of a replay: position at any time, and precise waiting."""
 
 from dataclasses import dataclass, replace
 from time import sleep

@@ -31,7 +31,7 @@ class Status:
 
     place_ns: in the takes; the replayed part is begin_ns to end_ns.  rate: 0 for as fast as consumers keep up.
     bad: number of skipped invalid messages, such as those of another version.
-    shift_ns, shift_frames: by which capture times and frame numbers are published later than recorded.
+    shift_ns, shift_frames: added to recorded capture times and frame numbers.
     """
 
     place_ns: int

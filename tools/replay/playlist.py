@@ -1,4 +1,4 @@
-"""Messages of a replay in order, over repetitions: read, validated, remapped and shifted, ready to publish."""
+"""Messages of a replay in order, validated, remapped and shifted."""
 
 import logging
 from collections import Counter

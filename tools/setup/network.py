@@ -1,4 +1,4 @@
-"""Zenoh options of a set-up: kept in its folder, passed to the commands that it runs, and written into the rig file."""
+"""Zenoh options of a set-up, kept in its folder and in the rig file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

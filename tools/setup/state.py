@@ -31,7 +31,7 @@ WORKING_WIDTH = 960  # px; wider images are reduced: the tracker needs no more, 
 class Cameras:
     """sources: by name, as in a rig file.  size: (width, height) px.  looked: whether they were looked at.
 
-    network: by which cameras of other machines are reached.
+    network: of the cameras of other machines.
     """
 
     sources: Mapping[str, str]

@@ -1,1 +1,1 @@
-"""What zenocap is made of: run-time dependencies, their licences, a bill of materials, and pinned versions with hashes."""
+"""Dependencies of zenocap: licences, bill of materials, pinned versions."""

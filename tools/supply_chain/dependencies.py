@@ -1,4 +1,4 @@
-"""The run-time dependencies of the checkout, direct and indirect, with the licences of what is installed here."""
+"""Run-time dependencies of the checkout, with the licences installed here."""
 
 import re
 import tomllib

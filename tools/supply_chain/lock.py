@@ -1,4 +1,4 @@
-"""Pinned versions with hashes of the run-time dependencies, for the container and for releases: deploy/requirements.txt.
+"""Pinned versions with hashes: deploy/requirements.txt.
 
 `python -m zenocap.tools.supply_chain.lock`, or `make lock`: pip resolves the dependencies for each platform, and reports
 the hash of every file.  The file names no index: pip takes the packages from whichever is configured, and refuses others.

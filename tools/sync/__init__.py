@@ -1,1 +1,1 @@
-"""Times at which the videos of a rig begin, found from their sound or from the silhouettes of the person."""
+"""Beginnings of a rig's videos, from sound, light or silhouettes."""

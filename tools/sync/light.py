@@ -1,4 +1,4 @@
-"""Flashes and switched lights in videos: changes of the brightness of the whole image from one frame to the next.
+"""Flashes and switched lights in videos: steps of the image's brightness.
 
 A person who moves changes some of the image, a flash all of it: the median over cells of the image is compared.  Within a
 frame the time of a change is known only as far as the light falls into two exposures: see `LightChange.error_periods`.
@@ -23,8 +23,8 @@ LONGEST_S = 0.4  # of a flash; a longer one is two changes
 RETURNED = 0.3  # of a flash's height: remaining change after it, above which the light was switched
 STRONGEST = 40.0  # noises; stronger changes count as this
 STEP_S = 1 / 240  # of the curve of lags
-# Standard deviation of a time within a frame, in frame periods: the light is in one exposure (uniform), or in several;
-# these are shorter than the period by an unknown part.
+# Standard deviation of a time within a frame, in frame periods: the light is in one exposure (uniform), or in several.
+# These are shorter than the period by an unknown part.
 ONE_EXPOSURE, SEVERAL_EXPOSURES = 0.29, 0.15
 SHARED = 0.08  # of a flash's light, from which an exposure has part in it
 FLASH_LIMITS = Limits(margin=8.0, ratio=1.3, apart_s=0.12, error_s=0.03)

@@ -1,4 +1,4 @@
-"""`zenocap sync`: the times at which the videos of a rig begin, from sound, light or silhouettes, and the file for them."""
+"""`zenocap sync`: beginnings of a rig's videos, and the file for them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

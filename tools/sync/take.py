@@ -1,4 +1,4 @@
-"""By how long each camera of a take is late, from the silhouettes of its first 20 s with a person."""
+"""Camera delays of a take, from the silhouettes of its first 20 s with a person."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

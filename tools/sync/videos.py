@@ -1,4 +1,4 @@
-"""What is read of each video to synchronize it: brightness of the frames, and outlines of the person."""
+"""Brightness and outlines of a video, for synchronization."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

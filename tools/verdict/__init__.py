@@ -1,1 +1,1 @@
-"""Verdict on a take, without truth: whether its poses can be used, and what to change where they cannot."""
+"""Verdict on a take, without truth: usable or not, and what to change."""

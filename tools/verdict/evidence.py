@@ -1,4 +1,4 @@
-"""Evidence for the verdict, from the messages of a take in their order: poses, and silhouettes 4 times a second."""
+"""Evidence for the verdict from a take's messages: poses, silhouettes 4 times a second."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -36,7 +36,7 @@ class PoseRow:
 
 @dataclass(slots=True)
 class Sample:
-    """Silhouettes of one instant.  pose_ns: capture time of the pose that used them; None without one."""
+    """Silhouettes of one frame set.  pose_ns: capture time of the pose that used them; None without one."""
 
     pose_ns: int | None = None
     silhouettes: dict[str, m.Silhouette] = field(default_factory=dict)

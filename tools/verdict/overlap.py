@@ -1,4 +1,4 @@
-"""How well the body of a pose and the silhouette of a view cover each other, in images of reduced size."""
+"""Overlap of body and silhouette in images of reduced size."""
 
 from dataclasses import dataclass
 

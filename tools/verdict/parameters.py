@@ -1,4 +1,4 @@
-"""Constants of the verdict: value, unit, meaning, provenance.  Those without a source were chosen by hand."""
+"""Constants of the verdict, with unit, meaning and provenance."""
 
 # Evidence.
 SAMPLE_NS = 250_000_000  # between silhouettes that are compared with the body
@@ -153,4 +153,4 @@ NOTABLE = 0.15  # of ln error: 16 % more error
 NOTABLE_VIEW = 0.7  # of the worst view's figure: views with as much are named too
 SHOWN_SHARE = 0.9  # of the stretches; a reason that holds in more of them holds always
 MOST_REASONS = 5
-LAG_WEIGHT = 3.0  # of a lag, as of ln error: before all others, it says what to do
+LAG_WEIGHT = 3.0  # of a lag, as of ln error: before all others, because it has a remedy

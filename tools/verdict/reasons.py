@@ -1,4 +1,4 @@
-"""Reasons of a verdict: groups of features that raise the expected error, in words, with what to change."""
+"""Reasons of a verdict: groups of features that raise the expected error."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

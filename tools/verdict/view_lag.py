@@ -1,4 +1,4 @@
-"""Views that show other moments than the rest at equal capture times, found from the silhouettes of a take.
+"""Views out of step with the rest, from the silhouettes of a take.
 
 The comparison is that of `zenocap sync`; its limits of certainty hold here too, but for the error of a lag.
 """
@@ -21,7 +21,7 @@ from zenocap.tools.verdict.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_
 
 @dataclass(frozen=True)
 class ViewLags:
-    """views: seconds by which each view that is out of step shows later moments (earlier: negative) than `others`."""
+    """views: lead of each view that is out of step over `others` (s), negative where it shows earlier moments."""
 
     views: Mapping[str, float]
     others: tuple[str, ...]

@@ -1,1 +1,1 @@
-"""`zenocap verify`: recompute the derived messages of a take with the steps of the services, and compare bytes."""
+"""`zenocap verify`: derived messages recomputed and compared byte for byte."""

@@ -29,7 +29,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Reason:
-    """Why messages could not be checked.  service: whose messages; None for all services."""
+    """Reason that messages could not be checked.  service: of the messages; None for all services."""
 
     service: ServiceKey | None
     text: str

@@ -1,4 +1,4 @@
-"""Messages of a take for verification: read in order over its parts, and kept while a step may need them."""
+"""Messages of a take for verification, in order over its parts."""
 
 from collections import Counter, OrderedDict
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ Place = tuple[str, int]  # key and capture time
 
 
 def first_trace_ns(path: Path) -> int:
-    """Log time of the first input trace in a file, by which parts are ordered; 0 when there is none."""
+    """Log time of the first input trace in a file, which orders the parts; 0 when there is none."""
     for received in messages_of(Take(path)):
         if isinstance(received.message, m.Handled):
             return received.received_ns

@@ -1,1 +1,1 @@
-"""Compilation of the machine code of services before their start: `zenocap warmup`, and the start of a rig."""
+"""`zenocap warmup`: compilation of the services' kernels before their start."""

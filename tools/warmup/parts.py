@@ -1,4 +1,4 @@
-"""The parts of `zenocap warmup`: each runs the compiled code of one group of services on drawn images of a body model.
+"""Parts of `zenocap warmup`, each for one group of services.
 
 No camera and no file is needed.
 """

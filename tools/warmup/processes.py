@@ -1,4 +1,4 @@
-"""Compilation before the services start, in two processes: the services then load the result from numba's cache."""
+"""Compilation in two processes before the services start."""
 
 import subprocess
 import sys

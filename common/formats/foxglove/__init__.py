@@ -1,1 +1,1 @@
-"""Channels for the panels of Foxglove and Lichtblick, in addition to the MessagePack channels of a rig."""
+"""Channels for the panels of Foxglove and Lichtblick."""

@@ -1,4 +1,4 @@
-"""A viewer's camera and silhouette for Foxglove: `foxglove.CameraCalibration` and PNG of 1 bit per pixel.
+"""Camera and silhouette of a viewer for Foxglove: CameraCalibration, PNG of 1 bit per pixel.
 
 PNG: W3C PNG specification, third edition, 5 and 11.2; every row has filter type 0.  Written without OpenCV, which takes
 ten times as long.

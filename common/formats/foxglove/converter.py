@@ -56,7 +56,7 @@ class FoxgloveConverter:
         """Foxglove messages of a message, in order.
 
         Raises ValueError for a body of another anatomy or a damaged silhouette, and OverflowError for numbers beyond
-        Foxglove's 32 bits, such as capture times after the year 2106; later messages are converted correctly.
+        Foxglove's 32 bits, such as capture times after the year 2106.  Later messages are converted correctly.
         """
         try:
             return list(self._convert(envelope.message))

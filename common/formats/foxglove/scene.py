@@ -1,6 +1,6 @@
-"""Scene and coordinate frames for Foxglove: a cylinder or cone per part, and the frames of parts and cameras.
+"""Scene and coordinate frames for Foxglove: a cylinder or cone per part.
 
-A `foxglove.CylinderPrimitive` has its axis along its own Z, centred, in a box of its size; a part has its axis along its
+A `foxglove.CylinderPrimitive` has its axis along its own Z, centred, in a box of its size.  A part has its axis along its
 own Y from its joint, the long radius along X and the short one along Z.  So the primitive's X, Y, Z are the part's X, -Z,
 Y.  Both radii of a cone shrink by the same factor: the mean of the part's two.
 """

@@ -61,7 +61,7 @@ def found_cameras(dev: Path = DEV, opener: Callable[[Path], V4l2Camera] = V4l2Ca
 def stable_names(dev: Path = DEV) -> dict[str, str]:
     """Name that a rig file should have, by device file.
 
-    by-id names the camera itself; where two cameras of one kind have the same serial number udev keeps one of them, and the
+    by-id names the camera itself.  Where two cameras of one kind have the same serial number, udev keeps one, and the
     other gets its name by-path, which is that of the socket.
     """
     names: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Structures, request numbers and constants of Video4Linux2, from <linux/videodev2.h>, <linux/v4l2-controls.h>.
+"""Structures, request numbers and constants of Video4Linux2, from the kernel's headers.
 
 linuxpy has all of this, but its licence (GPL 3) does not allow zenocap to depend on it.
 """

@@ -1,4 +1,4 @@
-"""Joint centres by OSC, one message each, for Unreal, TouchDesigner, Max and others: `[animator.osc]` in the rig file."""
+"""Joint centres by OSC, for Unreal, TouchDesigner, Max and others: `[animator.osc]`."""
 
 from collections.abc import Mapping
 

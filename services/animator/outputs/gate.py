@@ -1,9 +1,10 @@
-"""Gate in front of a WebSocket server that has no limits of its own, as Foxglove's: it accepts connections, checks their
-request, and passes the bytes of admitted ones on in both directions.
+"""Gate in front of a WebSocket server without limits of its own, such as Foxglove's.
+
+It accepts connections, checks their request, and passes the bytes of admitted ones on in both directions.
 
 Admitted: requests that are complete within HANDSHAKE_TIMEOUT_S, of a program or an allowed web page, up to a maximum
 number of connections.  Others get an HTTP status with the reason.  The server behind it listens on an address of this
-machine that only the gate knows.
+machine that only the gate has.
 """
 
 import asyncio

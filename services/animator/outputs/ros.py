@@ -1,4 +1,4 @@
-"""ROS 2 output: `/tf` and a MarkerArray for nodes that use rmw_zenoh_cpp; no ROS installation is needed here."""
+"""ROS 2 output: `/tf` and a MarkerArray for nodes with rmw_zenoh_cpp."""
 
 from collections import Counter
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""ROS 2 messages of a pose: tf2_msgs/TFMessage, and visualization_msgs/MarkerArray with bones, joints and the posture.
+"""ROS 2 messages of a pose: TFMessage, and MarkerArray with bones, joints and posture.
 
 Axes are those of REP 103, X forward, Y left, Z up: a vector of our world or of a body part is multiplied by A, a rotation
 R becomes A R A^T.  A part's frame so has Z along the part, from its joint on; an upright torso has X to the front.

@@ -1,11 +1,11 @@
-"""VRChat output: positions and rotations of trackers by OSC (docs.vrchat.com/docs/osc-trackers, read in 2026).
+"""VRChat output: trackers by OSC (docs.vrchat.com/docs/osc-trackers, read in 2026).
 
 VRChat accepts eight trackers, for hip, chest, feet, knees and elbows (upper arms), and a head for alignment.  Each has two
 messages, `/tracking/trackers/N/position` and `/rotation`, with three floats.  In VRChat's calibration every tracker is
 attached to the nearest body part of the avatar, so the numbers have no meaning of their own; here they are fixed.
 
-Axes are Unity's (X right, Y up, Z forward, left-handed), lengths are metres, rotations Euler angles in degrees of which
-Unity applies Z first, then X, then Y, about fixed axes: R = R_Y R_X R_Z.  A tracker's rotation is 0 in the T-pose facing Z.
+Axes are Unity's (X right, Y up, Z forward, left-handed), lengths are metres, rotations Euler angles in degrees.  Unity
+applies Z first, then X, then Y, about fixed axes: R = R_Y R_X R_Z.  A tracker's rotation is 0 in the T-pose facing Z.
 """
 
 from collections.abc import Mapping, Sequence

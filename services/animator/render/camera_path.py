@@ -1,4 +1,4 @@
-"""Viewpoint of a picture, and path of the camera over a film: fixed, following the person, or turning around the scene."""
+"""Camera path of a picture or film: fixed, following the person, or turning."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -58,7 +58,7 @@ class Scene:
     """Empty floor as one camera sees it, into which surfaces are drawn, picture by picture.
 
     sun: (3,) unit vector towards it.  samples: along either side of every pixel of a surface.  once: for one picture only,
-    as of a camera that moves; otherwise only what a surface changes is drawn and converted to sRGB anew.
+    as of a camera that moves; otherwise only what a surface changes is drawn and converted to sRGB again.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""Surfaces of body parts, closed and smooth, built once per body and moved with its parts; and trails of hands and feet.
+"""Surfaces of body parts, and trails of hands and feet.
 
 Sizes are those of the body; only ends are rounded.  The round end of a limb extends around the joint to the next part, so
-that no gap opens when it bends; where no part follows, the round end is within the length of the part.
+that no gap opens when it bends.  Where no part follows, the round end is within the length of the part.
 """
 
 from collections.abc import Collection

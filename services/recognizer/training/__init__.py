@@ -1,1 +1,1 @@
-"""Training of posture models: examples, hidden Markov models, thresholds and cross-validation.  [Two-view 5.1]"""
+"""Training of posture models.  [Two-view 5.1]"""

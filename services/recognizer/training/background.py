@@ -1,4 +1,4 @@
-"""Windows of movement without postures, of which the forest learns what is none of them."""
+"""Negative examples for the forest."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Baum-Welch training of one posture's hidden Markov model from symbol sequences, with hmmlearn.  [Two-view 5.1]"""
+"""Baum-Welch training of one posture's hidden Markov model (hmmlearn).  [Two-view 5.1]"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

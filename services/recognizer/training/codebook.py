@@ -33,7 +33,7 @@ def train_codebook(sequences: Sequence[Floats], symbols: int, scale: Scale, seed
     mean, whitening = standardisation(vectors, scale)
     points = (vectors - mean) @ whitening
     count = min(symbols, len(np.unique(points.round(VECTOR_DIGITS), axis=0)))
-    # Paper (open): 5.1 does not say how vectors become symbols; here k-means.
+    # Paper (open): 5.1 does not define how vectors become symbols; here k-means.
     with threadpool_limits(limits=1):
         found = KMeans(n_clusters=count, n_init=KMEANS_RESTARTS, random_state=seed, algorithm="lloyd").fit(points)
     return Codebook(mean, whitening, np.ascontiguousarray(found.cluster_centers_, dtype=np.float64))

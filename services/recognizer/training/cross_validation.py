@@ -19,7 +19,7 @@ from zenocap.services.recognizer.training.examples import Example, Prepared, Tra
 from zenocap.services.recognizer.training.forest import descriptions_of, train_forest
 from zenocap.services.recognizer.training.train import Report, no_report, train_models
 
-# Paper (open): 5.2 does not say whether tested people are in training; here one protocol for each reading.
+# Paper (open): 5.2 does not state whether tested people are in training; here one protocol for each reading.
 Protocol = Literal["paper", "subjects"]
 PROTOCOLS: tuple[Protocol, ...] = get_args(Protocol)
 HALVES = 2

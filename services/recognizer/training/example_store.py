@@ -1,4 +1,4 @@
-"""Files of examples, beside the model that was trained with them: `posture add` trains with these and further ones.
+"""Files of examples beside a model, for `posture add`.
 
 Data only, with a checksum, as model files; features are stored exactly, so that training again gives the same model.  The
 file names its model by a digest: beside a model that was trained otherwise since, its examples would be others.

@@ -1,4 +1,4 @@
-"""Training of the forest of extremely randomized trees, and of the shares of votes with which it accepts a posture.
+"""Training of the extremely randomized trees and of their acceptance thresholds.
 
 Geurts, Ernst and Wehenkel, Extremely randomized trees (2006).
 """
@@ -24,7 +24,7 @@ NO_SHARE = 0.0  # threshold of forests without thresholds, which accept every se
 def descriptions_of(ready: Prepared, rate: float, seed: int) -> Floats:
     """(examples, CUTS + 1, VALUES) descriptions of prepared examples; rate: of their rows.
 
-    The first is of the whole example, the others of the example with other ends, as windows of a stream have them: up to
+    The first is of the whole example, the others of the example with other ends, as windows of a stream have them.  Up to
     CUT_SHARE of it is missing at either end, or the person stands there for as long.
     """
     found = []
@@ -78,7 +78,7 @@ def _rounded_down(thresholds: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ForestData:
-    """What a forest is trained with.
+    """Training data of a forest.
 
     values: (examples, CUTS + 1, VALUES), see `descriptions_of`.  labels: (examples,) indices below `count`.
     proposed, regular: (m, VALUES) descriptions of windows without a posture, see `background`.

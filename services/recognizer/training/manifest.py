@@ -1,4 +1,4 @@
-"""Manifest of examples: a CSV file with one row per posture: source, start, end, posture, person, repetition.
+"""Manifest of examples: a CSV file with one row per posture.
 
 A row with `labels` instead of a posture names a label table of its source: one example for each span of equal labels.
 """

@@ -35,7 +35,7 @@ FARTHEST_QUANTILE, FARTHEST_FACTOR = 0.99, 1.25  # of held-out distances to code
 LEAST_FARTHEST = 1e-3  # of `farthest`, for examples that equal each other; chosen by hand
 
 # Evaluation of streams
-OVERLAP_SHARE = 0.5  # of the shorter of answer and labelled span, by which a right answer overlaps; chosen by hand
+OVERLAP_SHARE = 0.5  # least overlap of a right answer, of the shorter of answer and labelled span; chosen by hand
 
 # Candidates of postures in a motion; all chosen by hand
 SPEED_SMOOTHING_S = 0.2  # running mean before speeds

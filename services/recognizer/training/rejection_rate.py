@@ -1,4 +1,4 @@
-"""Thresholds of a forest for a rate of false postures, from a background that the forest was not trained with."""
+"""Thresholds of a forest for a rate of false postures, from held-out background."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Evaluation of a model on streams: whole sources as they would arrive, compared with the labelled spans in them."""
+"""Evaluation of a model on streams against labelled spans."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Answer(Span):
-    """A posture that a model publishes.  at_s: time of the frame by which it is recognized.
+    """A posture that a model publishes.  at_s: time of the deciding frame.
 
     level: with a forest the share of the trees that vote for it, else its score above the threshold.
     """

@@ -1,4 +1,4 @@
-"""Training of one hidden Markov model per posture over one codebook, and of rejection thresholds.  [Two-view 5.1]"""
+"""Training of the posture models over one codebook, and of their thresholds.  [Two-view 5.1]"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace

@@ -1,4 +1,4 @@
-"""Geometric Jacobian of the body as screws, normal equations over the kinematic tree, steps within the limits.
+"""Geometric Jacobian as screws, normal equations over the kinematic tree, limited steps.
 
 The hierarchy is that of [Hybrid Eq. 38-40]: a wrench on a part acts on every joint between it and the root.
 """

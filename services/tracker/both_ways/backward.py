@@ -1,6 +1,6 @@
-"""Tracking backwards in time from the last tracked pose, with the body that the forward pass has measured.
+"""Backward tracking from the last tracked pose, with the measured body.
 
-What comes after an error tells what it was: a limb that the forward pass lost is tracked backwards from where it was found.
+Later frames correct earlier errors: a limb that the forward pass lost is tracked backwards from where it was found.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,10 +32,10 @@ class Backward:
 
 
 class Decided:
-    """Where the user's decisions on front and back bind the backward pass; asked from the end of the take to its beginning.
+    """The user's decisions on front and back in the backward pass; asked from the take's end to its beginning.
 
-    They bind it for DECIDED_NS from the start on; from the first of `Options.turns` to the end, where the user has seen the
-    poses; and at the last pose before that turn.
+    They bind it for DECIDED_NS from the start on, from the first of `Options.turns` to the end, where the user has seen the
+    poses, and at the last pose before that turn.
     """
 
     def __init__(self, turns: Sequence[int], start_ns: int | None) -> None:
@@ -50,7 +50,7 @@ class Decided:
         return Decided([one.captured_ns for one in options.turns], start_ns if at_start else None)
 
     def passed(self, captured_ns: int) -> bool:
-        """Whether at this time the forward pass tells front from back; later times must have been asked before."""
+        """Whether at this time the forward pass decides on front and back; later times must have been asked before."""
         if self._turns and captured_ns >= self._turns[0]:
             return True
         if self._turns:  # the last pose before the first turn

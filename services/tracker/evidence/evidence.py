@@ -1,4 +1,4 @@
-"""What a frame set shows of one person: contour rays of the visual hull, and distances from the silhouettes.
+"""Evidence of a frame set: contour rays of the visual hull, silhouette distances.
 
 A kind of evidence is one file: how it is made, its part of the normal equations, and its part of the misfit.  Filter,
 search and initialization take all kinds as one argument.

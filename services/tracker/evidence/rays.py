@@ -1,4 +1,4 @@
-"""Contour rays as evidence: contacts with the nearest surface of the body, residuals, and the error D.  [Hybrid V-B]
+"""Contour rays as evidence: contacts, residuals, error D.  [Hybrid V-B]
 
 A ray may slide along its surviving interval.  Its contact with a part is the point at which the part's tangent plane is
 parallel to that of the ray (viewing line and contour tangent), near the closest approach of ray and axis.  Motion of the

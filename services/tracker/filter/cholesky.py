@@ -1,4 +1,4 @@
-"""Cholesky solution of positive definite equations, with results that do not depend on the threads of a library."""
+"""Cholesky solution of positive definite equations, equal for any number of threads."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Closest points of the body to scene points, and the printed distance D of a pose.  [Hybrid V-B, Eq. 30, 31]
+"""Closest points of the body, and the printed distance D.  [Hybrid V-B, Eq. 30, 31]
 
 The default D is that of `correspondence`; the option distance = "modulated" selects this one.
 """

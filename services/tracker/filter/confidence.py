@@ -99,7 +99,7 @@ def limb_confidence(features: Floats) -> Floats:
 
 
 def heading_confidence(toes: float) -> float:
-    """Probability that front and back are not exchanged; toes: statures by which the feet reach forward."""
+    """Probability that front and back are not exchanged; toes: forward reach of the feet (statures)."""
     return float(_logistic(np.array([HEADING_CONFIDENCE[0] + HEADING_CONFIDENCE[1] * toes]))[0])
 
 

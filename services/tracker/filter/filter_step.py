@@ -1,4 +1,4 @@
-"""One step of the filter: proposals, refinement, weights, estimate, update of the body's shape.  [Hybrid V-A]"""
+"""One step of the filter: proposals, refinement, weights, estimate, body shape.  [Hybrid V-A]"""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """Refinement of a pose by simulated force and moment, as printed.  [Hybrid V-B, Eq. 32-41]
 
-Every scene point is assigned to its corresponding part, see `closest_points`; its force is rho(mF |pp'|); moments are
+Every scene point is assigned to its corresponding part, see `closest_points`.  Its force is rho(mF |pp'|).  Moments are
 summed over a part's group and added to the angles of its joint.  `refine_by_force` is another form with the fixed points
 of Gauss-Newton.
 """

@@ -1,4 +1,4 @@
-"""Damped Gauss-Newton refinement of a pose, from one 6 x 6 wrench matrix per part; replaces [Hybrid V-B] by default."""
+"""Damped Gauss-Newton refinement of a pose; replaces [Hybrid V-B] by default."""
 
 # Paper (replaced): V-B moves by forces and moments, Eq. 32-40; here by least squares on the residuals of the same rays.
 

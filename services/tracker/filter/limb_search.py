@@ -2,7 +2,7 @@
 
 The misfit of the whole body hardly changes when an arm is lost, and all particles have it in the same wrong place.  One
 limb is therefore tried in many placements, scored on the rays that the other parts leave unexplained and on the
-silhouettes; the best one is refined and becomes a particle.
+silhouettes.  The best one is refined and becomes a particle.
 """
 
 # Paper (added): [Hybrid V] does not search limbs.

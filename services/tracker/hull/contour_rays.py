@@ -1,4 +1,4 @@
-"""Contour rays: viewing lines through contour points, cut to the visual hull; scene points on them.  [Hybrid III]"""
+"""Contour rays: viewing lines cut to the visual hull, and scene points on them.  [Hybrid III]"""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Viewing lines, and their intersection with the silhouettes of the other views: intervals in the hull.  [Hybrid III]
+"""Intersection of viewing lines with the silhouettes of other views.  [Hybrid III]
 
 On a viewing line a view's pixel is (a + d * b) / (c + d * e) of the depth d, so a step costs one division per view.  A
 point outside the hull is mostly outside the same silhouette as its neighbour: that view is tested first.
@@ -18,7 +18,7 @@ from zenocap.services.tracker.parameters import (
     RAY_STEP_PX,
 )
 
-# Paper (open): [Hybrid III] does not say what holds for several intervals of one line; here they are joined.
+# Paper (open): [Hybrid III] has no rule for several intervals of one line; here they are joined.
 INTERVALS = 16
 OUTSIDE, INSIDE, UNSEEN = 0, 1, 2
 

@@ -1,9 +1,9 @@
-"""Start without a T-pose: an average body of the person's height, found in any posture and refined while it is tracked.
+"""Start without a T-pose: an average body, found in any posture and refined later.
 
 The T-pose is still looked for, and replaces the body by a measured one when it is seen.
 """
 
-# Paper (open): [Hybrid] does not say how the track starts.
+# Paper (open): [Hybrid] does not define how the track starts.
 
 from dataclasses import replace
 

@@ -1,6 +1,6 @@
-"""Front and back as the user decides: at the start of the track, and at instants of a take that is tracked again.
+"""The user's decisions on front and back, at the start or later in a take.
 
-Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not tell, a
+Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not show it, a
 person who has seen the videos does.
 """
 
@@ -98,10 +98,10 @@ def turned_as_decided(
 
 
 def least_toes(phase: Tracking, captured_ns: int) -> float:
-    """Statures by which the feet must reach forward; with less the opposite heading is tried.
+    """Reach of the feet below which the opposite heading is tried (statures).
 
     For DECIDED_NS after the user's decision nothing turns the track round, and then only feet that clearly point
-    backwards: the decision is about the start, and the track may have turned since.
+    backwards.  The decision is about the start, and the track may have turned since.
     """
     if phase.decided_ns is None:
         return REVERSED_TOES

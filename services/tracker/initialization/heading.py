@@ -40,7 +40,7 @@ from zenocap.services.tracker.states import Outcome, Setup, Tracking
 
 
 def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedPose, stature: float) -> float | None:
-    """Metres by which the scene at the feet reaches forward of the line of the shanks, mean of both; None without.
+    """Reach of the scene at the feet before the line of the shanks, metres, mean of both; None without.
 
     rays: (11, n).  forward: the horizontal heading of the root.  The shanks' line is that of their scene points, because
     a body that faces the wrong way has them too far behind.

@@ -1,4 +1,4 @@
-"""Online estimation of the body's sizes from new postures; a bent knee, for example, shows the position of the joint.
+"""Online estimation of body sizes from new postures.
 
 Every posture that differs from the previous ones adds its information on the sizes, with its own pose marginalized out.
 """

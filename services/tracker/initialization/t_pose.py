@@ -1,6 +1,6 @@
 """Initialization from the T-pose: the body measured over several frame sets."""
 
-# Paper (open): [Hybrid] does not say how the track starts and the body is measured.
+# Paper (open): [Hybrid] does not define how the track starts and the body is measured.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -75,7 +75,7 @@ class TPoseFit:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Fit with the front on one side.  toes: metres by which the feet reach forward."""
+    """Fit with the front on one side.  toes: forward reach of the feet, metres."""
 
     measured: BodyFit
     poses: tuple[RootedPose, ...]
@@ -96,7 +96,7 @@ def fit_t_poses(
     weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
     faces rather than away from it, where that is known.
 
-    An average body in every heading shows the direction of the arms: of two views, each has the arms in two places of the
+    An average body in every heading shows the direction of the arms.  Each of two views has the arms in two places of the
     visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
     feet show which one is the front where it is not known.
     """
@@ -166,7 +166,7 @@ def _fit(
     weights: Weights,
     detail: float,
 ) -> _Fit:
-    """Body fitted from the starts; then its poses, with the silhouettes, which tell where nothing is."""
+    """Body fitted from the starts; then its poses, with the silhouettes, which show the empty space."""
     average = average_body(anatomy, float(np.median([one.stature for one in t_poses])))
     samples = [FitSample(one.rays, start, start.values, T_POSE_DEVIATION) for one, start in zip(seen, starts, strict=True)]
     independent, reliability = detail * FIT_INDEPENDENT_RAYS, detail

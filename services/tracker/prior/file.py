@@ -1,4 +1,4 @@
-"""Prior files (data only, every field checked, with a checksum), and the priors shipped with zenocap, by name.
+"""Prior files (data only, with a checksum), and the shipped priors.
 
 See `zenocap.common.formats.model_files` for header and arrays.
 """

@@ -1,4 +1,4 @@
-"""Motion prior as arrays: Voronoi regions of poses, a subspace for each, transitions between them.  [Hybrid IV]
+"""Motion prior: regions of poses, a subspace for each, transitions.  [Hybrid IV]
 
 d is the number of coordinates of a pose (`zenocap.common.body.coordinates`), m that of a subspace, M that of the regions.
 """

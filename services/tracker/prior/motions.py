@@ -1,4 +1,4 @@
-"""Motions for training, as coordinates of poses: from motion capture files, takes, the simulated person."""
+"""Motions for training as pose coordinates: files, takes, simulated person."""
 
 from dataclasses import dataclass
 from pathlib import Path

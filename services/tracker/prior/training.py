@@ -1,4 +1,4 @@
-"""Training of a prior from motions; the number of regions is chosen on held-out motion.  [Hybrid IV, Fig. 4]"""
+"""Training of a prior; held-out motion chooses the number of regions.  [Hybrid IV, Fig. 4]"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Support of viewing lines by the other silhouettes, for a sample of lines per view, also with one view shifted in time."""
+"""Support of viewing lines by the other silhouettes, also with one view shifted in time."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ SUPPORTED = -1
 def line_support(view: Ints, directions: Floats, silhouettes: Silhouettes) -> Ints:
     """Support of every viewing line (n,).
 
-    SUPPORTED when all other views share some point on it; otherwise a sum of 2 ** j over the views j without which the
+    SUPPORTED when all other views share some point on it.  Otherwise a sum of 2 ** j over the views j without which the
     others would, 0 when there is none.  view: (n,) origin of each line; it need not be among the silhouettes of the frame.
     """
     out = np.zeros(len(view), dtype=np.int64)

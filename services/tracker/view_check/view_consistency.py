@@ -1,4 +1,4 @@
-"""Inconsistent views, from silhouettes alone: wrong calibration, frozen or empty view, or a view out of step.
+"""Inconsistent views: wrong calibration, frozen, empty or out of step.
 
 The viewing line of a contour point touches the person, so some point of it is in the silhouettes of all views.  A line
 without such a point has no support.  Two averages over time identify the view at fault:
@@ -62,7 +62,7 @@ class Finding:
     """Fault of a view.
 
     view: its index; -1 when no single view explains it.  figure: unsupported fraction of the contour (calibration,
-    disagreement), frames by which the view is late, negative when early (out-of-step), or its duration in frames.
+    disagreement), lag of the view in frames, negative when early (out-of-step), or its duration in frames.
     """
 
     kind: Literal["calibration", "out-of-step", "frozen", "empty", "disagreement"]
@@ -126,7 +126,7 @@ def check_views(
 
 
 def untested_lags(state: ViewConsistency) -> ViewConsistency:
-    """Statistics after which lags are tested anew, from frames that follow."""
+    """Statistics after which lags are tested again, from frames that follow."""
     lagged, tested = np.full_like(state.lagged, np.nan), np.zeros_like(state.tested)
     return replace(state, recent=(), lagged=lagged, tested=tested)
 

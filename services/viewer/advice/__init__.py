@@ -1,1 +1,1 @@
-"""Advice of a viewer about its own camera: what is wrong with its images, measured about once a second."""
+"""Advice of a viewer about its own images."""

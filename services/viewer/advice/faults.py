@@ -74,7 +74,7 @@ def is_fault(one: CameraFault) -> bool:
 
 
 def values_of(found: Measured) -> Iterator[CameraFault]:
-    """Everything that is known, good and bad."""
+    """All measured values, good and bad."""
     yield from _of_person(found)
     yield from _of_light(found)
     yield from _of_lens(found)

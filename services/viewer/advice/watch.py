@@ -1,4 +1,4 @@
-"""What a viewer has measured of its images over the last seconds, and the advice that follows."""
+"""Recent measurements of a viewer's images, and the advice from them."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar

@@ -1,1 +1,1 @@
-"""The estimation of the two-view paper as printed, with the corrections that each place cites.  [Two-view 2.4, 3.1-3.5]"""
+"""Two-view estimation as printed, with cited corrections.  [Two-view 2.4, 3.1-3.5]"""

@@ -1,4 +1,4 @@
-"""Body definition parameters of one view as printed, by shares of torso width and shoulder height.  [Two-view 2.4]"""
+"""Body definition of one view as printed, by shares of width and height.  [Two-view 2.4]"""
 
 from collections.abc import Mapping
 from math import atan2, pi

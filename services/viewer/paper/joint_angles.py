@@ -1,6 +1,6 @@
 """Arm and leg joint angles in one view, one angle after the other.  [Two-view 3.3, 3.4, Fig. 10-12]
 
-The rotation of a spherical joint is Rz Rx Ry: a turn about Z_N changes theta_Z, a turn about X_N after theta_Z changes
+The rotation of a spherical joint is Rz Rx Ry.  A turn about Z_N changes theta_Z, a turn about X_N after theta_Z changes
 theta_X, and the elbow or knee turns about the X axis of the joint before it.  Limbs: 0 right arm, 1 left arm, 2 right leg,
 3 left leg.
 """

@@ -1,4 +1,4 @@
-"""Position of the body in one view: the model image is shifted along X, then along Y.  [Two-view 3.2, Fig. 9]"""
+"""Position in one view: shifts of the model image along X, then Y.  [Two-view 3.2, Fig. 9]"""
 
 from dataclasses import dataclass
 

@@ -22,7 +22,7 @@ def depth_of_scale(camera: Floats, scale: float) -> float:
 def orthographic(camera: Floats, depth: float) -> Floats:
     """Camera rows (5, 3) whose images of points near `depth` (metres) are orthographic, at the scale of that depth.
 
-    The camera is moved back to FAR times the depth, with a focal length longer by the same factor: the image of a point at
+    The camera is moved back to FAR times the depth, with a focal length longer by the same factor.  The image of a point at
     exactly `depth` is that of the real camera, and nearer points are not larger.
     """
     rows = camera.copy()

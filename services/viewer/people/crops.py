@@ -1,4 +1,4 @@
-"""Where the network looks: around the person, or in tiles of the image while there is none."""
+"""Image crops for the network: around the person, or tiles in turn."""
 
 from dataclasses import dataclass
 from typing import TypeVar

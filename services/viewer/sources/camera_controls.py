@@ -1,4 +1,4 @@
-"""Exposure, gain, white balance and focus of a camera: fixed, automatic, or automatic at first and then fixed."""
+"""Exposure, gain, white balance and focus of a camera: fixed, automatic, or locked."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -27,9 +27,9 @@ TIMEOUT_MS = 5000
 WAITING_NS, MOST_WAITING = 15_000_000, 300  # the first shorter than a period at 60 frames/s; chosen by hand
 SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find their values; chosen by hand
 # OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
-# image is decoded, and its next frame is lost; a viewer grabs without pause, so that no frame grows old in the others.
+# image is decoded, and its next frame is lost.  A viewer grabs without pause, so that no frame grows old in the others.
 BUFFERS = 3
-EARLY = 0.25  # share of a period by which a frame may be early and still be the next
+EARLY = 0.25  # of a period, greatest lead of a frame that is still the next
 
 
 class Capture(Protocol):

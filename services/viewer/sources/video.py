@@ -14,7 +14,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
 
-LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped
+LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped
 
 
 class Thinning:

@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint centres round trip, angles are continuous, unknown rotations follow the rules."""
+"""Inverse kinematics: round trips, continuous angles, rules for unknown rotations."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Points of joint conventions: laws of motion and size, places against OpenSim's, and names against Pose2Sim's."""
+"""Points of joint conventions: laws of motion and size, OpenSim's places, Pose2Sim's names."""
 
 from dataclasses import replace
 

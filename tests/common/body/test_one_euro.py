@@ -1,4 +1,4 @@
-"""One Euro filter of poses: theory's gain and phase, the same in every world, and where it starts again."""
+"""One Euro filter of poses: gain and phase of theory, equal in every world, restarts."""
 
 from collections.abc import Sequence
 

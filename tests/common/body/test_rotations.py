@@ -1,4 +1,4 @@
-"""Conversions of rotations against scipy, round trips, and limits: gimbal lock, half turns, small angles."""
+"""Conversions of rotations: scipy, round trips, gimbal lock, half turns, small angles."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Zenoh's configuration: defaults for a rig; the user's file and options have precedence; clear errors."""
+"""Zenoh's configuration: defaults, the user's file and options, errors."""
 
 import json
 import socket

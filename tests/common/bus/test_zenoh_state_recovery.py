@@ -1,4 +1,4 @@
-"""State recovery: subscribers keep a service's last messages, return them to its successor, and drop them after a time."""
+"""State recovery: last messages are kept, returned to a successor, and dropped after a time."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Calibration files of zenocap, EasyMocap, ROS and Qualisys: round trips, and errors that name file, key and value."""
+"""Calibration files of zenocap, EasyMocap, ROS and Qualisys: round trips and errors."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Calibration from line markers: exact without noise; remarks and errors for contradictory measurements."""
+"""Calibration from line markers: exact without noise; contradictory measurements."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Calibration from known points: exact without noise, claimed errors as the true ones, and wrong picks named."""
+"""Calibration from known points: exact without noise, true errors, named wrong picks."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Animated skeletons: joint centres of the poses, a rest pose on the floor, and what happens to gaps and broken poses."""
+"""Animated skeletons: joint centres, rest pose, gaps and broken poses."""
 
 from dataclasses import replace
 

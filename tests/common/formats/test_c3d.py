@@ -1,4 +1,4 @@
-"""C3D: two readers, one of them independent of the writer, find points, rate, labels and missing points."""
+"""C3D: two readers find points, rate, labels and missing points."""
 
 import warnings
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""C3D files of other programs: units, first frames, quantities that are no positions; damaged files are one-line errors."""
+"""C3D files of other programs: units, first frames, other quantities, damage."""
 
 import io
 from pathlib import Path

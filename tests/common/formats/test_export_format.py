@@ -1,4 +1,4 @@
-"""The table of export formats: every row writes, no suffix is of two, and the page offers only what the table has."""
+"""Table of export formats: every row writes, suffixes are unique, the page offers them."""
 
 from collections import Counter
 from typing import get_args

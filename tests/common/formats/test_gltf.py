@@ -1,4 +1,4 @@
-"""glTF: an independent reader finds skeleton, skin and motion; the rules of the format that readers rely on."""
+"""glTF: an independent reader finds skeleton, skin and motion; rules of the format."""
 
 import json
 import struct

@@ -1,4 +1,4 @@
-"""Joint maps: a map makes any names readable; every wrong line is one error with file, key, value and what is allowed."""
+"""Joint maps: any names become readable; errors name file, key and value."""
 
 from pathlib import Path
 

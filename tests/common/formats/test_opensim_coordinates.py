@@ -1,4 +1,4 @@
-"""OpenSim's coordinates: the same angles back, and the same directions as key points of the same video."""
+"""OpenSim's coordinates: round trips, and directions as from key points."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Smoothing of recorded poses: theory's attenuation, no delay, the same in every world; gaps, jumps and short stretches."""
+"""Smoothing of recorded poses: attenuation of theory, no delay, gaps, jumps, short stretches."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Parquet and NPZ: pandas and pyarrow read the values of the CSV file, with units, axes and smoothing in the metadata."""
+"""Parquet and NPZ: values of the CSV file, with units, axes and smoothing as metadata."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A rig with a recognizer, offline: postures in the take, recomputed byte for byte, shown by info and to Foxglove."""
+"""Rig with a recognizer, offline: postures in the take, recomputed byte for byte."""
 
 import json
 from dataclasses import replace

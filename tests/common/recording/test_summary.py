@@ -1,4 +1,4 @@
-"""The index of a take: content, number of messages, last message; also of files that claim gigabytes or are zeros."""
+"""Index of a take: content, number of messages, last message; hostile files."""
 
 import resource
 import struct

@@ -1,4 +1,4 @@
-"""The tables [recognizer.commands.POSTURE]: actions as written, defaults, and one line of text for every rejected value."""
+"""Tables [recognizer.commands.POSTURE]: actions, defaults, one line for every rejected value."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Viewers that camera hosts run: the assignment has the whole viewer, and nothing that a rig file may not have."""
+"""Viewers that camera hosts run: the assignment has the whole viewer and nothing else."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The table of methods: every row has services, a rig that uses it, and topics that its services publish."""
+"""Table of methods: every row has services, a rig that uses it, and published topics."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Rig files and folders: values, defaults, sources and backgrounds, and errors that name file, key and value."""
+"""Rig files and folders: values, defaults, sources, backgrounds, errors."""
 
 from pathlib import Path
 

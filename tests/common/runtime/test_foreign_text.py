@@ -1,4 +1,4 @@
-"""Texts of other programs and files reach logs and terminals on one line, without control characters, cut."""
+"""Texts of other programs in logs and terminals: one line, no control characters, cut."""
 
 import io
 import logging

@@ -1,4 +1,4 @@
-"""Programs that only read have a lower priority, in their own session only, and what the system refuses is logged."""
+"""Lower priority of programs that only read, in their own session only."""
 
 import errno
 import logging

@@ -1,4 +1,4 @@
-"""Session: frame sets to quiet in a fixed order, steps ahead with equal results, failures that end nothing."""
+"""Session: frame sets to quiet in a fixed order, steps ahead, failures."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

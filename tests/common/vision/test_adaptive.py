@@ -1,4 +1,4 @@
-"""The adaptive background: people from the first frame, sudden light, moved furniture, quiet standing, compression."""
+"""Adaptive background: people from the first frame, light, furniture, standing, compression."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""The adaptive background with the tracker's pose: a still person is held, a wrong pose is not held for ever."""
+"""Adaptive background with the tracker's pose: a still person is held, a wrong pose is not."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A saved background model: equal after a round trip, taken up where it fits, refused where the view is another one."""
+"""Saved background model: round trip, taken up where it fits, refused elsewhere."""
 
 from pathlib import Path
 

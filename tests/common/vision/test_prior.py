@@ -1,4 +1,4 @@
-"""The decision with the expected body: holes filled, furniture dropped, a moving limb that is not expected kept."""
+"""Decision with the expected body: holes filled, furniture dropped, moving limbs kept."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Connections to the page's port that are no page: many without a request, malformed requests, other origins."""
+"""Connections to the page's port that are no page: silent, malformed, foreign."""
 
 import asyncio
 import logging

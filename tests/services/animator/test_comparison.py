@@ -1,4 +1,4 @@
-"""Comparison of two takes: which poses belong together, distances of the joints, takes that cannot be compared."""
+"""Comparison of two takes: pairing, distances, takes that cannot be compared."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Reading two takes while the page is served: the same poses as exports have, errors, and an end at any time."""
+"""Reader of two takes beside the page: poses as in exports, errors, early end."""
 
 import threading
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Pictures behind a take: of the position of a paused player, and ahead of a playing one by the time that they take."""
+"""Pictures behind a take: at a paused position, ahead of a playing one."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Pictures of a shown take: of the time of the pose while it plays, of the position of the player while it is paused."""
+"""Pictures of a shown take: time of the pose, or position of a paused player."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""A camera that is assigned to a viewer: what is obeyed and refused, its process, its end, and its own restart."""
+"""Assigned camera of a host: obeyed and refused queries, process, end, restart."""
 
 import os
 import stat

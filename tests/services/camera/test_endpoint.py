@@ -1,4 +1,4 @@
-"""What a camera's program obeys when it is told to film, and what it refuses."""
+"""Film endpoint of a camera's program: obeyed and refused queries."""
 
 import sys
 import time

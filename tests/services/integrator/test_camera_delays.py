@@ -1,4 +1,4 @@
-"""Delays of the cameras of a running rig: found, confirmed, corrected in steps, and kept when nothing is certain."""
+"""Camera delays of a running rig: found, confirmed, corrected in steps, kept."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

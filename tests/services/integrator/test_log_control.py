@@ -1,4 +1,4 @@
-"""Log stopped and started on request: messages in between are in no take, latched messages are in the new take."""
+"""Log stopped and started on request: messages between are lost, latched ones repeated."""
 
 import time
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The frame rate of an overloaded rig: simulated viewers that can process a limited number of frames per second."""
+"""Frame rate of an overloaded rig, with simulated viewers of limited speed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

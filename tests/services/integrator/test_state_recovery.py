@@ -1,4 +1,4 @@
-"""A restarted integrator continues with the body and the pose published before, and publishes them again."""
+"""A restarted integrator continues with the body and pose published before."""
 
 from dataclasses import replace
 

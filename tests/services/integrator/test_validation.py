@@ -1,4 +1,4 @@
-"""Messages that fit no body are rejected before pairing; the body is published again to viewers that lack it."""
+"""Messages that fit no body are rejected before pairing."""
 
 import msgspec
 import pytest

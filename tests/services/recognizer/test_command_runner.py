@@ -1,4 +1,4 @@
-"""Commands beside the service loop: results with their latency, dropped ones, failures that stop nothing, closing."""
+"""Commands beside the service loop: latency, drops, failures, closing."""
 
 import json
 import threading

@@ -1,4 +1,4 @@
-"""Which commands a posture triggers: label, confidence, cooldown, age."""
+"""Commands of a posture: label, confidence, cooldown, age."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Models that do not use a part of the body: it changes no answer, in training, in a window and in a stream."""
+"""Models that ignore a body part: it changes no answer."""
 
 from dataclasses import replace
 from pathlib import Path

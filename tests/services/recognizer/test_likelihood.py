@@ -1,4 +1,4 @@
-"""The compiled forward algorithm against all paths, and the filler against a plain model of all its states."""
+"""Compiled forward algorithm and filler against plain models."""
 
 from itertools import product
 

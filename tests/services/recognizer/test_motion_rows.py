@@ -1,4 +1,4 @@
-"""Rows of a motion: independent of place and heading where they should be, in the frames that they state."""
+"""Rows of a motion: independent of place and heading, in their stated frames."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Bad input through the tracker's step with the real core: findings, and tracking with the other views."""
+"""Bad input through the tracker's step: findings, tracking with the other views."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

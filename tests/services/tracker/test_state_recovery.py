@@ -1,4 +1,4 @@
-"""A restarted tracker finds the person by the body and pose published before, and publishes them again."""
+"""A restarted tracker finds the person by the body and pose published before."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Phases of tracking one person: waiting, measurement, tracking, track loss, relocalization; simulated scenes."""
+"""Phases of tracking one person: waiting, measurement, tracking, loss, relocalization."""
 
 from collections.abc import Iterable
 from dataclasses import replace

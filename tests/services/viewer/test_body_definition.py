@@ -1,4 +1,4 @@
-"""Body definition parameters from the T-pose: drawn figures, and exact silhouettes of the simulated person."""
+"""Body definition from the T-pose: drawn figures, simulated silhouettes."""
 
 import numpy as np
 import pytest

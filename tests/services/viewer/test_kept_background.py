@@ -1,4 +1,4 @@
-"""The background of an earlier run: written while the viewer runs, taken up by the next one where it fits."""
+"""Background of an earlier run: written, taken up where it fits."""
 
 import logging
 from dataclasses import replace

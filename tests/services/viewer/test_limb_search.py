@@ -1,4 +1,4 @@
-"""The overlapped tri-tree of [Two-view 3.5] against the full search, and its number of matchings [Eq. 2]."""
+"""Overlapped tri-tree against the full search, and its matchings.  [Two-view 3.5, Eq. 2]"""
 
 from itertools import product
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Object tracking in one view: recovers known shifts, tilts and turns of the model's own silhouette.  [Two-view 3.2]"""
+"""Position in one view: known shifts, tilts and turns are recovered.  [Two-view 3.2]"""
 
 import numpy as np
 import pytest

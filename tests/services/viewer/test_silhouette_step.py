@@ -1,4 +1,4 @@
-"""Silhouette viewer: publishes one silhouette per frame, equal to the two-view viewer's, and nothing else."""
+"""Silhouette viewer: one silhouette per frame, as the two-view viewer's."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The viewers' steps on rendered frames, with answers of the integrator's step: no bus, no clock, no threads."""
+"""Steps of viewers and integrator on rendered frames: no bus, no clock, no threads."""
 
 from copy import deepcopy
 from dataclasses import replace

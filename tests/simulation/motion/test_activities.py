@@ -1,4 +1,4 @@
-"""Everyday movements and long performances: from standing to standing, without jumps, different for each seed."""
+"""Everyday movements and performances: start and end standing, no jumps, seeds differ."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Two-bone inverse kinematics of an arm: wrist at the target within reach, elbow in the given direction."""
+"""Two-bone inverse kinematics of an arm: wrist at the target, elbow direction."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Walking and running: planted feet stay, flight phases only in running, natural ranges of knees and hips."""
+"""Walking and running: planted feet, flight phases in running, natural ranges."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Dropping a take on the page of another, or of a live rig, which goes on and records; what is no take is one line."""
+"""Take dropped on the page of another take or of a live rig."""
 
 import base64
 import re

@@ -1,4 +1,4 @@
-"""Chromium plays the films that `zenocap render` and `zenocap track --overlay` write: size, progress, and what it draws."""
+"""Chromium plays the films of `zenocap render` and `zenocap track --overlay`."""
 
 import threading
 from collections.abc import Iterator

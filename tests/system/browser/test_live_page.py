@@ -1,4 +1,4 @@
-"""The live page of the cameras in a real browser: pictures, advice, enlarging, the board, light and dark, window sizes."""
+"""Live page of the cameras in a browser: pictures, advice, board, window sizes."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""The page in a real browser: it loads, the actor follows the poses, buttons act, a silent viewer turns red."""
+"""Page in a browser: it loads, the actor follows, buttons act, silent viewers turn red."""
 
 import time
 from collections.abc import Iterator, Sequence

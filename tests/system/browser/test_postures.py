@@ -1,4 +1,4 @@
-"""The page of postures in a real browser: three examples each of three postures are labelled, trained and tried."""
+"""Page of postures in a browser: labelled, trained and tried."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The page on a take in a browser: a second take beside it, scrubbing, and the bars under the position by keys."""
+"""Page on a take in a browser: second take, scrubbing, bars by keys."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Calibration with a board on simulated views: the truth is found, errors are as claimed, and wrong views are refused."""
+"""Calibration with a board on simulated views: truth found, errors as claimed."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Corner files: the views that the film itself gives, bit for bit, and refusal of files that are damaged or wrong."""
+"""Corner files: views of the film bit for bit; damaged files refused."""
 
 import shutil
 import struct

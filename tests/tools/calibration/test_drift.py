@@ -1,4 +1,4 @@
-"""The drift check: a camera that was turned or shifted is named with its new pose, and unmoved ones are not."""
+"""Drift check: a moved camera is named with its new pose, unmoved ones are not."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""First lenses from views with known truth: the model, its values, its held-out error; and what is not enough."""
+"""First lenses from views with known truth: model, values, held-out error."""
 
 from dataclasses import replace
 

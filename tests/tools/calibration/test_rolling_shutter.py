@@ -1,4 +1,4 @@
-"""Rolling shutter in views of a board: named with its time where it is, and not where cameras are only late."""
+"""Rolling shutter in views of a board: named where it is, with its time."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""ONVIF cameras: found by a probe, asked for their streams, against a simulated device on the loopback interface."""
+"""ONVIF cameras: probe, streams, a simulated device on the loopback interface."""
 
 import json
 import threading

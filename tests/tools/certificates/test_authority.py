@@ -1,4 +1,4 @@
-"""Certificates: signed by their authority, for their hosts, in their time, and read back with clear errors."""
+"""Certificates: signed, for their hosts, in their time, read back with errors."""
 
 from datetime import UTC, datetime, timedelta
 

@@ -1,4 +1,4 @@
-"""Which machine has the camera of a viewer, and the name of a film there."""
+"""Machine that has the camera of a viewer, and names of films."""
 
 from dataclasses import replace
 from datetime import UTC, datetime

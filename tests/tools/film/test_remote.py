@@ -89,7 +89,7 @@ def filmed(network: Network, folder: Path, at_s: float, event: Callable[[], None
 @pytest.mark.nightly
 def test_a_program_that_was_started_anew_is_named_with_what_it_had(network: Network, tmp_path: Path) -> None:
     one, frames, reason = filmed(network, tmp_path / "out", 0.7, network.restart)
-    assert reason == "cam01 on lab1: the program was started anew; its film ended"
+    assert reason == "cam01 on lab1: the program was started again; its film ended"
     assert frames > 10
     assert one.has_ended
 

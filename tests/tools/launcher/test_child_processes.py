@@ -1,4 +1,4 @@
-"""ChildProcesses: restart of killed processes after growing pauses, limit of failed starts, no leftover process."""
+"""ChildProcesses: restarts after growing pauses, limit of failed starts, no leftovers."""
 
 import io
 import signal

@@ -1,4 +1,4 @@
-"""Which cameras a live page shows."""
+"""Cameras that a live page shows."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The calibration of the paper on the page: three objects in two pictures, their measures, and what is refused."""
+"""The paper's calibration on the page: three objects in two pictures."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What an installation needs: laws of the sums, figures of the documentation, and the command."""
+"""Plan of an installation: laws of the sums, documented figures, command."""
 
 import json
 from dataclasses import replace

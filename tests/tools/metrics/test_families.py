@@ -1,4 +1,4 @@
-"""Exported metrics, read back by the parser of prometheus-client; the Grafana dashboard uses only names that exist."""
+"""Exported metrics, read by prometheus-client; names of the Grafana dashboard."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The session of the page of postures: changes are saved at once or refused with a reason; training and trial."""
+"""Session of the page of postures: changes saved or refused, training, trial."""
 
 import time
 from collections.abc import Callable, Sequence

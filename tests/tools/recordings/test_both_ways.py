@@ -1,4 +1,4 @@
-"""Tracking both ways: the forward poses stay as they are, the better ones are beside them and used by default."""
+"""Tracking both ways: forward poses stay, the better ones are the default."""
 
 from dataclasses import replace
 from pathlib import Path

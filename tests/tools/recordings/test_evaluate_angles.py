@@ -1,4 +1,4 @@
-"""Errors of joint angles: definitions, pairing by time, round trips, the command's table, JSON, picture and errors."""
+"""Errors of joint angles: definitions, pairing, round trips, the command's outputs."""
 
 import json
 from dataclasses import replace

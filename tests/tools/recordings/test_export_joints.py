@@ -1,4 +1,4 @@
-"""Exports in joint conventions: names, units and places as other readers find them; what a format or body lacks."""
+"""Exports in joint conventions: names, units, places; missing points."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""`zenocap export` to glTF and USD: names, rates and gaps in the file, and one line for every wrong input."""
+"""`zenocap export` to glTF and USD: names, rates, gaps, errors."""
 
 from importlib.util import find_spec
 from pathlib import Path

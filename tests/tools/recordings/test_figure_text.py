@@ -1,4 +1,4 @@
-"""A body drawn as text: its right is on the left of the first view, its front on the right of the second."""
+"""Body drawn as text: right and left, front and back."""
 
 import numpy as np
 import pytest

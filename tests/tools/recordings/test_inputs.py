@@ -1,4 +1,4 @@
-"""Frames of several videos by their times, and the lines that say what was unusual and what was left out."""
+"""Frames of several videos by their times, and lines about unusual ones."""
 
 from collections.abc import Iterator
 

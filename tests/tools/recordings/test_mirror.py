@@ -1,4 +1,4 @@
-"""A take is tracked again on its silhouettes: unchanged into itself, and with left and right exchanged from a time on."""
+"""Take tracked again on its silhouettes, with front and back exchanged."""
 
 from pathlib import Path
 

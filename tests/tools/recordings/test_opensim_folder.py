@@ -1,4 +1,4 @@
-"""The folder for OpenSim: OpenSim itself scales the model and finds the motion; refusals leave nothing behind."""
+"""OpenSim folder: OpenSim scales the model and finds the motion."""
 # ruff: noqa: F401, F811 - fixtures of another file
 
 import re

@@ -1,4 +1,4 @@
-"""Offline tracking with the tracker's pose fed back to the viewers: reproducible, traced, and of effect."""
+"""Offline tracking with the pose fed back to the viewers."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`zenocap track` with the user's decisions: the same take with and without hardware, cameras left out, next commands."""
+"""`zenocap track` with the user's decisions: hardware, cameras, next commands."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Due times of messages: order is kept, intervals are scaled, a pause takes no position, a seek changes nothing else."""
+"""Due times of messages: order, scaled intervals, pauses, seeks."""
 
 from itertools import pairwise
 

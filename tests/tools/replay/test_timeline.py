@@ -1,4 +1,4 @@
-"""Takes on one time line: every message at its position, from any start, also for truncated, damaged and several files."""
+"""Takes on one time line: every message at its position, also of damaged files."""
 
 import random
 from collections.abc import Sequence

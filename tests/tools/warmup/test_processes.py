@@ -1,4 +1,4 @@
-"""Parts are distributed to processes by duration; without a cache that can be written nothing is compiled in vain."""
+"""Warm-up parts in processes by duration; nothing compiled in vain."""
 
 import io
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""All cameras together: poses at which the silhouettes agree, the head keeps its height, and the feet stand on the floor.
+"""Adjustment of all cameras: silhouettes agree, the head keeps its height, feet are on the floor.
 
 Residuals, in standard deviations:
 
@@ -31,7 +31,7 @@ from zenocap.tools.calibration.walk.parameters import (
 )
 from zenocap.tools.calibration.walk.single_view import elevations
 
-GAUGE_M, GAUGE_RAD = 1e-3, 1e-3  # by which the first camera may leave its place and direction on the floor
+GAUGE_M, GAUGE_RAD = 1e-3, 1e-3  # tolerance of the first camera's place and direction on the floor
 UNIT = np.array([0.02] * 3 + [0.05] * 3)  # rad and m: change of a pose of about equal effect
 DELAY_UNIT_S = 0.03  # change of a delay of about the same effect: a walk of 1 m/s
 

@@ -1,4 +1,4 @@
-"""Poses of all cameras from a person who walks: start of each camera, registration, adjustment, errors."""
+"""Camera poses from a walking person: starts, registration, adjustment, errors."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -102,7 +102,7 @@ def calibrated_films(
     on_step("delays")
     coarse = coarse_delays(views, timing, HEAD_IN_WALK * stature_m)
     if len(coarse) < len(lenses):
-        calibrated_walk(lenses, near, stature_m, on_step)  # says what cannot be connected, and why
+        calibrated_walk(lenses, near, stature_m, on_step)  # reports what cannot be connected, and why
         raise UserError("whether the cameras are in step cannot be found: walk longer, in curves; or give sync.toml")
     start = start_of(lenses, views_of(lenses, timing.hulls(coarse), stature_m, on_step), on_step)
     delays = adjusted_delays(start, timing, stature_m, coarse, on_step)

@@ -33,7 +33,7 @@ from zenocap.tools.calibration.walk.single_view import SingleView, Track, smooth
 
 @dataclass(frozen=True)
 class Delay:
-    """A camera's images show what was there seconds after their times say, against the first camera.  error_s: standard."""
+    """Delay of a camera's images against the first camera, seconds.  error_s: standard error."""
 
     seconds: float
     error_s: float

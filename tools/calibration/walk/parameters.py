@@ -40,7 +40,7 @@ DELAY_BLOCKS: Final = 5  # stretches of time of the jackknife
 # Adjustment.
 HEAD_NOISE_M: Final = 0.03  # of the height of the head: it moves up and down by 2 to 4 cm in each step
 FLOOR_NOISE_M: Final = 0.1  # of the floor below one instant's lowest point
-HEAD_PX: Final = 3.0  # of the top of the head, of which views from different heights see different points
+HEAD_PX: Final = 3.0  # of the top of the head; views from different heights see different points of it
 ROUNDS: Final = 3  # outliers are weighted again after each
 BLOCKS: Final = 6  # stretches of time of the jackknife
 
@@ -55,5 +55,5 @@ MOST_MRAD: Final = 15.0  # of the worst camera; the issue that asked for this ca
 LEAST_WIDTH_M: Final = 0.6  # of the walked area, across its longest direction; by hand
 GOOD_DELAY_S: Final = 0.03  # standard error of a delay: a walk of 1 m/s goes 3 cm in it
 GOOD_ERROR_M: Final = 0.03  # expected in the walked area; by hand
-STATURE_SHARE: Final = 0.01  # by which scale is uncertain with an exact stature: the spread of the two constants above
+STATURE_SHARE: Final = 0.01  # uncertainty of the scale with an exact stature: the spread of the two constants above
 STATURES_M: Final = (1.0, 2.3)

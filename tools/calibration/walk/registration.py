@@ -1,4 +1,4 @@
-"""Where the cameras stand to each other: the ways over the floor that each one sees are one way, turned and shifted."""
+"""2-D registration of floor paths."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

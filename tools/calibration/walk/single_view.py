@@ -1,4 +1,4 @@
-"""One camera alone: its tilt, roll and height, and the person's way over the floor, from a person of known height.
+"""Tilt, roll and height of one camera, and the floor path of a person of known height.
 
 With the vertical u of the world in the camera's frame, every ray has an elevation e above the horizon.  A person of
 height h who stands at distance d from a camera at height c has the head at tan e1 = (h - c) / d and the feet at

@@ -1,4 +1,4 @@
-"""Cameras of Linux: modes, controls and stable names, from answers as the kernel's structures define them."""
+"""Cameras of Linux: modes, controls and stable names from the kernel's answers."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Foxglove output, received by a plain websockets client that decodes by the schemas that the server sends."""
+"""Foxglove output, decoded by a plain websockets client from the server's schemas."""
 
 import json
 import socket

@@ -1,4 +1,4 @@
-"""UDP sender: receivers that listen, end, return, do not read or do not exist; sending never blocks or raises."""
+"""UDP sender: receivers that listen, end, return or do not exist; no blocking."""
 
 import logging
 import socket

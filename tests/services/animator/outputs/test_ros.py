@@ -1,4 +1,4 @@
-"""ROS 2 output: a subscriber on a real Zenoh network decodes it with rosbags and finds the figure where it is."""
+"""ROS 2 output: a subscriber on a real Zenoh network decodes it with rosbags."""
 
 from collections.abc import Callable, Iterator, Sequence
 from types import ModuleType

@@ -1,4 +1,4 @@
-"""VMC output, received by python-osc with its own forward kinematics: joint positions equal those of the pose."""
+"""VMC output: python-osc and own forward kinematics find the joints of the pose."""
 
 import socket
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""VRChat output, received by python-osc: positions are joint centres, rotations turn the limbs of the T-pose into place."""
+"""VRChat output: joint centres as positions, rotations from the T-pose."""
 
 from collections.abc import Iterator
 

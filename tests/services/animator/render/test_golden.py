@@ -1,4 +1,4 @@
-"""Pictures stay the same within two grey levels: against those drawn before the drawing functions were made faster."""
+"""Rendered pictures equal stored ones within two grey levels."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Baum-Welch training of one posture, and emissions with probability for symbols absent from the examples."""
+"""Baum-Welch training of one posture, and smoothed emissions."""
 
 import numpy as np
 import pytest

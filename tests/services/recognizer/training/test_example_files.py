@@ -1,4 +1,4 @@
-"""Examples of a manifest's rows: takes in their own anatomy, motion capture; all errors reported together."""
+"""Examples of a manifest: takes, motion capture, all errors together."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Training of the forest: deterministic, equal to scikit-learn's own votes, thresholds from held-out people."""
+"""Training of the forest: deterministic, votes as scikit-learn's, held-out thresholds."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Labels along one long source: spans, examples in a manifest, and errors with file, line, value and what is allowed."""
+"""Labels along one long source: spans, examples, errors with file and line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Body model for compiled functions against the anatomy's own kinematics; ranges against the joints' limits."""
+"""Body model of compiled functions against the anatomy's kinematics and limits."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The better of two directions: least cost, the same in either order of time, and what happens where one has no pose."""
+"""Fusion of two directions: least cost, symmetric in time, missing poses."""
 
 from itertools import product
 

@@ -1,4 +1,4 @@
-"""Contacts of rays with the body: compiled functions against a plain oracle, and properties of every contact."""
+"""Contacts of rays with the body: a plain oracle, and properties of every contact."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The printed distance D of a pose: md of the surface normals, truncation, corresponding part.  [Hybrid Eq. 30, 31]"""
+"""Printed distance D of a pose: md, truncation, part.  [Hybrid Eq. 30, 31]"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Confidence of limbs and heading: laws of the logistic models, and limbs whose silhouette is elsewhere."""
+"""Confidence of limbs and heading: laws of the models, misplaced silhouettes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Search of a limb that has lost its rays: placements, support, and the particle that replaces the worst one."""
+"""Search of a limb without rays: placements, support, replaced particle."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A track starts in any posture with an average body, which the T-pose replaces; nothing else than a person starts one."""
+"""Start in any posture with an average body; the T-pose replaces it; persons only."""
 
 from collections.abc import Iterable
 from dataclasses import replace

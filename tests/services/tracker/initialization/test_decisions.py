@@ -1,4 +1,4 @@
-"""The user's decision on front and back: at the start in the T-pose and in any posture, and against the feet."""
+"""The user's decision on front and back: at the start, and against the feet."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Front and back from the feet: the reach of a scene's feet, the running mean, a reversed pose that is put right."""
+"""Front and back from the feet: reach, running mean, a reversed pose put right."""
 
 from dataclasses import replace
 from functools import cache

@@ -1,4 +1,4 @@
-"""Advice about a camera: each fault of a simulated film is found, and the same film without it has none."""
+"""Camera advice: each fault of a simulated film is found, and none without it."""
 
 from dataclasses import replace
 from functools import cache

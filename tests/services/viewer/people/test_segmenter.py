@@ -1,4 +1,4 @@
-"""Where the network looks, and when: without the network itself."""
+"""Places and times of the network's runs, without the network itself."""
 
 from threading import Event
 

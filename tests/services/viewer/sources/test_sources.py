@@ -1,4 +1,4 @@
-"""Frames of video files, pictures and cameras: numbers, times, live playback, and errors that name the source."""
+"""Frames of videos, pictures and cameras: numbers, times, live playback, errors."""
 
 import os
 from collections.abc import Iterator

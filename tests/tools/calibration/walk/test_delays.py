@@ -1,4 +1,4 @@
-"""Delays of cameras from the silhouettes of upright bodies without limbs; series of silhouettes; sync.toml."""
+"""Camera delays from silhouettes of upright bodies; sync.toml."""
 
 from dataclasses import replace
 

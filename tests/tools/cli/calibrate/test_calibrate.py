@@ -1,4 +1,4 @@
-"""The commands `calibrate lines` and `calibrate check`: input files, options, output and exit statuses."""
+"""Commands `calibrate lines` and `calibrate check`: input, options, exit statuses."""
 
 import json
 

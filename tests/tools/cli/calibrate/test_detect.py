@@ -1,4 +1,4 @@
-"""`calibrate detect`: a calibration from corners is that from the videos, bit for bit; the report, and wrong calls."""
+"""`calibrate detect`: the calibration of the videos, bit for bit; wrong calls."""
 
 import json
 import shutil

@@ -208,13 +208,14 @@ class PageServer(Generic[C]):
     async def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return an answer or an error, or None to open a WebSocket."""
         method = getattr(request, "method", "GET")  # earlier versions of the library refuse others themselves
-        if method not in ("GET", "HEAD"):
-            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET, HEAD")
         parts = urlsplit(request.path)
+        socket = self._is_socket(parts.path)
+        if method not in ("GET", "HEAD") or (socket and method != "GET"):
+            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET, HEAD")
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
-        if self._is_socket(parts.path):
+        if socket:
             return None
         response = await self._answer(parts.path, parts.query, request.headers)
         return Response(response.status_code, response.reason_phrase, response.headers) if method == "HEAD" else response

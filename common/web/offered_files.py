@@ -1,17 +1,15 @@
 """Saved files that pages can get: the latest ones, each at a path of its own that cannot be guessed."""
 
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from secrets import token_urlsafe
 from urllib.parse import quote
 
+from zenocap.common.web.content import Answer
 from zenocap.common.web.parameters import MAX_OFFERED, MAX_OFFERED_BYTES
 
 OFFERED_PATH = "/saved/"
-Answer = tuple[bytes, Mapping[str, str]]
-"""Body and headers."""
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ import msgspec
 
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import Broadcaster, PageQueue, encoded
+from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import C, NoticeUpdate
 from zenocap.common.web.parameters import MOST_COMMANDS
-from zenocap.common.web.server import PageContent, PageServer
+from zenocap.common.web.server import PageServer
 
 NOTICE = "notice"  # key of a line of text for the user
 

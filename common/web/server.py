@@ -10,12 +10,8 @@ Limits: connections without a handshake by number and time, open pages by number
 import asyncio
 import logging
 import threading
-from collections.abc import Awaitable, Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
-from importlib import resources
-from pathlib import Path
 from typing import Any, Generic, cast
 from urllib.parse import parse_qs, urlsplit
 
@@ -28,8 +24,9 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
+from zenocap.common.web.content import Answer, PageContent
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
-from zenocap.common.web.offered_files import OFFERED_PATH, Answer, OfferedFiles
+from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
 from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
     HANDSHAKE_TIMEOUT_S,
@@ -41,52 +38,10 @@ from zenocap.common.web.parameters import (
 logger = logging.getLogger(__name__)
 
 SOCKET_PATH = "/socket"
-CONTENT_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-
-
-Files = Mapping[str, Answer]
-"""Every served file by name; nothing else can be requested."""
-
-Made = Callable[[str, Mapping[str, str]], Answer]
-"""Computes an answer of the query and the headers of a request; called in a thread."""
-
-
-@dataclass(frozen=True)
-class Socket:
-    """A WebSocket beside that of the updates.  receive: serves a connection.  max_bytes: of one message."""
-
-    receive: Callable[[ServerConnection], Awaitable[None]]
-    max_bytes: int
-
-
-@dataclass(frozen=True)
-class PageContent(Generic[C]):
-    """What a server serves.  decode: a command of a page; raises ValueError.  None: no updates and commands.
-
-    program: that serves it; options: how host, port and origins are set, both for messages to users.
-    sockets, made: by path.  feeds: names of what a page can show; the first is that of a page that opens.
-    """
-
-    files: Files
-    decode: Callable[[str | bytes], C | Acknowledge] | None
-    program: str
-    options: str
-    sockets: Mapping[str, Socket] = field(default_factory=dict)
-    made: Mapping[str, Made] = field(default_factory=dict)
-    feeds: Sequence[str] = ("",)
-
-
-@cache
-def page_files(package: str) -> Files:
-    """The files of the folder `static` of a package, and those that all pages share."""
-    folders = [resources.files(one).joinpath("static") for one in ("zenocap.common.web", package)]
-    files = [file for folder in folders for file in folder.iterdir() if file.is_file()]
-    kinds = {file.name: f"{CONTENT_TYPES[Path(file.name).suffix]}; charset=utf-8" for file in files}
-    return {file.name: (file.read_bytes(), {"Content-Type": kinds[file.name]}) for file in files}
 
 
 class PageServer(Generic[C]):
@@ -208,13 +163,14 @@ class PageServer(Generic[C]):
     async def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return an answer or an error, or None to open a WebSocket."""
         method = getattr(request, "method", "GET")  # earlier versions of the library refuse others themselves
-        if method not in ("GET", "HEAD"):
-            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET, HEAD")
         parts = urlsplit(request.path)
+        socket = self._is_socket(parts.path)
+        if method not in ("GET", "HEAD") or (socket and method != "GET"):
+            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET, HEAD")
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
-        if self._is_socket(parts.path):
+        if socket:
             return None
         response = await self._answer(parts.path, parts.query, request.headers)
         return Response(response.status_code, response.reason_phrase, response.headers) if method == "HEAD" else response

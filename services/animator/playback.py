@@ -17,7 +17,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
-from zenocap.common.recording.summary import read_summary
+from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
@@ -136,7 +136,8 @@ class Playback:
         if not path.is_file():
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
-        port, pose_s, start_ns = free_port(), _pose_s(path), _start_ns(path)
+        port, pose_s, summary = free_port(), _pose_s(path), _summary(path)
+        start_ns = None if summary is None else summary.start_ns  # where the position of the player is 0
         topics = topics_shown(path, self._topics, raw=self._raw)
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
         self._broadcaster.clear("take")
@@ -179,7 +180,7 @@ class Playback:
 
     def _send_postures(self, path: Path, ended: threading.Event) -> None:
         """Send the postures of a take once they are read, unless playing has `ended`."""
-        summary = read_summary(path)
+        summary = _summary(path)
         update = pm.PosturesUpdate() if summary is None else postures_update(path, summary, ended.is_set)
         if not ended.is_set():
             self._broadcaster.publish(None, [encoded("postures", update)])
@@ -234,12 +235,7 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
 
     raw: the topics as they are.
     """
-    if raw:
-        return topics
-    try:
-        summary = read_summary(take)
-    except OSError:  # the replay reports it
-        return topics
+    summary = None if raw else _summary(take)
     keys = () if summary is None else (channel.topic for channel in summary.channels.values())
     if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
         return topics
@@ -254,13 +250,12 @@ def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int)
     return [encoded("place", pm.PlaceUpdate(place_s, actor.frame - shift_frames))]
 
 
-def _start_ns(path: Path) -> int | None:
-    """Log time of the first message of a take, where the position of the player is 0; None where its index is lost."""
+def _summary(path: Path) -> Summary | None:
+    """Summary of a take; None where its index is lost, or the take cannot be read, which the replay reports."""
     try:
-        summary = read_summary(path)
-    except OSError:  # the replay reports it
+        return read_summary(path)
+    except OSError:
         return None
-    return None if summary is None else summary.start_ns
 
 
 def _pose_s(path: Path) -> float:

@@ -4,7 +4,7 @@ Times are of the reader's monotonic clock.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 from zenocap.common.bus.protocol import Alive, Envelope
@@ -35,14 +35,15 @@ class Presence:
 
 def observed(presence: Presence, event: Envelope | Alive, at_ns: int) -> Presence:
     """Presence after an event that was received at a time."""
-    after = replace(presence, view=rig_view.observed(presence.view, event, at_ns))
+    view = rig_view.observed(presence.view, event, at_ns)
+    frames = presence.frames
     match event:
         case Alive(service="viewer", id=viewer):  # it has ended, or has to learn its background again
-            return replace(after, frames={id: ns for id, ns in after.frames.items() if id != viewer})
+            frames = {id: ns for id, ns in frames.items() if id != viewer}
         case Envelope(message=Sighting(viewer=viewer) | Silhouette(viewer=viewer) | PartialBap(viewer=viewer)):
-            if ("viewer", viewer) in after.services:
-                return replace(after, frames={**after.frames, viewer: at_ns})
-    return after
+            if ("viewer", viewer) in view.services or ("viewer", viewer) in view.expected:
+                frames = {**frames, viewer: at_ns}
+    return presence if view is presence.view and frames is presence.frames else Presence(view, frames)
 
 
 def condition(presence: Presence, service: ServiceKey, now_ns: int) -> Condition:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, get_args
 
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import PageQueue
+from zenocap.common.web.content import PageContent, Socket, page_files
 from zenocap.common.web.page import Page
-from zenocap.common.web.server import PageContent, Socket, page_files
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.drop_receiver import DropReceiver
 from zenocap.services.animator.page.save_messages import CancelSaving

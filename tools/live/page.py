@@ -12,8 +12,8 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, VideoFile
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.web.broadcast import EncodedUpdate, PageQueue
+from zenocap.common.web.content import PageContent, page_files
 from zenocap.common.web.page import Page
-from zenocap.common.web.server import PageContent, page_files
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.cameras.streams import jpeg
 from zenocap.tools.live import messages as lm

@@ -15,7 +15,8 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HANDLED, HEALTH, TRACKER_POSE, UNIVERSAL_BAP
-from zenocap.common.web.server import Made, PageContent, PageServer
+from zenocap.common.web.content import Made, PageContent
+from zenocap.common.web.server import PageServer
 from zenocap.tools.metrics.families import RigCollector
 from zenocap.tools.metrics.observations import Observations
 

@@ -6,8 +6,8 @@ from functools import lru_cache
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import PageQueue, encoded
+from zenocap.common.web.content import PageContent, page_files
 from zenocap.common.web.page import Page
-from zenocap.common.web.server import PageContent, page_files
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.motion_view import MotionView
 from zenocap.tools.posture_page.parameters import POLL_S

@@ -10,10 +10,10 @@ from websockets.asyncio.client import ClientConnection, connect
 from tests.common.web.test_server import socket_of, talk, updates_until
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import PageQueue
+from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import Decoder
 from zenocap.common.web.page import Page
 from zenocap.common.web.parameters import MOST_COMMANDS
-from zenocap.common.web.server import PageContent
 
 
 class Count(msgspec.Struct, frozen=True, tag="count", tag_field="type"):

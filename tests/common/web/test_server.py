@@ -19,9 +19,10 @@ from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Preview, Request
 from zenocap.common.rig.animator import PageTable
+from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import Decoder
 from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
-from zenocap.common.web.server import PageContent, PageServer
+from zenocap.common.web.server import PageServer
 
 TOKEN = "a-token-of-sixteen-letters"
 T = TypeVar("T")

@@ -35,7 +35,7 @@ Parse: TypeAlias = Callable[[str, Path], Source]
 
 @dataclass(frozen=True)
 class SourceKind:
-    """name: of its texts in a rig file, before a colon; `kind` of its type.  texts: their forms, for errors.
+    """name: of its texts in a rig file, before a colon, in lower case; `kind` of its type.  texts: their forms, for errors.
 
     parse: source of a text and the folder of the rig file.  Raises SpecError.
     open: "module:function".  Of a `LiveSource`: called with source, (width, height) px and frames/s, it returns a `Capture`

@@ -33,9 +33,9 @@ def convert(
     ros: a folder with a camera_info file of each camera, which has no position.
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_layout
-    from zenocap.common.camera.calibration_layouts import writable
+    from zenocap.common.camera.calibration_layouts import LAYOUTS, writable
 
-    if layout not in writable():
+    if layout not in LAYOUTS.names() or not LAYOUTS.row(layout).write:
         raise typer.BadParameter(f"--layout {layout!r}: allowed: {', '.join(writable())}")
     with one_line_errors():
         cameras = read_calibration(file, up_axis)

@@ -11,7 +11,6 @@ from functools import cached_property
 from pathlib import Path
 
 import msgspec
-import numpy as np
 from msgspec import UNSET
 
 from zenocap.common import messages as m
@@ -104,13 +103,7 @@ def mirror(
     until_ns = None if until_s is None else _tracked_at(source, shown, "--to", until_s)
     if until_ns is not None and until_ns <= from_ns:
         raise UserError(f"{source}: --to {until_s:g}: allowed: after --from {from_s:g}")
-    turns = {one.captured_ns: one for one in _turns(rig)}
-    turns[from_ns] = _turn(from_ns, -shown.fronts[from_ns])
-    if until_ns is not None:
-        turns[until_ns] = _turn(until_ns, shown.fronts[until_ns])
-    assert rig.tracker is not None
-    tracker = msgspec.structs.replace(rig.tracker, turns=[turns[captured_ns] for captured_ns in sorted(turns)])
-    rig = msgspec.structs.replace(rig, tracker=tracker)
+    rig = _turned(rig, shown, from_ns, until_ns)
     setup = _setup_of(rig, take)
     since = [(one - shown.start_ns) / 1e9 for one in (from_ns, until_ns) if one is not None]
     done = {"mirrored": {"from_s": f"{since[0]:.3f}", "source_sha256": _digest(source)}}
@@ -203,14 +196,16 @@ def _tracked_at(source: Path, shown: _ShownPoses, option: str, seconds: float) -
     return found
 
 
-def _turns(rig: RecordedRig) -> list[RecordedTurn]:
-    """Of a take that was mirrored before."""
-    return [] if rig.tracker is None or rig.tracker.turns is UNSET else list(rig.tracker.turns)
-
-
-def _turn(captured_ns: int, front: Floats) -> RecordedTurn:
-    x, y, z = np.asarray(front, dtype=np.float64).tolist()
-    return RecordedTurn(captured_ns=captured_ns, front=(x, y, z))
+def _turned(rig: RecordedRig, shown: _ShownPoses, from_ns: int, until_ns: int | None) -> RecordedRig:
+    """The rig whose track is turned round at `from_ns`, and back at `until_ns`; earlier turns at other times stay."""
+    assert rig.tracker is not None
+    turns = {} if rig.tracker.turns is UNSET else {one.captured_ns: one for one in rig.tracker.turns}
+    fronts = {from_ns: -shown.fronts[from_ns]} | ({} if until_ns is None else {until_ns: shown.fronts[until_ns]})
+    for captured_ns, front in fronts.items():
+        x, y, z = front.tolist()
+        turns[captured_ns] = RecordedTurn(captured_ns=captured_ns, front=(x, y, z))
+    tracker = msgspec.structs.replace(rig.tracker, turns=[turns[captured_ns] for captured_ns in sorted(turns)])
+    return msgspec.structs.replace(rig, tracker=tracker)
 
 
 def _digest(path: Path) -> str:

@@ -137,6 +137,14 @@ class Account:
             senders[service] = _joined(senders.get(service, Sender()), moved, continued=continued)
         return Account(senders, after.end_ns, [*self._steps, *after._steps], self.dropped + after.dropped)
 
+    def end(self) -> "Account":
+        """An account that goes on where this one ends: of each service its last report alone."""
+        senders = {}
+        for service, sender in list(self._senders.items())[:MAX_SERVICES]:
+            process, life = next(reversed(sender.lives.items()), (0, None))
+            senders[service] = Sender(sender.seen, {} if life is None else {process: Life(life.last, life.last)})
+        return Account(senders, self.end_ns, self._steps)
+
     def completed(self, reports: "Account", *, continued: bool) -> "Account":
         """This account, and what healths say that were received beside its logs.
 

@@ -34,7 +34,9 @@ class Log:
         self._recording = recording
         self._topics = topics
         self._whole_rig = whole_rig
-        self._accounts = Account(), Account()  # of the files before, and of the one that is written; one value, for threads
+        self._missing = 0, Account()  # in the files before, and in the present one: one value, as other threads read it
+        self._last = Account()  # at the end of the file before
+        self._dropped = 0  # by the queue, during the files before
         if whole_rig:
             recording.closing = self._account
         self._space = DiskSpace(recording.path.parent)
@@ -63,7 +65,8 @@ class Log:
         """
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        missing = sum(account.missing for account in self._accounts)
+        before, account = self._missing
+        missing = before + account.missing
         return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
 
     @property
@@ -137,14 +140,16 @@ class Log:
         if isinstance(event, Envelope):
             self._recording.record(event)  # in a new file, if the one before is full: then its account is another one
         if self._whole_rig and isinstance(event, Envelope | Alive):
-            self._accounts[1].add(event)
+            self._missing[1].add(event)
 
     def _account(self) -> Mapping[str, Mapping[str, str]]:
         """The account of a file, at its end; that of the next begins."""
-        before, now = self._accounts
-        now.dropped = sum(self._bus.counters.dropped.values()) - before.dropped
-        self._accounts = before.then(now, continued=before.end_ns > 0), Account()
-        return {METADATA: now.metadata()}
+        before, account = self._missing
+        dropped = sum(self._bus.counters.dropped.values())
+        account.dropped, self._dropped = dropped - self._dropped, dropped
+        both = self._last.then(account, continued=self._last.end_ns > 0)  # with what is missing between both
+        self._missing, self._last = (before + both.missing, Account()), both.end()
+        return {METADATA: account.metadata()}
 
 
 logger = logging.getLogger(__name__)

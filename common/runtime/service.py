@@ -162,6 +162,10 @@ class Runner(Generic[Setup, State, F]):
                 self.meter.time("result_age", self.clock.now_ns() - message.captured_ns)
         if messages:
             self.meter.time("publish", self.clock.elapsed_ns() - stepped_ns)
+        self._count(event, learning=learning)
+
+    def _count(self, event: Event[F], *, learning: bool) -> None:
+        """Count a handled event.  learning: a frame from which the background is learnt."""
         if isinstance(event, Envelope):
             answered = self.service.answers(event.message)
             if answered is not None and answered < self._frame:  # a newer frame has replaced it
@@ -274,18 +278,11 @@ def _loop(
     queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
 
     def report() -> None:
-        if frames:
-            runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
         offset = offset_at(trips, clock.now_ns())
         on_clock_offset(offset)
-        if choice:
-            choice.set_clock_offset(offset)
-        for counts in (extra_counts(), service.count(runner.state), choice.counts() if choice else {}):
-            runner.set_counts(counts)
-        text = service.describe(runner.state)
-        if choice and (reduced := choice.describe()):
-            text = f"{text}; {reduced}"
-        runner.report(text, offset)
+        runner.set_counts(extra_counts())
+        runner.set_counts(service.count(runner.state))
+        _report(runner, frames, choice, offset)
 
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
@@ -318,6 +315,21 @@ def _loop(
     runner.report_handled()
     runner.meter.counts[ENDED] = 1
     report()  # the last one: it has the numbers of all messages before
+
+
+def _report(
+    runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, choice: FrameChoice | None, offset: Offset | None
+) -> None:
+    """Publish the health, with what became of the frames.  offset: of this clock to the integrator's."""
+    if frames:
+        runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
+    text = runner.service.describe(runner.state)
+    if choice:
+        choice.set_clock_offset(offset)
+        runner.set_counts(choice.counts())
+        if reduced := choice.describe():
+            text = f"{text}; {reduced}"
+    runner.report(text, offset)
 
 
 def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:

@@ -91,7 +91,10 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
         wait_until(lambda: len(list(tmp_path.glob("late-*.mcap"))) == 2, tmp_path)
         wait_until(lambda: re.search(corrected, last_line(tmp_path)) is not None, tmp_path)
         wait_for_frames(tmp_path, KEPT)
-        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
+        assert ended(process, signal.SIGINT) == 3, output_of(tmp_path)
+    text = output_of(tmp_path)
+    assert "not counted: what integrator sent from" in text
+    assert re.search(r"takes: [1-9]\d* lost, and an unknown number in", text) is not None, text
     take, after_restart = sorted(tmp_path.glob("late-*.mcap"), key=lambda path: path.stat().st_ctime_ns)
     messages = [its.message for each in Take(take).messages() if (its := envelope(each)) is not None]
     delays = [message for message in messages if isinstance(message, CameraDelays)]

@@ -62,7 +62,8 @@ def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> N
         wait_until(lambda: "without viewer 2" in output_of(tmp_path), tmp_path)
         wait_until(lambda: both_contribute(last_line(tmp_path)), tmp_path)
         children = children_of(demo.pid)
-        assert ended(demo, signal.SIGINT) == 0, output_of(tmp_path)
+        assert ended(demo, signal.SIGINT) == 3, output_of(tmp_path)
+    assert "not counted: what viewer 2 sent from" in output_of(tmp_path)
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
     (take,) = (tmp_path / "recordings").glob("demo-*.mcap")
     stale = [bool(pose.stale) for pose in poses_in(take)]

@@ -5,7 +5,7 @@ of a service are left out while it is silent, so that no outdated value is shown
 """
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.registry import Collector
@@ -80,49 +80,18 @@ class RigCollector(Collector):
 
     def _services(self) -> Iterator[Metric]:
         up = GaugeMetricFamily("zenocap_up", "1 while the service publishes its health, else 0.", labels=SERVICE)
-        phases = GaugeMetricFamily("zenocap_phase", "1 for the phase of the service.", labels=(*SERVICE, "phase"))
-        stages = GaugeMetricFamily(
-            "zenocap_stage_seconds", "Median duration of the last 256 passes of a stage.", labels=(*SERVICE, "stage")
-        )
-        gauges = [GaugeMetricFamily(name, text, labels=SERVICE) for name, text, _ in HEALTH_GAUGES]
-        count_gauges = {key: GaugeMetricFamily(name, text, labels=SERVICE) for key, (name, text, _) in COUNT_GAUGES.items()}
-        counters = {key: CounterMetricFamily(name, text, labels=SERVICE) for key, (name, text) in COUNTERS.items()}
-        losses = CounterMetricFamily(
-            "zenocap_losses", "Frames and messages lost, left out or rejected.", labels=(*SERVICE, "reason")
-        )
-        outputs = CounterMetricFamily(
-            "zenocap_output_messages", "Messages of the animator's outputs, by result.", labels=("rig", "output", "result")
-        )
+        gauges, counters = _Gauges(), _Counters()
         for rig in self._observations.rigs.values():
             states = rig.services()
             for row in rig.rows(self._clock.elapsed_ns()):
                 labels = [row.rig, row.service, row.id]
                 up.add_metric(labels, float(row.status == "up"))
                 state = states.get((row.service, row.id))
-                health = state.health if state is not None else None
-                if health is None:
-                    continue
-                for key, counter in counters.items():
-                    if key in health.counts:
-                        counter.add_metric(labels, health.counts[key])
-                for reason in EXPORTED:
-                    if reason in health.counts:
-                        losses.add_metric([*labels, reason], health.counts[reason])
-                if row.service == "animator":
-                    _add_outputs(outputs, row.rig, health)
-                if row.status != "up":
-                    continue
-                for phase in parameters.PHASES:
-                    phases.add_metric([*labels, phase], float(health.phase == phase))
-                for stage in parameters.STAGES:
-                    if stage in health.stages_ms:
-                        stages.add_metric([*labels, stage], health.stages_ms[stage] / 1e3)
-                for gauge, (_, _, value) in zip(gauges, HEALTH_GAUGES, strict=True):
-                    gauge.add_metric(labels, value(health))
-                for key, gauge in count_gauges.items():
-                    if key in health.counts:
-                        gauge.add_metric(labels, health.counts[key] * COUNT_GAUGES[key][2])
-        yield from (up, phases, stages, *gauges, *count_gauges.values(), *counters.values(), losses, outputs)
+                if state is not None and state.health is not None:
+                    counters.add(labels, state.health)
+                    if row.status == "up":
+                        gauges.add(labels, state.health)
+        yield from (up, *gauges.families(), *counters.families())
 
     def _clocks(self) -> Iterator[Metric]:
         offsets = GaugeMetricFamily(
@@ -165,11 +134,65 @@ class RigCollector(Collector):
         yield from (poses, latency)
 
 
-def _add_outputs(family: CounterMetricFamily, rig: str, health: Health) -> None:
-    for output in parameters.OUTPUTS:
-        for result in parameters.OUTPUT_RESULTS:
-            if (count := health.counts.get(f"{output}_{result}")) is not None:
-                family.add_metric([rig, output, result], count)
+class _Gauges:
+    """Gauges of the services that are up."""
+
+    def __init__(self) -> None:
+        self._phases = GaugeMetricFamily("zenocap_phase", "1 for the phase of the service.", labels=(*SERVICE, "phase"))
+        self._stages = GaugeMetricFamily(
+            "zenocap_stage_seconds", "Median duration of the last 256 passes of a stage.", labels=(*SERVICE, "stage")
+        )
+        self._of_health = [GaugeMetricFamily(name, text, labels=SERVICE) for name, text, _ in HEALTH_GAUGES]
+        self._of_counts = {
+            key: GaugeMetricFamily(name, text, labels=SERVICE) for key, (name, text, _) in COUNT_GAUGES.items()
+        }
+
+    def add(self, labels: Sequence[str], health: Health) -> None:
+        for phase in parameters.PHASES:
+            self._phases.add_metric([*labels, phase], float(health.phase == phase))
+        for stage in parameters.STAGES:
+            if stage in health.stages_ms:
+                self._stages.add_metric([*labels, stage], health.stages_ms[stage] / 1e3)
+        for gauge, (_, _, value) in zip(self._of_health, HEALTH_GAUGES, strict=True):
+            gauge.add_metric(labels, value(health))
+        for key, gauge in self._of_counts.items():
+            if key in health.counts:
+                gauge.add_metric(labels, health.counts[key] * COUNT_GAUGES[key][2])
+
+    def families(self) -> Iterator[Metric]:
+        yield from (self._phases, self._stages, *self._of_health, *self._of_counts.values())
+
+
+class _Counters:
+    """Counters of the services, also of those that are silent."""
+
+    def __init__(self) -> None:
+        self._of_counts = {key: CounterMetricFamily(name, text, labels=SERVICE) for key, (name, text) in COUNTERS.items()}
+        self._losses = CounterMetricFamily(
+            "zenocap_losses", "Frames and messages lost, left out or rejected.", labels=(*SERVICE, "reason")
+        )
+        self._outputs = CounterMetricFamily(
+            "zenocap_output_messages", "Messages of the animator's outputs, by result.", labels=("rig", "output", "result")
+        )
+
+    def add(self, labels: Sequence[str], health: Health) -> None:
+        for key, counter in self._of_counts.items():
+            if key in health.counts:
+                counter.add_metric(labels, health.counts[key])
+        for reason in EXPORTED:
+            if reason in health.counts:
+                self._losses.add_metric([*labels, reason], health.counts[reason])
+        if health.service == "animator":
+            self._add_outputs(labels[0], health)
+
+    def _add_outputs(self, rig: str, health: Health) -> None:
+        for output in parameters.OUTPUTS:
+            for result in parameters.OUTPUT_RESULTS:
+                if (count := health.counts.get(f"{output}_{result}")) is not None:
+                    self._outputs.add_metric([rig, output, result], count)
+
+    def families(self) -> Iterator[Metric]:
+        yield from (*self._of_counts.values(), self._losses, self._outputs)
 
 
 def _cumulative(histogram: Histogram) -> list[tuple[str, float]]:

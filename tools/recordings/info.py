@@ -239,21 +239,33 @@ class _Tally:
         except BadMessage:
             self.unreadable += 1
             return None
-        if received is not None:
-            self.evidence.add(received.message)
-        match received.message if received else None:
+        if received is None:
+            return None
+        self.evidence.add(received.message)
+        self._keep(received.message)
+        self._count(received.message)
+        return received.message
+
+    def _keep(self, message: m.Message) -> None:
+        """Keep what only the last message of a kind says."""
+        match message:
             case m.Verdict() as verdict:
                 self.verdict = verdict
-            case m.CameraAdvice() as advice:
-                self.advice.add(advice)
             case m.CameraDelays() as delays:
                 self.delays = delays if delays.found_ms else self.delays
-            case m.Assignment() as assignment:
-                self.pairs.add(assignment)
             case m.UniversalBdp() as body:
                 self.height_ratio = body.ratio
             case m.TrackerBdp(measured=measured):
                 self.tracked.measured = measured
+            case _:
+                pass
+
+    def _count(self, message: m.Message) -> None:
+        match message:
+            case m.CameraAdvice() as advice:
+                self.advice.add(advice)
+            case m.Assignment() as assignment:
+                self.pairs.add(assignment)
             case m.TrackerPose() as pose:
                 self.tracked.add(pose)
             case m.Posture() as posture:
@@ -264,7 +276,8 @@ class _Tally:
                 self.rate.add(decision)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).add(health)
-        return received.message if received else None
+            case _:
+                pass
 
     def verdict_of(self) -> m.Verdict | None:
         """The recorded verdict, or that on what was read; None without a pose or a silhouette."""

@@ -13,6 +13,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.observe.account import METADATA
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import (
     PARAMETERS_FILE,
@@ -121,7 +122,8 @@ def take_like(
             files.append(Attachment(name, "application/json", write_parameters(service_parameters(rig))))
         else:
             files.append(Attachment(name, MEDIA_TYPES.get(name, "text/plain"), data))
-    kept = {name: values for name, values in source.metadata.items() if name not in ("zenocap", "versions")}
+    own = ("zenocap", "versions", METADATA)  # of the new file; it has no log, and so no account
+    kept = {name: values for name, values in source.metadata.items() if name not in own}
     return Recording(
         path,
         rig=rig.name,

@@ -1,5 +1,6 @@
 """Messages that were sent, that arrived at a log, and that did not."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from zenocap.common.bus.protocol import Alive, Counters, Envelope
 from zenocap.common.messages import ENDED, PROCESS, Phase
 from zenocap.common.observe.account import METADATA, Account, Line, read_account
 from zenocap.common.recording.log import Log
+from zenocap.common.recording.parts import PartLimits, Parts
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.take_account import take_account
 from zenocap.common.recording.writer import Recording
@@ -186,13 +188,13 @@ class Lossy:
     """A log's bus that loses the poses of some frames before its queue."""
 
     def __init__(self, bus: LocalBus, lost: range) -> None:
-        self._bus, self._deliver, self._frames, self._lost = bus, bus.deliver, 0, lost
+        self._bus, self._deliver, self._frames, self.lost = bus, bus.deliver, 0, lost
         bus.deliver = self.deliver  # type: ignore[method-assign]
 
     def deliver(self, key: str, data: bytes) -> None:
         if key.endswith("/bap"):
             self._frames += 1
-            if self._frames - 1 in self._lost:
+            if self._frames - 1 in self.lost:
                 return
         self._deliver(key, data)
 
@@ -226,6 +228,35 @@ def test_a_log_reports_what_the_network_lost(network: LocalNetwork, tmp_path: Pa
     assert (found.complete, found.account.missing, found.refused) == (True, expected, {})
     line = found.account.lines()[INTEGRATOR, "universal_bap"]
     assert (line.sent, line.seen, line.missing) == (20 - sum(k >= 15 for k in lost), 20 - len(lost), expected)
+
+
+def test_a_log_in_parts_reports_what_was_lost_within_and_between_them(network: LocalNetwork, tmp_path: Path) -> None:
+    bus, reader, meter = network.bus(), network.bus(), Meter(*INTEGRATOR)
+    lossy = Lossy(reader, range(3, 5))
+
+    def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
+        return Recording(path, rig="studio", start_ns=start_ns, metadata={"part": part} if part else {})
+
+    parts = Parts(open_part, tmp_path / "take.mcap", 0, PartLimits(bytes=1))
+    log = Log(reader, parts, whole_rig=True)
+    log.subscribe()
+    for frame in range(40):
+        if frame % 5 == 0:
+            now_ns = RealClock().now_ns()
+            bus.publish(HEALTH, meter.report(now_ns, now_ns, Phase.RUNNING, "", bus.counters, None))
+        if frame in (12, 23, 24, 39):  # a new part begins; some have no health
+            parts.flush()
+        lossy.lost = range(3, 5) if frame < 20 else range(22, 26)
+        bus.publish(UNIVERSAL_BAP, bap(frame))
+        while (event := reader.receive()) is not None:
+            log.handle(event)
+    end = log.close()
+    assert parts.number == 4
+    assert (end.missing, end.lost) == (6, 6)
+    whole = Account()
+    for number, path in enumerate(sorted(tmp_path.glob("*.mcap"), key=lambda path: take_account(path).start_ns)):
+        whole = whole.then(take_account(path).account, continued=number > 0)
+    assert whole.missing == 6
 
 
 def test_a_log_of_some_topics_has_lost_nothing(network: LocalNetwork, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from tests.support.command import zenocap as command
 from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.observe.account import METADATA, Account
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.tools.recordings.info import info
@@ -42,6 +43,18 @@ def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Tracked both ways from the wrong heading."""
     return reversed_take(tmp_path_factory.mktemp("wrong") / "take")
+
+
+def test_a_take_like_another_one_has_not_the_account_of_its_log(tmp_path: Path) -> None:
+    source = Take(GOLDEN / "force.mcap")
+    first_ns = min(recorded.log_ns for recorded in source.messages())
+    source.metadata |= {METADATA: Account().metadata(), "note": {"kept": "1"}}
+    rig = read_setup(source.path, source.attachments[SETUP_FILE])
+    take_like(source, rig, tmp_path / "like.mcap", first_ns, {}).close()
+    like = Take(tmp_path / "like.mcap")
+    list(like.messages())
+    assert like.metadata["note"] == {"kept": "1"}
+    assert METADATA not in like.metadata
 
 
 @pytest.mark.nightly

@@ -1,11 +1,12 @@
 """Figures and tables in the pages of the documentation, written from the stored results.
 
     <!-- figure KIND CASE COLUMN -->31 (32)<!-- end -->
-    <!-- table KIND [COLUMN ...] [rows=TEXT] -->
+    <!-- table KIND [COLUMN ...] [across] [rows=TEXT] -->
     ...
     <!-- end -->
 
-CASE in quotation marks where it has spaces.  rows: only cases with TEXT in their names.
+CASE in quotation marks where it has spaces.  rows: only cases with TEXT in their names;
+`across`, of one column: the last part of the names of the cases goes across.
 """
 
 import re
@@ -15,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.harness.cache import ROOT
 from benchmarks.harness.results import Results
-from benchmarks.harness.text import cell, markdown
+from benchmarks.harness.text import across, cell, markdown
 from zenocap.common.errors import UserError
 
 MARKER = re.compile(r"(<!-- (figure|table) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
@@ -70,12 +71,17 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     kind, *parts = shlex.split(words)
     found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
-    names = [part for part in parts if not part.startswith("rows=")]
+    names = [part for part in parts if not part.startswith("rows=") and part != "across"]
     cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(p in row.case for p in patterns))
     if not cases:
         raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
     headings = [found.heading(name) for name in names] or list(found.columns)
-    return markdown(found, [found.row(case) for case in cases], headings)
+    rows = [found.row(case) for case in cases]
+    if "across" not in parts:
+        return markdown(found, rows, headings)
+    if len(names) != 1:
+        raise UserError("across: one COLUMN expected")
+    return across(found, rows, headings[0])
 
 
 def _results(kind: str, results: Mapping[str, Results]) -> Results:

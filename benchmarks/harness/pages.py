@@ -1,11 +1,11 @@
 """Figures and tables in the pages of the documentation, written from the stored results.
 
     <!-- figure KIND CASE COLUMN -->31 (32)<!-- end -->
-    <!-- table KIND [COLUMN ...] [across] [rows=TEXT] -->
+    <!-- table KIND [COLUMN ...] [across] [rows=PATTERN] -->
     ...
     <!-- end -->
 
-CASE in quotation marks where it has spaces.  rows: only cases with TEXT in their names;
+CASE in quotation marks where it has spaces.  rows: only cases whose names match the regular expression;
 `across`, of one column: the last part of the names of the cases goes across.
 """
 
@@ -72,7 +72,7 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
     names = [part for part in parts if not part.startswith("rows=") and part != "across"]
-    cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(p in row.case for p in patterns))
+    cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(re.search(p, row.case) for p in patterns))
     if not cases:
         raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
     headings = [found.heading(name) for name in names] or list(found.columns)

@@ -34,7 +34,7 @@ def written(text: str, results: Mapping[str, Results], page: str = "") -> str:
         start, what, words, _, end = match.groups()
         try:
             content = _figure(words, results) if what == "figure" else f"\n{_table(words, results)}\n"
-        except (UserError, ValueError) as error:
+        except (UserError, ValueError, re.error) as error:
             raise UserError(f"{page}: {start}: {error}") from error
         return f"{start}{content}{end}"
 
@@ -72,7 +72,8 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
     names = [part for part in parts if not part.startswith("rows=") and part != "across"]
-    cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(re.search(p, row.case) for p in patterns))
+    wanted = re.compile("|".join(patterns))
+    cases = dict.fromkeys(row.case for row in found.figures if wanted.search(row.case))
     if not cases:
         raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
     headings = [found.heading(name) for name in names] or list(found.columns)

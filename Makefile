@@ -21,8 +21,6 @@ UNIT := not slow and not core and not nightly
 FAST := not core and not nightly
 CORE := core and not nightly
 
-EVALUATIONS := budgets bodies postures clips matchings scorer stages hull latency contended logging damage kills replay_timing hybrid jitter recognition animator load
-
 # With no target: the list of targets.
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-unit test-core test-nightly coverage check format compile docs benchmark evaluate priors postures sbom lock clean
@@ -82,7 +80,7 @@ benchmark: $(DEV)
 	$(PYTEST) --benchmark-only --benchmark-columns=min,median,rounds benchmarks/micro $(ARGS)
 
 evaluate: $(DEV)
-	@$(if $(QUICK),$(BIN)/python -m benchmarks.short_runs $(EVALUATIONS),for name in $(EVALUATIONS); do $(BIN)/python -m benchmarks.$$name || exit 1; done)
+	$(BIN)/python -m benchmarks all $(if $(QUICK),--small) $(ARGS)
 
 priors: $(DEV)
 	$(BIN)/python -m zenocap.tools.dataset.build_priors $(ARGS)

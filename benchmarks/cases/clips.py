@@ -1,7 +1,6 @@
-"""The tracker on clips with ground truth: shared clips by views, methods, priors and settings.
+"""The tracker on clips with ground truth: shared clips by views, methods, priors and settings."""
 
 # Paper (replaced): [Hybrid VI] tests on HumanEva; here on rendered meshes moved by motion capture.
-"""
 
 import re
 from collections.abc import Mapping

@@ -1,11 +1,12 @@
 """Figures and tables in the pages of the documentation, written from the stored results.
 
     <!-- figure KIND CASE COLUMN -->31 (32)<!-- end -->
-    <!-- table KIND [COLUMN ...] [rows=TEXT] -->
+    <!-- table KIND [COLUMN ...] [across] [rows=PATTERN] -->
     ...
     <!-- end -->
 
-CASE in quotation marks where it has spaces.  rows: only cases with TEXT in their names.
+CASE in quotation marks where it has spaces.  rows: only cases whose names match the regular expression;
+`across`, of one column: the last part of the names of the cases goes across.
 """
 
 import re
@@ -15,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.harness.cache import ROOT
 from benchmarks.harness.results import Results
-from benchmarks.harness.text import cell, markdown
+from benchmarks.harness.text import across, cell, markdown
 from zenocap.common.errors import UserError
 
 MARKER = re.compile(r"(<!-- (figure|table) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
@@ -33,7 +34,7 @@ def written(text: str, results: Mapping[str, Results], page: str = "") -> str:
         start, what, words, _, end = match.groups()
         try:
             content = _figure(words, results) if what == "figure" else f"\n{_table(words, results)}\n"
-        except (UserError, ValueError) as error:
+        except (UserError, ValueError, re.error) as error:
             raise UserError(f"{page}: {start}: {error}") from error
         return f"{start}{content}{end}"
 
@@ -70,12 +71,18 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     kind, *parts = shlex.split(words)
     found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
-    names = [part for part in parts if not part.startswith("rows=")]
-    cases = dict.fromkeys(row.case for row in found.figures if not patterns or any(p in row.case for p in patterns))
+    names = [part for part in parts if not part.startswith("rows=") and part != "across"]
+    wanted = re.compile("|".join(patterns))
+    cases = dict.fromkeys(row.case for row in found.figures if wanted.search(row.case))
     if not cases:
         raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
     headings = [found.heading(name) for name in names] or list(found.columns)
-    return markdown(found, [found.row(case) for case in cases], headings)
+    rows = [found.row(case) for case in cases]
+    if "across" not in parts:
+        return markdown(found, rows, headings)
+    if len(names) != 1:
+        raise UserError("across: one COLUMN expected")
+    return across(found, rows, headings[0])
 
 
 def _results(kind: str, results: Mapping[str, Results]) -> Results:

@@ -28,10 +28,27 @@ def title(heading: Heading) -> str:
 def markdown(results: Results, rows: Sequence[Row], headings: Sequence[Heading]) -> str:
     """Table of a page, columns that are empty left out, and a line on where the figures come from."""
     shown = [one for one in headings if any(cell(row, one) for row in rows)]
+    rows = [row for row in rows if any(cell(row, one) for one in shown)]
     lines = [
         f"| {results.rows} | " + " | ".join(map(title, shown)) + " |",
         "|---|" + "--:|" * len(shown),
         *(f"| {row.case} | " + " | ".join(cell(row, one) for one in shown) + " |" for row in rows),
+    ]
+    return "\n".join([*lines, "", *sources(rows)])
+
+
+def across(results: Results, rows: Sequence[Row], heading: Heading) -> str:
+    """Table of one column of the results, in which the last part of the names of the cases goes across."""
+    rows = [row for row in rows if ", " in row.case and cell(row, heading)]
+    cells = {tuple(row.case.rsplit(", ", 1)): cell(row, heading) for row in rows}
+    columns = list(dict.fromkeys(last for _, last in cells))
+    lines = [
+        f"| {results.rows.rsplit(', ', 1)[0]}: {title(heading)} | " + " | ".join(columns) + " |",
+        "|---|" + "--:|" * len(columns),
+        *(
+            f"| {first} | " + " | ".join(cells.get((first, last), "") for last in columns) + " |"
+            for first in dict.fromkeys(first for first, _ in cells)
+        ),
     ]
     return "\n".join([*lines, "", *sources(rows)])
 

@@ -18,7 +18,7 @@ from zenocap.common.body.joint_rotations import JointRotations, joint_angles, jo
 
 SPEED_HZ = 1.0  # cut-off frequency of the speed, dcutoff  [Casiez 2012, 2]
 MAX_GAP_NS = 250_000_000  # between poses; after a longer gap the filter starts again, as recorded poses do; by hand
-DEFAULT_HZ, DEFAULT_BETA = 2.0, 4.0  # tuned on simulated people with motion capture: python -m benchmarks.jitter
+DEFAULT_HZ, DEFAULT_BETA = 2.0, 4.0  # tuned on simulated people with motion capture: python -m benchmarks jitter
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from zenocap.common.lags.tangents import (
     tangents,
 )
 
-# Parts of 8 to 16 ms of processor time each (`python -m benchmarks.live_delays`).
+# Parts of 8 to 16 ms of processor time each (`python -m benchmarks live-delays`).
 OUTLINES_AT_ONCE = 150
 LAGS_AT_ONCE = 20
 STEPS_AT_ONCE = 3  # of a refinement

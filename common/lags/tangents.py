@@ -17,7 +17,7 @@ from zenocap.common.arrays import Bools, Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import Curve, Lag, Limits, jackknife_error
 
-# Chosen on simulated people (`benchmarks.simulated_clip`) unless another source is given.
+# Chosen on simulated people (`python -m benchmarks sync`) unless another source is given.
 NOISE_PX = 1.0  # of a tangent in each view
 PAIR_PX = 2**0.5 * NOISE_PX  # of a difference of two views
 BIAS_NOISES = 1.5  # standard deviation of the constant difference of a pair's angles, in `noise` of the pair

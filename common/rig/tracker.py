@@ -21,7 +21,7 @@ PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
 # Paper (replaced): the image force of [Hybrid VII] is that of its reference 11; here [Hybrid V-B] with one particle.
 # Paper (replaced): the particle filter of [Hybrid VII] has the likelihood of Eq. 29; here the same costs as `hybrid`.
 REFINEMENTS = {"hybrid": "gauss-newton", "image-force": "force", "particle-filter": "gauss-newton"}
-# Forces converge slowly; measured by `benchmarks.hybrid`.
+# Forces converge slowly; measured by `python -m benchmarks table-2`.
 ITERATIONS = {"gauss-newton": 4, "force": 40, "force-printed": 100}
 SUFFIX = ".prior"
 

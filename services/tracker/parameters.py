@@ -1,6 +1,6 @@
 """Behavioural constants of the tracker: value, unit, meaning, provenance.
 
-Values without a source were chosen by hand and checked with `python -m benchmarks.hybrid`; those marked with a section
+Values without a source were chosen by hand and checked with `python -m benchmarks clips`; those marked with a section
 or equation are the paper's.  Array layouts and pure mathematics stay in their modules, statistics of body sizes in
 `body/sizes.py` and `body/average_body.py`.
 
@@ -135,7 +135,7 @@ PARTICLE_HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: standard deviations of a refi
 ESTIMATE_HOLD = (0.05, 0.10, 0.20)  # m, rad, rad: the same of the estimate about the predicted pose
 ESTIMATE_ITERATIONS = 2
 PREDICTION_DEVIATION = (0.10, 0.30)  # m, rad: of particles about the predicted pose
-VELOCITY_DAMPING = 0.2  # fraction of the velocity that is kept; chosen by benchmarks.variants and motion_capture
+VELOCITY_DAMPING = 0.2  # fraction of the velocity that is kept; chosen by `python -m benchmarks variants`
 DYNAMIC_NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: standard deviations of dynamic proposals per frame
 PRIOR_FRACTION, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION = 0.5, 0.2, 0.8  # of the proposals; the first at the start
 PRIOR_FRACTION_RATE = 0.05  # per frame, towards the weight of the particles proposed by the prior
@@ -161,7 +161,8 @@ LIMB_MISFIT_RATIO = 0.9  # of the best particle's misfit, below which the search
 LIMB_SUPPORT_DECAY = 0.002  # per frame, of a limb's usual support
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
 
-# Confidence, see `filter/confidence.py`.  Coefficients fitted by `python -m benchmarks.confidence` to simulated people.
+# Confidence, see `filter/confidence.py`.  Coefficients fitted to simulated people until commit
+# eb05fad, by the program of that commit; `python -m benchmarks confidence` checks them on others.
 LIMB_ERROR_M = 0.15  # of a joint of a limb, within which the limb is right
 ARM_CONFIDENCE = (-2.02, 1.64, -0.06, 1.57, -11.46)  # of FEATURES, in the logarithm of the odds
 LEG_CONFIDENCE = (-4.47, 2.17, -0.28, 2.74, -14.01)
@@ -198,7 +199,7 @@ DECIDED_NS = 5_000_000_000  # after the user's decision on front and back, in wh
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 
 # Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views
-# (benchmarks.jitter); the joint error hardly depends on them.
+# (`python -m benchmarks jitter`); the joint error hardly depends on them.
 FUSION_INFORMATION = LIKELIHOOD_INFORMATION / 5.0  # 1 / m^2: of the misfit of a frame; those of successive frames are alike
 FUSION_DEVIATION = (0.05, 0.20, 0.30)  # m, rad, rad: of position, orientation and coordinates from one frame to the next
 FUSION_SWITCH = 0.5  # ln of the ratio of likelihoods that a change of the direction costs, for each section of the body

@@ -23,7 +23,7 @@ PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the cr
 MIXTURE_NOISE = 2.0  # grey levels of noise where the background is mog2, which has no noise of its own; chosen by hand
 PEOPLE_SMALLEST_PX = 48  # px, smallest side of a crop; chosen by hand
 
-# Advice about the camera's images.  "Rooms": chosen on `benchmarks.rooms.advice`, seeds 40 to 47, see docs/measured.md
+# Advice about the camera's images.  "Rooms": chosen on `python -m benchmarks advice`, seeds 40 to 47, see docs/measured.md
 ADVICE_SAMPLE_S = 0.5  # s between two images that are measured; chosen by hand
 ADVICE_REPORT_S = 1.0  # s between two messages; chosen by hand
 ADVICE_WINDOW_S = 5.0  # s over which the person is measured; chosen by hand

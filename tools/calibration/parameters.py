@@ -59,7 +59,7 @@ ROLL_DEG: Final = 5.0  # roll of the cameras, against which a guessed vertical i
 FLOOR_S: Final = 0.5  # around the time at which the board lies on the floor
 FLOOR_STILL_PX_S: Final = 15.0  # speed of corners up to which the board lies; chosen by hand
 
-# Drift check.  Checked on simulated people, `benchmarks/drift.py`.
+# Drift check.  Checked on simulated people, `python -m benchmarks drift`.
 LEAST_INSTANTS: Final = 12  # compared instants; chosen by hand
 MOST_INSTANTS: Final = 150  # more bring little
 PRIOR_TURN_DEG: Final = 5.0  # standard deviation of a turn that is not yet known; chosen by hand

@@ -29,7 +29,7 @@ BRIGHT_MEAN: Final = 205.0  # of 255; by hand
 HIGH_NOISE: Final = 6.0  # standard deviation, levels; by hand
 HIGH_DRIFT: Final = 0.04  # change of the brightness over BRIGHTNESS_S; by hand
 
-# Board.  Checked on simulated rooms, `benchmarks/board_guide.py`.
+# Board.  Checked on simulated rooms at commit 4d52ed9, by the program of that commit.
 BURST_PERIOD_S: Final = 1.0  # between stretches of images in which the board is searched; by hand
 VARIANT_IMAGES: Final = 3  # with the board, that tell which variant of it is shown; by hand
 WHY_PERIOD_S: Final = 12.0  # without any board, after which the reason is searched; by hand

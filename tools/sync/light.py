@@ -14,7 +14,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.lags.pairs import Curve, Lag, Limits
 from zenocap.tools.sync.videos import Brightness
 
-# Chosen by hand and checked with `python -m benchmarks.flashes`, unless another source is given.
+# Chosen by hand and checked with `python -m benchmarks flashes`, unless another source is given.
 SETTLING_S = 0.7  # at the beginning, in which the exposure of a camera settles: changes there do not count
 LEAST_CHANGE = 1.5  # grey levels of 255, from one frame to the next
 LEAST_NOISES = 8.0  # standard deviations of the ordinary change

@@ -27,7 +27,7 @@ GAP_S = 0.02  # difference of a time stamp from the samples so far, from which i
 WINDOW_Z = 6.0  # standard deviations of a window's peak, from which it counts
 LEAST_ERROR_S = 0.001  # of a lag: paths of sound differ; chosen by hand
 # Margin and ratio of peaks in standard deviations of the curve; the next peak of noise is about 5.  Chosen on synthetic
-# sound, `benchmarks.sync`.
+# sound, `python -m benchmarks sync-sound`.
 SOUND_LIMITS = Limits(margin=6.0, ratio=1.6, apart_s=0.06, error_s=0.008)
 
 

@@ -35,8 +35,8 @@ SCALES = {
     "few views": (1.0, 1.0),
 }  # fmt: skip
 
-# Fitted by `python -m benchmarks.verdict --fit` to simulated people with faults, those of two-view to its own takes
-# (`--method two-view`); others are 0.
+# Fitted to simulated people with faults at commit 8523d15, by the program of that commit, those of two-view to its own
+# takes; `python -m benchmarks verdict` checks them on others.  Those that are not here are 0.
 CONSTANTS = {"both-ways": 2.333, "one-pass": 2.307, "two-view": 3.855, "poses-only": 2.348}
 COEFFICIENTS: dict[str, dict[str, float]] = {
     "both-ways": {

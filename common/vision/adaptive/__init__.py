@@ -16,4 +16,7 @@ After a sudden change of the light most of the image differs; see `zenocap.commo
 
 `model` has the state and its start, `follow` the way of a frame through it, `judgement` the verdicts on regions,
 `learning` what pixels learn, `saved` the model between two runs of a viewer.
+
+Left out alone, each of the parts costs 0.008 or more of the mean overlap in some situation, six seeds
+(commit 23198ee, 2026-11-26).
 """

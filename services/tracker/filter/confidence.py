@@ -1,6 +1,6 @@
 """Confidence of limbs and heading (logistic): features of what the silhouettes show.
 
-`python -m benchmarks.confidence` fits the coefficients to simulated people and compares predicted with true frequencies.
+`python -m benchmarks confidence` compares predicted with true frequencies.
 """
 
 # Paper (added): [Hybrid] gives no confidence.

@@ -1,6 +1,6 @@
 """Behavioural constants of the calibration from a person who walks.
 
-Chosen on simulated walkers (`python -m benchmarks.walk_calibration`, four seeds) unless another source is given.
+Chosen on simulated walkers (`python -m benchmarks walk`, four seeds) unless another source is given.
 """
 
 from typing import Final

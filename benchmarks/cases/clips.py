@@ -39,7 +39,7 @@ from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.parameters import HELD_OUT_EVERY, MIN_FRAMES_PER_REGION
 from zenocap.services.tracker.states import Method, Options, Setup
 from zenocap.tools.dataset.build_priors import PAPER as PAPER_SUFFIX
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 SEVEN = ("walk7", "jog7", "box7")
 PAIRS = ("walk2", "bend2", "kick2", "turned2", "jump2")
@@ -95,7 +95,7 @@ def run(one: Case) -> Figures:
         found |= _angles(one, path, clip, first)
         if one.film != REAL:
             track = in_mesh_convention(trajectories(path, clip.truth.rate, first))
-            found["mesh"] = accuracy(track, clip.truth, Selection()).mpjpe_mm
+            found["mesh"] = accuracy(track, clip.truth, ScoredFrames()).mpjpe_mm
     if gap or one.film == JUMP:
         found["recovered"] = _recovered(path, clip, gap)
     return found | (_mediapipe(one.film) if one.option("views", 7) == 7 else {})

@@ -21,7 +21,7 @@ from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.states import Options, Setup
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 FIRST_PERSON = 108
 MAX_LAG = 8  # frames
@@ -107,7 +107,7 @@ def _figures(track: PoseTrack | None, clip: Film) -> dict[str, float]:
     if not np.isfinite(accelerations).any() or not kept.any():
         return {"lost": 100.0}
     estimate = Trajectories(joints.names, joints.frames[kept], joints.times_s[kept], joints.points[kept], rate)
-    score = accuracy(estimate, truth, Selection(first=Bound(clip.motion_from)))
+    score = accuracy(estimate, truth, ScoredFrames(first=Bound(clip.motion_from)))
     moved = float(np.ptp(exact, axis=0).max()) > 0.0
     drift, step = (nan, nan) if moved else jitter_deg(track, clip.motion_from)
     return {

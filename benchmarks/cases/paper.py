@@ -12,7 +12,7 @@ from benchmarks.people.tracker import errors, trajectories
 from zenocap.common.formats.angle_series import angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.recordings.evaluate import Selection
+from zenocap.tools.recordings.evaluate import ScoredFrames
 from zenocap.tools.recordings.evaluate_angles import AngleCurves, compared
 
 MOTIONS = {"walk7": "walking", "jog7": "jogging", "box7": "boxing"}
@@ -48,7 +48,7 @@ def angle_curves(track: Trajectories, truth: Trajectories, first: int) -> AngleC
     """Joint angles of both from frame `first` on, both from joint centres and with a trunk of one part, as in the paper."""
     names = Path("estimate"), Path("truth")  # for errors
     series = [angle_series(one, name, rigid_trunk=True) for one, name in zip((track, truth), names, strict=True)]
-    _, curves = compared(series[0], series[1], Selection(first=Bound(first)), *names)
+    _, curves = compared(series[0], series[1], ScoredFrames(first=Bound(first)), *names)
     return curves
 
 

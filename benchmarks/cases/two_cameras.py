@@ -23,7 +23,7 @@ from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 SWITCHES = tuple(name for name, value in msgspec.structs.asdict(DEFAULT_FILTER).items() if value is True)
 HYBRID = "hybrid"
@@ -118,7 +118,7 @@ def run_clip(one: Case) -> Figures:
     points = np.array([track.estimates[int(frame)].joints for frame in frames])
     names = tuple(marker.name for marker in TEN_PARTS.markers)
     found = Trajectories(names, frames, frames / truth.rate, points, truth.rate)
-    chosen = Selection(first=Bound(motion_from(one.film)))
+    chosen = ScoredFrames(first=Bound(motion_from(one.film)))
     own, mesh = accuracy(found, truth, chosen), accuracy(in_mesh_convention(found), truth, chosen)
     return {"mean": own.mpjpe_mm, "mesh": mesh.mpjpe_mm, "shape": own.shape_mm, "lost": own.lost_pct}
 

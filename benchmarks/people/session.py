@@ -10,8 +10,7 @@ from benchmarks.people.films import Film
 from zenocap.common import messages as m
 from zenocap.common.body.definition import Bdp
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import anatomy_of, bdp_of
-from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.conversion import anatomy_of, bdp_of, pose_of
 from zenocap.common.rig.file import LogTable, ZenohTable
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, load_rig
@@ -26,7 +25,8 @@ from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.members import members
-from zenocap.tools.recordings.track import at_working_size, opened, tolerance_ns
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import opened, tolerance_ns
 
 NAME = "evaluation"
 M = TypeVar("M", bound=m.Message)

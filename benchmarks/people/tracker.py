@@ -20,7 +20,7 @@ from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import describe, initial_state, track
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 from zenocap.tools.recordings.evaluate_angles import AngleError, compared
 
 ANATOMY = FOURTEEN_PARTS
@@ -123,7 +123,7 @@ def errors(path: TrackedPath, truth: Trajectories, first: int) -> dict[str, floa
     start = {"first pose": float(min(path.poses))} if path.poses else {}
     if not any(frame >= first for frame in path.poses):
         return start | {"lost": 100.0, "losses": max(1, losses)}
-    found = accuracy(trajectories(path, truth.rate), truth, Selection(first=Bound(first)))
+    found = accuracy(trajectories(path, truth.rate), truth, ScoredFrames(first=Bound(first)))
     return start | {
         "mean": found.mpjpe_mm,
         "RMSE": found.rmse_mm,
@@ -176,7 +176,7 @@ def pose_angles(path: TrackedPath, rate: float, first: int) -> AngleSeries:
 def angle_errors(estimate: AngleSeries, truth: AngleSeries, first: int) -> Mapping[str, AngleError]:
     """Errors by the name of the angle from frame `first` on."""
     names = Path("estimate"), Path("truth")  # for errors
-    return compared(estimate, truth, Selection(first=Bound(first)), *names)[0].angles
+    return compared(estimate, truth, ScoredFrames(first=Bound(first)), *names)[0].angles
 
 
 def of_sides(found: Mapping[str, AngleError], name: str) -> tuple[float, float]:

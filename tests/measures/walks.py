@@ -21,6 +21,7 @@ from tests.golden.make import RING
 from tests.support.places import ROOT
 from zenocap.common.bus.protocol import Envelope, Tick
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
+from zenocap.common.observe.view import RigView
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.rig import load_rig
@@ -30,6 +31,7 @@ from zenocap.common.runtime.service import Stepper
 from zenocap.common.topics import SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.animator import shell as animator
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
+from zenocap.services.animator.presence import Presence
 from zenocap.services.tracker import shell as tracker
 from zenocap.services.tracker.filter import filter_step
 from zenocap.services.viewer.shell import camera_info, service_of
@@ -177,10 +179,10 @@ def rig_file_to_a_viewer() -> Walk:
 def pose_to_the_page() -> Walk:
     stepper = Stepper(animator.animator_service(load_rig(RING)))
     poses = Take(TAKE).envelopes((TRACKER_BDP, TRACKER_POSE))
-    schedule = Schedule()
+    schedule, presence = Schedule(), Presence(RigView("ring"))
     for received in poses:
         stepper.step(received)
-        schedule, _ = due_updates(schedule, stepper.state, 1)
+        schedule, _ = due_updates(schedule, stepper.state, presence, 1, received.received_ns)
         if isinstance(received.message, TrackerPose):
             break
     received = next(
@@ -188,7 +190,7 @@ def pose_to_the_page() -> Walk:
     )
     with traced() as walk:
         stepper.step(received)
-        due_updates(schedule, stepper.state, 1)
+        due_updates(schedule, stepper.state, presence, 1, received.received_ns)
     return walk
 
 

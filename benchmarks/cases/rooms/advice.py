@@ -62,7 +62,7 @@ def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) ->
         if number % TRUTH_EVERY == 0:
             some = np.count_nonzero(shot.truth) > LEAST_PERSON
             assert place.background is not None
-            truly, faults = watched(truly, shot.image, shot.time_s, shot.truth if some else None, place.background)
+            truly, faults = watched(truly, shot.image, shot.time_s, shot.truth if some else None, place.background.room)
             if faults is not None:
                 true_codes = frozenset(one.code for one in faults)
             if some:

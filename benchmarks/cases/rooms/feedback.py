@@ -13,8 +13,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.conversion import bdp_of
-from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
 from zenocap.common.rig.sources import parse_background
 from zenocap.common.vision.mask_codec import unpack

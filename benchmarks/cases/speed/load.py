@@ -4,18 +4,19 @@ from dataclasses import replace
 from typing import cast
 
 from rich.console import Console
-from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import MAX_RATE, Method, Plan, Priority, RampQuantity
-from zenocap.tools.load_test.ramp import ramp
-from zenocap.tools.load_test.shell import Network, prepared
-from zenocap.tools.plan.calculator import demand
-from zenocap.tools.plan.measure import installation_of
-from zenocap.tools.plan.parameters import COSTS
 
 from benchmarks.cases.speed.busy import busy_processes
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
+from zenocap.tools.measure.installation import demand
+from zenocap.tools.measure.installation_plan import installation_of
+from zenocap.tools.measure.load_plan import MAX_RATE, Method, Plan, Priority, RampQuantity
+from zenocap.tools.measure.load_processes import LoadNetwork
+from zenocap.tools.measure.load_session import prepared
+from zenocap.tools.measure.measurement import Measurement
+from zenocap.tools.measure.ramp import ramp
+from zenocap.tools.measure.unit_costs import COSTS
 
 OVERLOAD_SETTLE_S = 15.0  # until the integrator has found the rate; chosen by hand
 CURVES = (
@@ -50,7 +51,7 @@ def run(one: Case) -> Figures:
     with (
         stop_signals() as stopped,
         busy_processes(one.option("busy", 0)),
-        prepared(plan, Network(), stopped, Console(stderr=True)) as session,
+        prepared(plan, LoadNetwork(), stopped, Console(stderr=True)) as session,
     ):
         return figures(session.measure(plan))
 
@@ -75,7 +76,7 @@ def figures(point: Measurement) -> dict[str, float]:
 def run_capacity(one: Case) -> Figures:
     """The largest load without loss and with p99 within a frame period.  Options: of `plan_of`; more: rate or rigs."""
     plan, what = plan_of(one), cast(RampQuantity, one.option("more", "rate"))
-    with stop_signals() as stopped, prepared(plan, Network(), stopped, Console(stderr=True)) as session:
+    with stop_signals() as stopped, prepared(plan, LoadNetwork(), stopped, Console(stderr=True)) as session:
         found = ramp(plan, what, session.measure, stopped, lambda point: None)
     held = [getattr(point.plan, what) for point in found.points if point.held]
     return {"held": max(held)} if held else {}

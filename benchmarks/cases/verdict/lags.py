@@ -7,15 +7,15 @@ from benchmarks.cases.verdict.takes import FPS, MOTIONS, FaultyTake, taken, tria
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
-from zenocap.tools.verdict.evidence import Evidence, evidence_of
+from zenocap.tools.verdict.evidence import TakeEvidence, evidence_of
 from zenocap.tools.verdict.view_lag import view_lags
 
 SHIFTS_S = (0.0, 0.2, -0.5, 1.0)
 RIGHT_S = 0.5 / FPS
 
 
-def shifted(take: FaultyTake, view: str, shift_s: float) -> Evidence:
-    """Evidence of a take in which one view's video began `shift_s` later than its times say."""
+def shifted(take: FaultyTake, view: str, shift_s: float) -> TakeEvidence:
+    """TakeEvidence of a take in which one view's video began `shift_s` later than its times say."""
     shift_ns = round(1e9 * shift_s)
     return evidence_of(
         msgspec.structs.replace(one, captured_ns=one.captured_ns - shift_ns)

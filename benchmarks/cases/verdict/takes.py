@@ -17,8 +17,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import bdp_of
-from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.runtime.clock import ManualClock

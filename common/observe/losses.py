@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from zenocap.common.messages import ENDED, PROCESS
+
 Kind = Literal["frame", "message", "step", "log", "pairing", "command"]
 _OF_PAIRS = ("late", "doubled", "out_of_order", "unpaired", "unknown", "began_anew")  # of synchronizers
 
@@ -51,6 +53,11 @@ LOSSES: tuple[Loss, ...] = (
     Loss("commands_failed", "command", "commands failed", exported=False),
     Loss("commands_dropped", "command", "commands dropped", exported=False),
 )
+# Counts of a health that are measured anew each time: those of several processes of a service have no sum.
+MEASURED = frozenset({
+    "queued", "kept_percent", "phase_us", "source_frames_per_1000_s", "source_jitter_us", "camera_skew_us", "log_on",
+    "log_stopped", "log_closed", "log_free_mb", "certificate_days", PROCESS, ENDED,
+})  # fmt: skip
 SUMMED = tuple(one.name for one in LOSSES if one.summed)
 EXPORTED = tuple(one.name for one in LOSSES if one.exported)
 OF_LOAD = tuple(one.name for one in LOSSES if one.load)

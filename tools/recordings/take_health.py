@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 from zenocap.common import messages as m
 from zenocap.common.messages import PROCESS
+from zenocap.common.observe.losses import MEASURED
+from zenocap.common.observe.view import is_restarted
 from zenocap.common.runtime.frame_rate import describe, share_of
 
 
@@ -32,7 +34,7 @@ class HealthTally:
     offset_ns: int = 0
     error_ns: int = 0
     memory_bytes: int = 0
-    last: dict[str, int] = field(default_factory=dict)
+    last: m.Health | None = None
     before: Counter[str] = field(default_factory=Counter)  # of processes before restarts
 
     def add(self, health: m.Health) -> None:
@@ -41,13 +43,12 @@ class HealthTally:
         self.memory_bytes = max(self.memory_bytes, health.memory_bytes)
         if abs(health.clock_offset_ns) >= abs(self.offset_ns):
             self.offset_ns, self.error_ns = health.clock_offset_ns, health.clock_error_ns
-        for name, count in health.counts.items():
-            if count < self.last.get(name, 0):
-                self.before[name] += self.last[name]
-            self.last[name] = count
+        if self.last is not None and is_restarted(self.last, health):
+            self.before.update({name: count for name, count in self.last.counts.items() if name not in MEASURED})
+        self.last = health
 
     def health(self, service: str, id: str) -> ServiceHealth:
-        counts = {name: self.before[name] + count for name, count in sorted(self.last.items())}
+        counts = self.before + Counter({} if self.last is None else self.last.counts)
         return ServiceHealth(
             service=service,
             id=id,
@@ -56,7 +57,7 @@ class HealthTally:
             clock_offset_ms=self.offset_ns / 1e6,
             clock_error_ms=self.error_ns / 1e6,
             memory_mb=self.memory_bytes / 1e6,
-            counts={name: count for name, count in counts.items() if count and name != PROCESS},
+            counts={name: count for name, count in sorted(counts.items()) if name != PROCESS},
         )
 
 

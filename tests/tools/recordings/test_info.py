@@ -166,13 +166,14 @@ def test_height_ratio_is_that_of_the_last_body(tmp_path: Path) -> None:
 def test_health_summary_has_worst_clock_last_state_and_total_counts(tmp_path: Path) -> None:
     messages = [
         health(0, "waiting", 100_000, dropped_frames=2),
-        health(1, "tracking", -4_000_000, dropped_frames=5, late=0),
-        health(2, "tracking again", 10, dropped_frames=1, step_errors=1),  # was restarted
+        health(1, "tracking", -4_000_000, dropped_frames=5, late=0, queued=7),
+        health(2, "tracking", 0, dropped_frames=5, queued=3),
+        health(0, "tracking again", 10, dropped_frames=1, step_errors=1, queued=4),  # was restarted
     ]
     (one,) = info(take_of(tmp_path / "a.mcap", *enumerate(messages))).health
-    assert (one.service, one.id, one.reports, one.state) == ("viewer", "1", 3, "tracking again")
+    assert (one.service, one.id, one.reports, one.state) == ("viewer", "1", 4, "tracking again")
     assert one.clock_offset_ms == -4.0
-    assert one.counts == {"dropped_frames": 6, "step_errors": 1}
+    assert one.counts == {"dropped_frames": 6, "step_errors": 1, "queued": 4}
 
 
 def test_counts_are_empty_without_health_messages() -> None:

@@ -11,11 +11,11 @@ from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.tools.measure.installation import demand
 from zenocap.tools.measure.installation_plan import installation_of
-from zenocap.tools.measure.load_plan import MAX_RATE, Method, Plan, Priority, RampQuantity
+from zenocap.tools.measure.load_plan import MAX_RATE, Method, Plan, Priority
 from zenocap.tools.measure.load_processes import LoadNetwork
 from zenocap.tools.measure.load_session import prepared
 from zenocap.tools.measure.measurement import Measurement
-from zenocap.tools.measure.ramp import ramp
+from zenocap.tools.measure.ramp import RampQuantity, ramp
 from zenocap.tools.measure.unit_costs import COSTS
 
 OVERLOAD_SETTLE_S = 15.0  # until the integrator has found the rate; chosen by hand

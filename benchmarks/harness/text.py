@@ -65,7 +65,8 @@ def sources(rows: Sequence[Row]) -> list[str]:
             text = f"{made}commit {row.commit}, {row.date}{seeds}" + (f", {row.machine}" if row.machine else "")
         found[text] = found.get(text, 0) + 1
     several = len(found) > 1
-    return [f"*{text}" + (f" ({count} rows)" if several else "") + ".*" for text, count in found.items()]
+    rows_of = {text: f" ({count} row{'s' * (count > 1)})" if several else "" for text, count in found.items()}
+    return [f"*{text}{count}.*" for text, count in rows_of.items()]
 
 
 def show(results: Results, rows: Sequence[Row], console: Console) -> None:

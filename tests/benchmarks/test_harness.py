@@ -177,10 +177,18 @@ def test_a_table_has_a_row_a_case_and_says_where_its_figures_come_from() -> None
         "<!-- table doubled mm --><!-- end -->", {"doubled": results.results_of(KIND, [row_of("small", 2.0), taken])}
     )
     assert page.splitlines()[1:5] == ["| case | mm, mm |", "|---|--:|", "| small | 2.0 (3.0) |", "| large | 20.0 (21.0) |"]
-    assert "*`python -m benchmarks doubled`, commit abc, 2026-01-01, 3 seeds (1 rows).*" in page
+    assert "*`python -m benchmarks doubled`, commit abc, 2026-01-01, 3 seeds (1 row).*" in page
     assert "taken from docs/measured.md of commit abc of 2026-01-01, 3 seeds, not renewed" in page
     chosen = pages.written("<!-- table doubled rows=lar --><!-- end -->", {"doubled": results.results_of(KIND, [taken])})
     assert "| small |" not in chosen
+
+
+def test_one_column_of_a_table_goes_across() -> None:
+    rows = [row_of(name, mm) for name, mm in (("a, b, x", 1.0), ("a, b, y", 2.0), ("c, y", 3.0), ("alone", 4.0))]
+    page = pages.written("<!-- table doubled mm across --><!-- end -->", {"doubled": results.results_of(KIND, rows)})
+    assert page.splitlines()[1:5] == [
+        "| case: mm, mm | x | y |", "|---|--:|--:|", "| a, b | 1.0 (2.0) | 2.0 (3.0) |", "| c |  | 3.0 (4.0) |",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -191,6 +199,8 @@ def test_a_table_has_a_row_a_case_and_says_where_its_figures_come_from() -> None
         ("figure doubled small cm", "no column 'cm': allowed: mm, lost"),
         ("figure doubled small", "KIND CASE COLUMN expected"),
         ("table doubled rows=huge", "no result of huge"),
+        ("table doubled rows=(", "unterminated subpattern"),
+        ("table doubled across", "across: one COLUMN expected"),
     ],
 )
 def test_a_wrong_marker_is_named_with_its_page(marker: str, problem: str) -> None:

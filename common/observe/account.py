@@ -21,6 +21,7 @@ MAX_SERVICES = 256  # whose messages are counted; chosen by hand
 MAX_LIVES = 1024  # processes of all services; chosen by hand
 MAX_STEPS = 256  # of the clock; chosen by hand
 FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
+HEALTH_NS = 1_000_000_000  # period of healths: the clock was set at most so long after the last event, and before the next
 STEP_NS = 100_000_000  # by which events of several threads are out of order, at most; chosen by hand
 COUNTED = {SENT + topic.name: topic.name for topic in TOPICS}
 
@@ -82,7 +83,7 @@ class Account:
     """The messages of one log, or of several in order.
 
     senders: by service.  missing: sum of the lines'.  dropped: by the full queue of a log; messages among them are missing.
-    end_ns: time of the last event.  steps: log times before and after the clock was set back.
+    end_ns: time of the last event.  steps: log times around those at which the clock was set back.
     """
 
     def __init__(
@@ -103,22 +104,28 @@ class Account:
         """Count a message, or note that a service has ended."""
         if isinstance(event, Envelope):
             self.add_message(event.key, event.received_ns, event.message if isinstance(event.message, Health) else None)
-        elif not event.alive:
+            return
+        self._pass(event.received_ns)
+        if not event.alive:
             sender = self.senders.get((event.service, event.id))
             if sender is not None and sender.lives:
                 next(reversed(sender.lives.values())).gone_ns = event.received_ns
 
     def add_message(self, key: str, at_ns: int, health: Health | None = None) -> None:
         """Count a message.  health: the message, when it is one."""
-        if at_ns < self.end_ns - STEP_NS and len(self.steps) < MAX_STEPS:
-            self.steps.append((self.end_ns, at_ns))
-        self.end_ns = at_ns
+        self._pass(at_ns)
         place = self._places.get(key) or self._place(key)
         if place is not None:
             sender, topic = place
             if health is not None:
                 self._report(sender, health, at_ns)
             sender.seen[topic] = sender.seen.get(topic, 0) + 1
+
+    def _pass(self, at_ns: int) -> None:
+        """Note the time of an event."""
+        if at_ns < self.end_ns - STEP_NS and len(self.steps) < MAX_STEPS:
+            self.steps.append((self.end_ns + HEALTH_NS, at_ns - HEALTH_NS))
+        self.end_ns = at_ns
 
     def lines(self) -> dict[tuple[ServiceKey, str], Line]:
         """By service and name of the topic; of services that report what they send."""

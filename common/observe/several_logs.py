@@ -89,16 +89,18 @@ def _completed(logged: Sender, known: Sender, reports: Account, *, continued: bo
     """A service of logs, with what an account of healths knows of it."""
     lives, beside = dict(logged.lives), list(known.lives.values())
     last = next(reversed(lives), None)
+    seen = {} if lives else logged.seen  # after the last report of a process: of it, and of later ones without a report
     for number, (process, life) in enumerate(known.lives.items()):
         one = lives.get(process)
         if one is None:
-            one = Life(life.first, life.first, unlogged={} if number else life.first.sent)
-            more = less(life.last.sent, one.unlogged)
+            one = Life(life.first, life.first, unlogged={} if number else less(life.first.sent, seen))
+            sent = less(life.last.sent, {} if number else life.first.sent)
         elif process == last or one.tail is not None:
-            tail = less(logged.seen, one.last.seen) if process == last else one.tail or {}
-            more = less(less(life.last.sent, one.last.sent), tail)
+            seen = less(logged.seen, one.last.seen) if process == last else one.tail or {}
+            sent = less(life.last.sent, one.last.sent)
         else:  # another process followed in the same log: what was seen of either since the last report is not known
             continue
+        more, seen = less(sent, seen), less(seen, sent)
         missing, unlogged = (more, {}) if continued else ({}, more)
         lives[process] = structs.replace(
             one, missing=summed((one.missing, missing)), unlogged=summed((one.unlogged, unlogged)),

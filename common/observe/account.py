@@ -10,7 +10,6 @@ process sent after its last health is in no count, only the time is known; unles
 from collections.abc import Iterable, Mapping
 
 import msgspec
-from msgspec import structs
 
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.messages import ENDED, PROCESS, SENT, Health
@@ -22,6 +21,7 @@ MAX_SERVICES = 256  # whose messages are counted; chosen by hand
 MAX_LIVES = 1024  # processes of all services; chosen by hand
 MAX_STEPS = 256  # of the clock; chosen by hand
 FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
+HEALTH_NS = 1_000_000_000  # period of healths: the clock was set at most so long after the last event, and before the next
 STEP_NS = 100_000_000  # by which events of several threads are out of order, at most; chosen by hand
 COUNTED = {SENT + topic.name: topic.name for topic in TOPICS}
 
@@ -82,8 +82,8 @@ class Sender(msgspec.Struct):
 class Account:
     """The messages of one log, or of several in order.
 
-    missing: sum of the lines'.  dropped: events that the full queue of a log dropped; messages among them are missing.
-    end_ns: time of the last event.  steps: log times before and after the clock was set back.
+    senders: by service.  missing: sum of the lines'.  dropped: by the full queue of a log; messages among them are missing.
+    end_ns: time of the last event.  steps: log times around those at which the clock was set back.
     """
 
     def __init__(
@@ -93,27 +93,27 @@ class Account:
         steps: Iterable[Span] = (),
         dropped: int = 0,
     ) -> None:
-        self._senders = dict(senders or {})
-        self._steps = list(steps)
-        self._lives = sum(len(sender.lives) for sender in self._senders.values())
+        self.senders = dict(senders or {})
+        self.steps = list(steps)
+        self._lives = sum(len(sender.lives) for sender in self.senders.values())
         self._places: dict[str, tuple[Sender, str]] = {}  # by key: the service, and the name of the topic
-        self.missing = sum(sum(_missing(life).values()) for one in self._senders.values() for life in one.lives.values())
+        self.missing = sum(sum(_missing(life).values()) for one in self.senders.values() for life in one.lives.values())
         self.end_ns, self.dropped = end_ns, dropped
 
     def add(self, event: Envelope | Alive) -> None:
         """Count a message, or note that a service has ended."""
         if isinstance(event, Envelope):
             self.add_message(event.key, event.received_ns, event.message if isinstance(event.message, Health) else None)
-        elif not event.alive:
-            sender = self._senders.get((event.service, event.id))
+            return
+        self._pass(event.received_ns)
+        if not event.alive:
+            sender = self.senders.get((event.service, event.id))
             if sender is not None and sender.lives:
                 next(reversed(sender.lives.values())).gone_ns = event.received_ns
 
     def add_message(self, key: str, at_ns: int, health: Health | None = None) -> None:
         """Count a message.  health: the message, when it is one."""
-        if at_ns < self.end_ns - STEP_NS and len(self._steps) < MAX_STEPS:
-            self._steps.append((self.end_ns, at_ns))
-        self.end_ns = at_ns
+        self._pass(at_ns)
         place = self._places.get(key) or self._place(key)
         if place is not None:
             sender, topic = place
@@ -121,64 +121,32 @@ class Account:
                 self._report(sender, health, at_ns)
             sender.seen[topic] = sender.seen.get(topic, 0) + 1
 
+    def _pass(self, at_ns: int) -> None:
+        """Note the time of an event."""
+        if at_ns < self.end_ns - STEP_NS and len(self.steps) < MAX_STEPS:
+            self.steps.append((self.end_ns + HEALTH_NS, at_ns - HEALTH_NS))
+        self.end_ns = at_ns
+
     def lines(self) -> dict[tuple[ServiceKey, str], Line]:
         """By service and name of the topic; of services that report what they send."""
         return {
             (service, topic): line
-            for service, sender in sorted(self._senders.items())
+            for service, sender in sorted(self.senders.items())
             for topic, line in self._lines(sender).items()
         }
 
-    def then(self, after: "Account", *, continued: bool) -> "Account":
-        """This account and that of a later log.  continued: what was sent between both is missing, not unlogged."""
-        senders = dict(self._senders)
-        for service, sender in after._senders.items():
-            moved = _moved(sender, senders[service].seen if service in senders else {}, len(self._steps))
-            senders[service] = _joined(senders.get(service, Sender()), moved, continued=continued)
-        return Account(senders, after.end_ns, [*self._steps, *after._steps], self.dropped + after.dropped)
-
-    def end(self) -> "Account":
-        """An account that goes on where this one ends: of each service its last report alone."""
-        senders = {}
-        for service, sender in list(self._senders.items())[:MAX_SERVICES]:
-            process, life = next(reversed(sender.lives.items()), (0, None))
-            senders[service] = Sender(sender.seen, {} if life is None else {process: Life(life.last, life.last)})
-        return Account(senders, self.end_ns, self._steps)
-
-    def completed(self, reports: "Account", *, continued: bool) -> "Account":
-        """This account, and what healths say that were received beside its logs.
-
-        reports: of them alone.  continued: what was sent after the last log is missing, not unlogged.
-        """
-        senders = {
-            service: reports._completed(self._senders.get(service, Sender()), known, continued=continued)
-            for service, known in reports._senders.items()
-        }
-        return Account(self._senders | senders, self.end_ns, self._steps, self.dropped)
-
-    def began(self, log: "Account", service: ServiceKey) -> tuple[int, int] | None:
-        """When a log began, for the order of several: number of the first process of a service in it, and its healths.
-
-        None where that process is not in this account.  The time of a log is no order: its clock may be set back.
-        """
-        first = next(iter(log._senders.get(service, Sender()).lives.items()), None)
-        processes = list(self._senders.get(service, Sender()).lives)
-        if first is None or first[0] not in processes:
-            return None
-        return processes.index(first[0]), first[1].first.sent.get(HEALTH.name, 0)
-
     def metadata(self) -> dict[str, str]:
         """The account as metadata of a take."""
-        text = {" ".join(service): msgspec.json.encode(sender).decode() for service, sender in self._senders.items()}
+        text = {" ".join(service): msgspec.json.encode(sender).decode() for service, sender in self.senders.items()}
         numbers = {"dropped": str(self.dropped), "end_ns": str(self.end_ns)}
-        return {**text, **numbers, "steps": msgspec.json.encode(self._steps).decode()}
+        return {**text, **numbers, "steps": msgspec.json.encode(self.steps).decode()}
 
     def _place(self, key: str) -> tuple[Sender, str] | None:
         topic = topic_at(key)
         service = sender_of(topic, key) if topic is not None else None
-        if topic is None or service is None or (service not in self._senders and len(self._senders) >= MAX_SERVICES):
+        if topic is None or service is None or (service not in self.senders and len(self.senders) >= MAX_SERVICES):
             return None
-        place = self._places[key] = self._senders.setdefault(service, Sender({}, {})), topic.name
+        place = self._places[key] = self.senders.setdefault(service, Sender({}, {})), topic.name
         return place
 
     def _report(self, sender: Sender, health: Health, at_ns: int) -> None:
@@ -189,8 +157,8 @@ class Account:
         sent = {COUNTED[name]: count for name, count in health.counts.items() if name in COUNTED}
         seen, ended = dict(sender.seen), bool(health.counts.get(ENDED))
         if ended:  # then it counts itself
-            sent, seen = (_sum((counts, {HEALTH.name: 1})) for counts in (sent, seen))
-        report = Report(at_ns, len(self._steps), sent, seen, ended)
+            sent, seen = (summed((counts, {HEALTH.name: 1})) for counts in (sent, seen))
+        report = Report(at_ns, len(self.steps), sent, seen, ended)
         life = sender.lives.get(process)
         if life is not None:
             before = sum(_missing(life).values())
@@ -203,15 +171,15 @@ class Account:
             previous = next(reversed(sender.lives.values()), None)
             life = sender.lives[process] = Life(report, report)
             if previous is None:
-                life.unlogged = _less(sent, seen)
+                life.unlogged = less(sent, seen)
             elif previous.last.ended:
-                life.missing = _less(sent, _less(seen, previous.last.seen))
+                life.missing = less(sent, less(seen, previous.last.seen))
                 self.missing += sum(life.missing.values())
 
     def _lines(self, sender: Sender) -> dict[str, Line]:
         lives = list(sender.lives.values())
-        unknown = tuple(span for number in range(len(lives)) for span in self._unknown(lives, number))
-        missing, unlogged = _sum(map(_missing, lives)), _sum(life.unlogged for life in lives)
+        unknown = tuple(span for number in range(len(lives)) for span in self.unknown(lives, number))
+        missing, unlogged = summed(map(_missing, lives)), summed(life.unlogged for life in lives)
         topics = sorted({HEALTH.name, *sender.seen, *missing, *unlogged}) if lives else []
         lines = {}
         for topic in topics:
@@ -219,40 +187,19 @@ class Account:
             lines[topic] = Line(seen + lost + off, seen, lost, off, unknown)
         return lines
 
-    def _unknown(self, lives: list[Life], number: int) -> list[Span]:
+    def unknown(self, lives: list[Life], number: int) -> list[Span]:
         """Times of which the counts of a process say nothing: after its last report, unless it ended with that."""
         life = lives[number]
         if life.unknown is not None:
             return life.unknown
         if life.last.ended:
             return []
-        step, until_ns = len(self._steps), life.gone_ns or self.end_ns
+        step, until_ns = len(self.steps), life.gone_ns or self.end_ns
         if number + 1 < len(lives):
             step, until_ns = lives[number + 1].first.step, lives[number + 1].first.at_ns
-        steps = self._steps[life.last.step : step]
+        steps = self.steps[life.last.step : step]
         begins, ends = [life.last.at_ns, *(after for _, after in steps)], [*(before for before, _ in steps), until_ns]
         return [(begin, max(begin, end)) for begin, end in zip(begins, ends, strict=True)]
-
-    def _completed(self, logged: Sender, known: Sender, *, continued: bool) -> Sender:
-        """A service of logs, with what this account of healths knows of it.  continued: as in `completed`."""
-        lives, beside = dict(logged.lives), list(known.lives.values())
-        last = next(reversed(lives), None)
-        for number, (process, life) in enumerate(known.lives.items()):
-            one, unknown = lives.get(process), self._unknown(beside, number)
-            if one is None:
-                one = Life(life.first, life.first, unlogged={} if number else life.first.sent)
-                more = _less(life.last.sent, one.unlogged)
-            elif process != last and one.tail is None:
-                one.unknown = [*unknown, *(one.unknown or [])]
-                continue
-            else:
-                tail = _less(logged.seen, one.last.seen) if process == last else one.tail or {}
-                more = _less(_less(life.last.sent, one.last.sent), tail)
-            missing, unlogged = (more, {}) if continued else ({}, more)
-            lives[process] = Life(
-                one.first, one.last, _sum((one.missing, missing)), _sum((one.unlogged, unlogged)), unknown=unknown
-            )  # fmt: skip
-        return Sender(logged.seen, lives)
 
 
 def read_account(metadata: Mapping[str, str]) -> Account | None:
@@ -276,53 +223,18 @@ def sender_of(topic: Topic, key: str) -> ServiceKey | None:
     return None if topic.queueing is Queueing.LATCHED else service_at(key)
 
 
-def _joined(before: Sender, after: Sender, *, continued: bool) -> Sender:
-    """A service of two logs.  after: its counts of seen messages begin with those of `before`.  continued: as in `then`."""
-    lives = dict(before.lives)
-    last = next(reversed(lives), None)
-    if last is not None and after.lives and last not in after.lives:
-        lives[last] = structs.replace(lives[last], tail=_less(before.seen, lives[last].last.seen))
-    for process, life in after.lives.items():
-        one = lives.get(process)
-        if one is None:
-            missing, unlogged = ((life.missing, life.unlogged), ()) if continued else ((life.missing,), (life.unlogged,))
-            lives[process] = structs.replace(life, missing=_sum(missing), unlogged=_sum(unlogged))
-            continue
-        gap = _less(_less(life.first.sent, one.last.sent), _less(life.first.seen, one.last.seen))
-        if continued:
-            gap = {}  # it is missing between the first and the last report
-        first = structs.replace(one.first, sent=_sum((one.first.sent, gap)))
-        lives[process] = structs.replace(
-            life, first=first, missing=_sum((one.missing, life.missing)), unlogged=_sum((one.unlogged, gap))
-        )
-    return Sender(after.seen, lives)
-
-
-def _moved(sender: Sender, seen: Counts, steps: int) -> Sender:
-    """A service with counts of seen messages, and of steps of the clock, that began earlier."""
-
-    def moved(report: Report) -> Report:
-        return structs.replace(report, step=report.step + steps, seen=_sum((seen, report.seen)))
-
-    lives = {
-        process: structs.replace(life, first=moved(life.first), last=moved(life.last))
-        for process, life in sender.lives.items()
-    }
-    return Sender(_sum((seen, sender.seen)), lives)
-
-
 def _missing(life: Life) -> Counts:
     """Messages of a process that were not seen although a log was on."""
-    sent, seen = _less(life.last.sent, life.first.sent), _less(life.last.seen, life.first.seen)
-    return _sum((life.missing, _less(sent, seen)))
+    sent, seen = less(life.last.sent, life.first.sent), less(life.last.seen, life.first.seen)
+    return summed((life.missing, less(sent, seen)))
 
 
-def _less(counts: Counts, others: Counts) -> Counts:
+def less(counts: Counts, others: Counts) -> Counts:
     """The differences that are positive."""
     return {name: count - others.get(name, 0) for name, count in counts.items() if count > others.get(name, 0)}
 
 
-def _sum(all: Iterable[Counts]) -> Counts:
+def summed(all: Iterable[Counts]) -> Counts:
     total: Counts = {}
     for counts in all:
         for name, count in counts.items():

@@ -10,6 +10,7 @@ from time import monotonic, thread_time_ns
 
 from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
 from zenocap.common.observe.account import METADATA, Account
+from zenocap.common.observe.several_logs import ended, joined
 from zenocap.common.recording.parts import Parts
 from zenocap.common.recording.writer import Recording, Statistics
 from zenocap.common.topics import HEALTH, TOPICS, Topic
@@ -147,8 +148,8 @@ class Log:
         before, account = self._missing
         dropped = sum(self._bus.counters.dropped.values())
         account.dropped, self._dropped = dropped - self._dropped, dropped
-        both = self._last.then(account, continued=self._last.end_ns > 0)  # with what is missing between both
-        self._missing, self._last = (before + both.missing, Account()), both.end()
+        both = joined(self._last, account, continued=self._last.end_ns > 0)  # with what is missing between both
+        self._missing, self._last = (before + both.missing, Account()), ended(both)
         return {METADATA: account.metadata()}
 
 

@@ -1,20 +1,24 @@
-"""Observations of this machine: sources, disk, ports, certificates, and input files of the services."""
+"""Observations of this machine: sources, disk, ports, endpoints, certificates, and input files of the services."""
 
 import os
 import shutil
 import socket
+import ssl
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import zenocap
+from zenocap.common.bus.security import Security
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
+from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, host_of, key_file
 from zenocap.common.rig.sources import Announced, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.doctor.machine_checks import Certificate, Disk, File, Port, SourceState
+from zenocap.tools.doctor.machine_checks import Certificate, Disk, Endpoint, File, Port, SourceState
 
 ROOT = Path(zenocap.__file__).resolve().parent
+CALL_S = 2.0
 
 
 def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
@@ -140,3 +144,40 @@ def _certificate(folder: Path, name: str) -> Certificate:
     if revoked:
         return Certificate(name, f"{path} is revoked", None)
     return Certificate(name, None, certificate.not_valid_after_utc, bool(secret.stat().st_mode & 0o077))
+
+
+def probe_endpoint(address: str, security: Security | None) -> Endpoint:
+    """Whether a Zenoh endpoint accepts connections and, with TLS, whether both certificates are accepted."""
+    protocol, _, place = address.partition("/")
+    port = place.rpartition(":")[2]
+    if protocol not in ("tcp", "tls") or not port.isdecimal():
+        return Endpoint(address)
+    host = host_of(address)
+    try:
+        with socket.create_connection((host, int(port)), CALL_S) as plain:
+            if protocol == "tls" and security is not None:
+                _shake_hands(plain, host, security)
+    except ssl.SSLCertVerificationError as error:
+        return Endpoint(address, f"its certificate is not accepted: {error.verify_message}", trusted=False)
+    except ssl.SSLError as error:
+        return Endpoint(address, f"TLS fails: {(error.reason or str(error)).replace('_', ' ').lower()}", trusted=False)
+    except OSError as error:
+        return Endpoint(address, error.strerror or str(error) or "no answer")
+    return Endpoint(address)
+
+
+def _shake_hands(plain: socket.socket, host: str, security: Security) -> None:
+    """TLS handshake with both certificates.  Raises ssl.SSLError and OSError."""
+    context = ssl.create_default_context(cafile=_existing(security.authority))
+    context.load_cert_chain(_existing(security.certificate), _existing(security.key))
+    with context.wrap_socket(plain, server_hostname=host) as link:
+        link.settimeout(0.3)
+        with suppress(TimeoutError):
+            link.recv(1)  # a rejection of our certificate arrives after the handshake
+
+
+def _existing(path: Path) -> str:
+    """Path of a file that exists.  Raises OSError, whose text names the file."""
+    if not path.is_file():
+        raise OSError(f"no file {path}")
+    return str(path)

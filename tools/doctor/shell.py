@@ -1,17 +1,24 @@
 """All checks of one rig, for one service or for all that this machine may run."""
 
+import time
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from socket import gethostname
 
+from zenocap.common.bus.protocol import BusError
+from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import ServiceInfo
+from zenocap.common.observe.view import RigView, observed
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, kinds_of, services_of
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.clock_offset import offset_at
 from zenocap.common.runtime.compiled import is_compiled
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.doctor.finding import CheckResult, warning
 from zenocap.tools.doctor.machine_checks import (
     Port,
@@ -30,6 +37,7 @@ from zenocap.tools.doctor.machine_probe import (
     look_at_file,
     look_at_port,
     look_at_source,
+    probe_endpoint,
 )
 from zenocap.tools.doctor.network_checks import (
     NetworkState,
@@ -42,7 +50,10 @@ from zenocap.tools.doctor.network_checks import (
     check_rigs,
     check_versions,
 )
-from zenocap.tools.doctor.network_probe import look_at_network, probe_endpoint
+
+OPEN_S = 4.0
+LISTEN_S = 2.5  # health is published once a second
+TRIPS = 5
 
 
 def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: str | None) -> list[CheckResult]:
@@ -79,6 +90,30 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
     if parts:
         found.append(check_compiled([part for part in parts if not is_compiled(part)]))
     return found
+
+
+def look_at_network(options: ZenohOptions, rig: str) -> NetworkState:
+    """Liveliness, health and information of all services, and this machine's clock offset to the integrator."""
+    clock = RealClock()
+    deadline_s = time.monotonic() + OPEN_S
+    try:
+        with ZenohBus.open(options, rig, clock, lambda: time.monotonic() > deadline_s) as bus:
+            bus.watch_alive()
+            bus.subscribe(HEALTH)
+            bus.subscribe(CAMERA_ADVICE)
+            view, sent_queries = RigView(rig), 0
+            started_s = time.monotonic()
+            while (elapsed_s := time.monotonic() - started_s) < LISTEN_S:
+                if elapsed_s > (1 + sent_queries) * LISTEN_S / (TRIPS + 1):
+                    bus.query_clock()
+                    sent_queries += 1
+                if (event := bus.receive(0.1)) is not None:
+                    view = observed(view, event, clock.elapsed_ns())
+            about = bus.query_service_info(1.0)
+            advice = {id: one.advice for (_, id), one in view.services.items() if one.advice is not None}
+            return NetworkState(None, view.alive, about, view.health, offset_at(view.trips, clock.now_ns()), advice)
+    except BusError as error:
+        return NetworkState(str(error))
 
 
 def _ports(rig: Rig, *, ours: bool) -> list[Port]:

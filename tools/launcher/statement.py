@@ -7,6 +7,7 @@ from pathlib import Path
 
 from zenocap.common.messages import SENT
 from zenocap.common.observe.account import Account, Line, Span
+from zenocap.common.observe.several_logs import began, completed, joined
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.take_account import Place, TakeAccount, readable
 from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title
@@ -87,8 +88,8 @@ def statement(
     account, before = Account(), None
     for take in takes:  # a later part continues the take, also when the file before it was removed
         continued = bool(take.previous) or (before is not None and not before.complete)
-        account, before = account.then(take.account, continued=continued), take
-    account = account.completed(reports, continued=not whole)
+        account, before = joined(account, take.account, continued=continued), take
+    account = completed(account, reports, continued=not whole)
     lines = {place: line for place, line in account.lines().items() if place[0] in services}
     refused = {place: sum(take.refused[place] for take in takes) for place in lines}
     return Statement(lines, {place: count for place, count in refused.items() if count}, account.dropped)
@@ -121,8 +122,8 @@ def new_takes(folder: Path, known: Collection[Path], rig: str, reports: Account)
     """
     found = [readable(path) for path in sorted(set(folder.glob("*.mcap")) - set(known))]
     takes = [one for one in found if isinstance(one, TakeAccount) and one.rig == rig]
-    began = {take.path: reports.began(take.account, (TIMEKEEPER, MAIN)) for take in takes}
-    takes.sort(key=lambda take: take.start_ns if None in began.values() else began[take.path] or ())
+    order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
+    takes.sort(key=lambda take: take.start_ns if None in order.values() else order[take.path] or ())
     return takes, [one for one in found if isinstance(one, str)]
 
 

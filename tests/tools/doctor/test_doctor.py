@@ -27,8 +27,8 @@ from zenocap.tools.doctor.machine_probe import (
     look_at_file,
     look_at_port,
     look_at_source,
+    probe_endpoint,
 )
-from zenocap.tools.doctor.network_probe import probe_endpoint
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 

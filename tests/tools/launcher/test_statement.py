@@ -302,7 +302,7 @@ def check(faults: list[tuple]) -> tuple[World, Statement]:
     return world, found
 
 
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(FAULTS, max_size=25))
 def test_every_message_is_in_a_take_or_in_a_term_or_in_a_span(faults: list[tuple]) -> None:
     check(faults)

@@ -186,8 +186,9 @@ def _ratios(mean: Floats32, frame: Image, person: Mask, step: int) -> tuple[Floa
 def gain_and_limits(background: Background, frame: Image, sigmas: float, *, flicker: bool) -> tuple[Floats32, Limits]:
     """Gain (3,) by which the model is multiplied for the comparison with a frame, and the limits at it.
 
-    flicker: whether the gain is measured; else it is 1.
+    flicker: whether the gain is measured; else it is 1.  Raises ValueError for another shape.
     """
+    _require_size(background, frame)
     gain = gains(background, frame) if flicker else np.ones(3, dtype=np.float32)
     return gain, background.limits(gain, sigmas)
 

@@ -66,8 +66,8 @@ def foreground(
     halo: noise around a person in units of that of the model; larger than 1 for compressed images.
     Raises ValueError for another shape.
     """
-    if frame.shape != background.mean.shape or frame.dtype != np.uint8:
-        raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
+    if frame.dtype != np.uint8:
+        raise ValueError(f"frame: {frame.dtype}; the background needs uint8")
     gain, limits = gain_and_limits(background, frame, options.weak, flicker=options.flicker)
     labels, levels = _differ(
         np.ascontiguousarray(frame),

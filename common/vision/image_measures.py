@@ -108,11 +108,6 @@ def cells_of(values: Image, grid: tuple[int, int]) -> Floats:
     return np.asarray(small, dtype=np.float64)
 
 
-def brightness_and_exposure(image: Image, grid: tuple[int, int]) -> tuple[Floats, Exposure]:
-    """`cells_of` and `exposure` of an image."""
-    return cells_of(image, grid), exposure(image)
-
-
 def brightness(image: Image) -> Floats:
     """Mean levels (down, across) of the cells of an image, from every STEPth pixel."""
     return np.asarray(cells_of(image[::STEP, ::STEP], BRIGHTNESS_GRID).mean(axis=2))

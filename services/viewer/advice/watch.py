@@ -6,7 +6,7 @@ from typing import TypeVar
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.image_measures import Exposure, brightness_and_exposure, cells_of
+from zenocap.common.vision.image_measures import Exposure, cells_of, exposure
 from zenocap.services.viewer.advice.edges import GREEN, Blur, Outline, moved_since, outline_of, room_edge_px
 from zenocap.services.viewer.advice.faults import Measured, faults_of
 from zenocap.services.viewer.advice.person import PersonSample, seen_person
@@ -79,9 +79,8 @@ def watched(
 
 
 def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
-    cells, exposed = brightness_and_exposure(small, ADVICE_CELLS)
-    slow = _since((*watch.slow, (time_s, cells)), time_s - ADVICE_LIGHT_S)
-    return replace(watch, slow=slow, exposure=exposed, sampled_s=time_s)
+    slow = _since((*watch.slow, (time_s, cells_of(small, ADVICE_CELLS))), time_s - ADVICE_LIGHT_S)
+    return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
 
 
 def _with_person(watch: Watch, image: Image, room: Background, mask: Mask, time_s: float) -> Watch:

@@ -112,7 +112,7 @@ def test_a_faint_pixel_beside_a_strong_one_is_background() -> None:
 
 def test_a_frame_of_another_shape_is_refused() -> None:
     background = learned_background(wall(0))
-    with pytest.raises(ValueError, match="the background needs"):
+    with pytest.raises(ValueError, match="the background's is"):
         foreground(background, np.zeros((90, 60, 3), np.uint8), ForegroundOptions())
 
 

@@ -3,29 +3,57 @@
 typer reads a flat signature.  `expanded` gives it one: every parameter annotated with a dataclass is replaced by keyword
 parameters for the fields of that dataclass, and the command is called with the dataclass built from them.  Thirty lines
 keep typer, its start-up time and its help texts; cyclopts and tyro nest dataclasses but would replace all of them.
+
+`Annotated[Options, EXPERT]` puts the fields into a panel of the help; then options without a panel are in that of the
+common ones.
 """
 
 import inspect
 from collections.abc import Callable
+from copy import copy
 from dataclasses import MISSING, fields, is_dataclass
+from typing import Annotated, get_type_hints
+
+import typer
+from typer.core import TyperCommand
+from typer.models import OptionInfo
+
+COMMON, EXPERT, RESEARCH = "Common options", "Expert options", "Research options"
+
+
+class Command(TyperCommand):
+    """A command whose `--help` is among the common options, where these have a panel."""
+
+    def get_help_option(self, ctx: typer.Context) -> object:  # type: ignore[override]  # of private types
+        option = super().get_help_option(ctx)
+        if option is not None and any(getattr(one, "rich_help_panel", None) == COMMON for one in self.params):
+            option.rich_help_panel = COMMON
+        return option
+
+
+def add_command(app: typer.Typer, command: Callable[..., None], name: str | None = None, panel: str | None = None) -> None:
+    """Add a command, of its function's name unless another one is given.  panel: of the help of `app`."""
+    app.command(name or command.__name__, cls=Command, rich_help_panel=panel)(expanded(command))
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
     """Return the command with a flat signature for typer.  Raises TypeError when two parameters have one name."""
     signature = inspect.signature(command, eval_str=True)
     own = signature.parameters.values()
-    groups = {one.name: one.annotation for one in own if _is_group(one.annotation)}
+    groups = {one.name: found for one in own if (found := _group(one.annotation))}
     if not groups:
         return command
     flat = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own if one.name not in groups]
-    flat += [parameter for group in groups.values() for parameter in _parameters(group)]
+    flat += [_in_panel(parameter, panel) for group, panel in groups.values() for parameter in _parameters(group)]
+    if any(panel for _, panel in groups.values()):
+        flat = [_in_panel(one, COMMON) for one in flat]
     names = [one.name for one in flat]
     if len(set(names)) < len(names):
         raise TypeError(f"{command.__name__}: two parameters have one name: {', '.join(names)}")
-    members = {name: [field.name for field in fields(group)] for name, group in groups.items()}
+    members = {name: [field.name for field in fields(group)] for name, (group, _) in groups.items()}
 
     def flat_command(**values: object) -> None:
-        built = {name: groups[name](**{member: values.pop(member) for member in members[name]}) for name in groups}
+        built = {name: groups[name][0](**{member: values.pop(member) for member in members[name]}) for name in groups}
         command(**values, **built)
 
     flat_command.__name__ = command.__name__
@@ -35,13 +63,16 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     return flat_command
 
 
-def _is_group(annotation: object) -> bool:
-    return isinstance(annotation, type) and is_dataclass(annotation)
+def _group(annotation: object) -> tuple[type, str | None] | None:
+    """The dataclass of a parameter, and its panel; None for a parameter that is an option itself."""
+    (panel,) = getattr(annotation, "__metadata__", (None,))
+    inner = getattr(annotation, "__origin__", annotation)
+    return (inner, panel) if isinstance(inner, type) and is_dataclass(inner) else None
 
 
 def _parameters(group: type) -> list[inspect.Parameter]:
     """One keyword parameter per field of the dataclass, with the field's annotation and default."""
-    annotations = inspect.get_annotations(group, eval_str=True)
+    annotations = get_type_hints(group, include_extras=True)
     return [
         inspect.Parameter(
             field.name,
@@ -51,3 +82,13 @@ def _parameters(group: type) -> list[inspect.Parameter]:
         )
         for field in fields(group)
     ]
+
+
+def _in_panel(parameter: inspect.Parameter, panel: str | None) -> inspect.Parameter:
+    """The parameter in that panel of the help; as it is without a panel, or if it is an argument or has one."""
+    for option in getattr(parameter.annotation, "__metadata__", ()):
+        if panel and isinstance(option, OptionInfo) and not option.rich_help_panel:
+            option = copy(option)
+            option.rich_help_panel = panel
+            return parameter.replace(annotation=Annotated[parameter.annotation.__origin__, option])
+    return parameter

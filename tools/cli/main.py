@@ -39,7 +39,7 @@ from zenocap.tools.cli import (
     viewer,
 )
 from zenocap.tools.cli.calibrate.commands import calibrate
-from zenocap.tools.cli.expansion import expanded
+from zenocap.tools.cli.expansion import add_command
 from zenocap.tools.cli.models import models
 from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior
@@ -65,41 +65,47 @@ app = typer.Typer(
     Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
 )
 
-ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "Single services", "Videos and takes", "Set-up"
-NETWORK = "Network"
+SET_UP, RECORD, LOOK = "Set up cameras and machines", "Record takes", "Look at takes, and convert them"
+JUDGE, OPERATE, RESEARCH = "Judge takes, and repair them", "Operate rigs, service by service", "Research"
 TABLE = (
-    (ON_THIS_MACHINE, up.demo),
-    (ON_THIS_MACHINE, up.up),
-    (SERVICES, viewer.viewer),
-    (SERVICES, services.integrator),
-    (SERVICES, services.tracker),
-    (SERVICES, recognizer.recognizer),
-    (SERVICES, animator.animator),
-    (SERVICES, services.router),
-    (SERVICES, record.record),
-    (NETWORK, top.top),
-    (NETWORK, metrics.metrics),
-    (NETWORK, traces.traces),
-    (NETWORK, load.load),
-    (NETWORK, plan.plan),
-    (NETWORK, health.health),
-    (FILES, film.film),
-    (FILES, sync.sync),
-    (FILES, track.track),
-    (FILES, show.show),
-    (FILES, render.render),
-    (FILES, export.export),
-    (FILES, takes.info),
-    (FILES, mirror.mirror),
-    (FILES, takes.recover),
-    (FILES, replay.replay),
-    (FILES, verify.verify),
-    (FILES, evaluate.evaluate),
-    (BEFORE, setup.setup),
-    (BEFORE, cameras.cameras),
-    (BEFORE, doctor.doctor),
-    (BEFORE, certs.certs),
-    (BEFORE, up.warmup),
+    (SET_UP, setup.setup),
+    (SET_UP, cameras.cameras),
+    (SET_UP, plan.plan),
+    (SET_UP, certs.certs),
+    (SET_UP, up.warmup),
+    (RECORD, up.demo),
+    (RECORD, up.up),
+    (RECORD, film.film),
+    (RECORD, sync.sync),
+    (RECORD, track.track),
+    (RECORD, record.record),
+    (LOOK, show.show),
+    (LOOK, render.render),
+    (LOOK, export.export),
+    (LOOK, replay.replay),
+    (JUDGE, takes.info),
+    (JUDGE, evaluate.evaluate),
+    (JUDGE, verify.verify),
+    (JUDGE, mirror.mirror),
+    (JUDGE, takes.recover),
+    (OPERATE, doctor.doctor),
+    (OPERATE, top.top),
+    (OPERATE, health.health),
+    (OPERATE, metrics.metrics),
+    (OPERATE, traces.traces),
+    (OPERATE, viewer.viewer),
+    (OPERATE, services.integrator),
+    (OPERATE, services.tracker),
+    (OPERATE, recognizer.recognizer),
+    (OPERATE, animator.animator),
+    (OPERATE, services.router),
+    (RESEARCH, load.load),
+)
+GROUPS = (
+    (SET_UP, "calibrate", calibrate),
+    (SET_UP, "models", models),
+    (RESEARCH, "prior", prior),
+    (RESEARCH, "posture", posture),
 )
 # The extra that installs an optional module.
 EXTRAS = {
@@ -110,11 +116,9 @@ EXTRAS = {
 }  # fmt: skip
 NOT_IN_ALL = ("lsl", "tables")
 for panel, command in TABLE:
-    app.command(command.__name__, rich_help_panel=panel)(expanded(command))
-app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
-app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
-app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
-app.add_typer(models, name="models", rich_help_panel=BEFORE)
+    add_command(app, command, panel=panel)
+for panel, name, group in GROUPS:
+    app.add_typer(group, name=name, rich_help_panel=panel)
 
 
 def _print_version(wanted: bool) -> None:

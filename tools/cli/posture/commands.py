@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.tools.cli.expansion import add_command
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.posture.act import act
 from zenocap.tools.cli.posture.evaluate import evaluate
@@ -15,7 +16,7 @@ from zenocap.tools.cli.posture.train import add, train
 
 posture = typer.Typer(help="Train, evaluate and inspect posture models.", no_args_is_help=True)
 for command in (label, act, train, add, evaluate):
-    posture.command()(command)
+    add_command(posture, command)
 
 
 @posture.command()

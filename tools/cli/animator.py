@@ -1,12 +1,18 @@
 """The command that shows a live rig: animator."""
 
+from __future__ import annotations
+
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ServiceArguments
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
 
 
 def animator(
@@ -30,9 +36,8 @@ def animator(
         Path | None,
         typer.Option("--recordings", metavar="DIR", help="Folder of the takes that the page can play; default: the rig's."),
     ] = None,
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
     *,
-    zenoh: ZenohArguments,
+    arguments: ServiceArguments,
 ) -> None:
     """Show the virtual actor of a live rig on a page at http://127.0.0.1:8080, and send its poses to the rig's outputs.
 
@@ -42,31 +47,32 @@ def animator(
 
     Example: `zenocap animator studio.toml`
     """
-    from dataclasses import replace
+    from zenocap.common.errors import UserError
+    from zenocap.services.animator.shell import run_animator
+
+    with one_line_errors(), arguments.running("animator") as stopped:
+        if rig.suffix == ".mcap":
+            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
+        loaded = _with_page(rig_at(rig, files=False), host, port, token)
+        options = arguments.options(loaded, "animator")
+        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, recordings), options, stopped))
+
+
+def _with_page(rig: Rig, host: str | None, port: int | None, token: str | None) -> Rig:
+    """The rig with its page at that address, as far as it is given.  Raises UserError."""
     from secrets import token_urlsafe
 
     import msgspec
 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.services.animator.shell import run_animator
 
-    logs.configure("animator")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
-        if rig.suffix == ".mcap":
-            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
-        loaded = rig_at(rig, files=False)
-        token = token_urlsafe(24) if token == "new" else token
-        given = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
-        try:
-            page = msgspec.convert(msgspec.to_builtins(loaded.animator.page) | given, PageTable)
-        except msgspec.ValidationError as error:
-            raise UserError(f"page: {error}") from error
-        problem = open_page_problem(page)
-        if problem:
-            raise UserError(f"animator.page.host = {page.host!r}: {problem}")
-        loaded = replace(loaded, animator=msgspec.structs.replace(loaded.animator, page=page))
-        options = zenoh.options(loaded, "animator")
-        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, recordings), options, stopped))
+    token = token_urlsafe(24) if token == "new" else token
+    given = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
+    try:
+        page = msgspec.convert(msgspec.to_builtins(rig.animator.page) | given, PageTable)
+    except msgspec.ValidationError as error:
+        raise UserError(f"page: {error}") from error
+    if problem := open_page_problem(page):
+        raise UserError(f"animator.page.host = {page.host!r}: {problem}")
+    return replace(rig, animator=msgspec.structs.replace(rig.animator, page=page))

@@ -9,7 +9,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 
 def film(

@@ -6,7 +6,7 @@ import typer
 
 from zenocap.common.rig.services import MAIN, SERVICES, file_name
 from zenocap.tools.cli.options import DONE, FAILED, RigPath, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 NAMES = ("router", *(kind.name for kind in SERVICES))
 

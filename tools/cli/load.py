@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.options import JsonOption, one_line_errors
-from zenocap.tools.cli.zenoh_arguments import ConfigOption, ConnectOption
+from zenocap.tools.service_arguments import ConfigOption, ConnectOption
 
 WIDTH = 150  # of tables where there is no terminal
 WHAT, HOW, WHERE = "Load", "Measurement", "Network"

@@ -40,7 +40,6 @@ JointsOption = Annotated[
     ),
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Record no take.")]
-WithParentOption = Annotated[bool, typer.Option("--with-parent", hidden=True)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 

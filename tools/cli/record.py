@@ -8,7 +8,7 @@ import typer
 
 from zenocap.tools.cli.options import one_line_errors, take_folder
 from zenocap.tools.cli.suggestions import check_rig_path
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.record import Progress

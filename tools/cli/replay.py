@@ -7,7 +7,7 @@ import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import checked_take, one_line_errors
-from zenocap.tools.cli.zenoh_arguments import PANEL, ZenohArguments
+from zenocap.tools.service_arguments import PANEL, ZenohArguments
 
 WHAT, HOW = "Messages", "Playback"
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"

@@ -9,10 +9,9 @@ import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors
 from zenocap.tools.cli.setup_cameras import ask_cameras, save_cameras
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.setup.network import Network
     from zenocap.tools.setup.state import Step
 
 TITLES: dict[str, str] = {
@@ -62,7 +61,7 @@ def setup(
     """
     from zenocap.common.errors import UserError
     from zenocap.tools.cli.track import parsed_size
-    from zenocap.tools.setup.network import OPEN
+    from zenocap.tools.setup.network import OPEN, Network
     from zenocap.tools.setup.state import STEPS, next_step
 
     with one_line_errors():
@@ -71,9 +70,9 @@ def setup(
         if status:
             raise typer.Exit(_status(folder))
         if cameras:
-            save_cameras(folder, cameras, parsed_size(size), fps, _network(zenoh))
+            save_cameras(folder, cameras, parsed_size(size), fps, Network.of(zenoh))
         step = again or next_step(folder)
-        if step != "cameras" and not cameras and _network(zenoh) != OPEN:
+        if step != "cameras" and not cameras and Network.of(zenoh) != OPEN:
             raise UserError("Zenoh options: allowed: with the first step, which keeps them, or with --again cameras")
         if again and again != "cameras":
             _check_reached(folder, again)
@@ -113,21 +112,13 @@ def _check_reached(folder: Path, step: Step) -> None:
         raise UserError(f"--again {step}: {reached} is not done: allowed: {', '.join(STEPS[: STEPS.index(reached) + 1])}")
 
 
-def _network(zenoh: ZenohArguments) -> Network:
-    from zenocap.tools.setup.network import Network
-
-    config = "" if zenoh.config is None else str(zenoh.config.resolve())
-    return Network(
-        zenoh.mode or "", tuple(zenoh.connect or ()), tuple(zenoh.listen or ()), config, not zenoh.no_multicast_scouting
-    )
-
-
 def _run(step: Step, folder: Path, size: tuple[int, int], fps: float, seconds: float | None, zenoh: ZenohArguments) -> None:
     from zenocap.tools.cli.setup_steps import calibrate, look, take, write_rig
+    from zenocap.tools.setup.network import Network
     from zenocap.tools.setup.state import read_cameras
 
     if step == "cameras":
-        ask_cameras(folder, size, fps, _network(zenoh), zenoh)
+        ask_cameras(folder, size, fps, Network.of(zenoh), zenoh)
         return
     known = read_cameras(folder)
     assert known is not None

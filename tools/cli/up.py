@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 SecondsOption = Annotated[
     float | None, typer.Option("--seconds", min=0.1, help="Running time (s); default: until Ctrl-C.", show_default=False)

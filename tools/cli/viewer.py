@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import WithParentOption, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.common.rig.services import MAIN
+from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.service_arguments import ServiceArguments, words
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
+
+
+@dataclass(frozen=True)
+class FilmingArguments:
+    """Options of the films that are recorded for `zenocap film`, and hidden ones of the processes that zenocap starts."""
+
+    films: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Folder of the films of `zenocap film`; default: films beside the rig file, or here."
+        ),
+    ] = None
+    allow_fetch: Annotated[
+        bool,
+        typer.Option("--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."),
+    ] = False
+    epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None
+    assigned: Annotated[Path | None, typer.Option(hidden=True, help="Saved assignment of a --discover process.")] = None
 
 
 def viewer(
@@ -42,21 +63,9 @@ def viewer(
     machine: Annotated[
         str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
     ] = None,
-    films: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="Folder of the films of `zenocap film`; default: films beside the rig file, or here."
-        ),
-    ] = None,
-    allow_fetch: Annotated[
-        bool,
-        typer.Option("--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."),
-    ] = False,
-    epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None,
-    assigned: Annotated[Path | None, typer.Option(hidden=True, help="Saved assignment of a --discover process.")] = None,
-    with_parent: WithParentOption = False,
     *,
-    zenoh: ZenohArguments,
+    filming: Annotated[FilmingArguments, EXPERT],
+    arguments: ServiceArguments,
 ) -> None:
     """Run one viewer of a rig: from the images of a camera to silhouettes, sightings and joint angles.
 
@@ -69,48 +78,50 @@ def viewer(
 
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.cli.calibrate.board_options import detect_command
-
     if discover and (rig is not None or id is not None):
         raise typer.BadParameter("--discover: allowed without RIG and --id")
-    if not discover and assigned is None and (rig is None or id is None):
+    if not discover and filming.assigned is None and (rig is None or id is None):
         raise typer.BadParameter("RIG and --id are missing: allowed: both, or --discover")
     if not discover and machine:
         raise typer.BadParameter("--machine: allowed with --discover")
-    logs.configure("cameras" if discover else f"viewer {id}" if id else "viewer")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+    with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
         if discover:
-            from zenocap.services.viewer.film.host import run_host
-            from zenocap.services.viewer.film.parameters import FILMS
-
-            folder = films or Path(FILMS)
-            command = partial(_assigned_command, zenoh, folder, allow_fetch)
-            options = zenoh.options()
-            raise typer.Exit(
-                run_host(
-                    machine, camera or (), folder, options, stopped, allow_fetch=allow_fetch, command=command,
-                    detect=detect_command,
-                )
-            )  # fmt: skip
+            raise typer.Exit(_discovering(machine, camera or (), filming, arguments, stopped))
         from zenocap.services.viewer.shell import run_viewer
+        from zenocap.tools.cli.calibrate.board_options import detect_command
 
-        if assigned is not None:
+        if filming.assigned is not None:
             from zenocap.services.viewer.hosted.saved import saved_rig
 
-            one, id = saved_rig(assigned, films or Path())
-            options, epoch_ns = zenoh.options(), None
-            raise typer.Exit(
-                run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
-            )
-        assert rig is not None
-        assert id is not None
-        one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
-        options = zenoh.options(one, f"viewer-{id}")
-        raise typer.Exit(
-            run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
-        )
+            one, id = saved_rig(filming.assigned, filming.films or Path())
+            options, epoch_ns = arguments.options(), None
+        else:
+            assert rig is not None
+            assert id is not None
+            one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
+            options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
+        films, fetch = filming.films, filming.allow_fetch
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=fetch, detect=detect_command))
+
+
+def _discovering(
+    machine: str | None,
+    cameras: Sequence[str],
+    filming: FilmingArguments,
+    arguments: ServiceArguments,
+    stopped: Callable[[], bool],
+) -> int:
+    """Announce the cameras of this machine, film with them, and run viewers for others; the exit status."""
+    from zenocap.services.viewer.film.host import run_host
+    from zenocap.services.viewer.film.parameters import FILMS
+    from zenocap.tools.cli.calibrate.board_options import detect_command
+
+    folder = filming.films or Path(FILMS)
+    command = partial(_assigned_command, arguments, folder, filming.allow_fetch)
+    return run_host(
+        machine, cameras, folder, arguments.options(), stopped, allow_fetch=filming.allow_fetch, command=command,
+        detect=detect_command,
+    )  # fmt: skip
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
@@ -118,8 +129,6 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
 
     Raises UserError.
     """
-    from dataclasses import replace
-
     from zenocap.common.errors import UserError
     from zenocap.common.rig.sources import Announced
     from zenocap.services.viewer.film.host_cameras import own_camera
@@ -133,16 +142,10 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
     return replace(rig, viewers=tuple(viewer if one is own else one for one in rig.viewers))
 
 
-def _assigned_command(zenoh: ZenohArguments, films: Path, allow_fetch: bool, file: Path) -> list[str]:
+def _assigned_command(arguments: ServiceArguments, films: Path, allow_fetch: bool, file: Path) -> list[str]:
     """Command of the viewer of a saved assignment: it connects where this process does, and to this process."""
-    import sys
-
-    near = [one.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:") for one in zenoh.listen or ()]
-    words = [sys.executable, "-P", "-m", "zenocap", "viewer", "--assigned", str(file), "--films", str(films)]
-    words += ["--with-parent", *["--allow-fetch"] * allow_fetch]
-    mode = "client" if zenoh.mode == "router" else zenoh.mode
-    words += ["--mode", mode] if mode else []
-    for endpoint in (*(zenoh.connect or ()), *near):
-        words += ["--connect", endpoint]
-    words += ["--config", str(zenoh.config)] if zenoh.config else []
-    return [*words, *["--no-multicast-scouting"] * zenoh.no_multicast_scouting]
+    near = [one.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:") for one in arguments.listen or ()]
+    connect, mode = [*(arguments.connect or ()), *near], "client" if arguments.mode == "router" else arguments.mode
+    arguments = replace(arguments, mode=mode, connect=connect, listen=None, with_parent=True)
+    own = ["--assigned", str(file), "--films", str(films), *["--allow-fetch"] * allow_fetch]
+    return words(("viewer", MAIN), None, arguments, *own)

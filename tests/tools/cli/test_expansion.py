@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from zenocap.tools.cli.expansion import expanded
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 
 @dataclass(frozen=True)

@@ -171,7 +171,6 @@ def _on_page(
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.services.recognizer.training.examples import Example
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, Report, with_takes
-    from zenocap.tools.cli.zenoh_arguments import ZenohArguments
     from zenocap.tools.posture_page.labels import checked_text
     from zenocap.tools.posture_page.live_trial import live_trial
     from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
@@ -179,6 +178,7 @@ def _on_page(
     from zenocap.tools.posture_page.page import PosturePage, run_page
     from zenocap.tools.posture_page.session import Publish, Session
     from zenocap.tools.posture_page.training_settings import settings_for
+    from zenocap.tools.service_arguments import ZenohArguments
 
     logs.configure("postures")
     if len({source.resolve() for source in sources}) < len(sources):

@@ -22,9 +22,10 @@ def health(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Check over the network that one service works: it replies once it has handled all messages received so far.
+    """Check whether one service works, for watchdogs and containers.
 
-    A router works when it accepts a client. Exit status 0 when the service works, 1 without a reply.
+    The service replies over the network once it has handled all messages received so far; a router works when it accepts a
+    client. Exit status 0 when it works, 1 without a reply.
 
     Example: `zenocap health studio.toml viewer --id 1`
     """

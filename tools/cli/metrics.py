@@ -21,10 +21,11 @@ def metrics(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Serve figures of one rig or several to Prometheus: rates, latencies, losses, clocks, phases, disk.
+    """Serve the figures of `top` to Prometheus, for graphs and alerts.
 
-    Runs on any machine of the network and publishes nothing. With rig files, services that are missing are exported as not
-    up; without them, rigs and services are found on the network, up to a limit. It runs until Ctrl-C.
+    Of one rig or several: rates, latencies, losses, clocks, phases, disk. Runs on any machine of the network and publishes
+    nothing. With rig files, services that are missing are exported as not up; without them, rigs and services are found on
+    the network, up to a limit. It runs until Ctrl-C.
 
     Examples: `zenocap metrics studio.toml`, `zenocap metrics -e tcp/192.168.1.10:7447 --host 0.0.0.0`
     """

@@ -21,11 +21,12 @@ def top(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Every service of one rig or several, live: rates, latencies, losses, clocks, memory, processor.
+    """Watch all services in this terminal: rates, latencies, losses.
 
-    Runs on any machine of the network and publishes nothing. Services that are gone, missing, or silent for three seconds
-    are red. `lost`: messages and frames that a service has dropped or rejected since its start; after +: in the last
-    second. It ends with q or Ctrl-C; --once and --json observe for 2.5 s, with exit status 1 when a service is red.
+    Of one rig or several; also clocks, memory and processor. Runs on any machine of the network and publishes nothing.
+    Services that are gone, missing, or silent for three seconds are red. `lost`: messages and frames that a service has
+    dropped or rejected since its start; after +: in the last second. It ends with q or Ctrl-C; --once and --json observe
+    for 2.5 s, with exit status 1 when a service is red. What is wrong, and how to mend it: `zenocap doctor`.
 
     Examples: `zenocap top studio.toml`, `zenocap top -e tcp/192.168.1.2:7447 --once`
     """

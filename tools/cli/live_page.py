@@ -80,7 +80,7 @@ def run_page(
 
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.cli.track import parsed_size
+    from zenocap.tools.cli.options import parsed_size
     from zenocap.tools.live.camera import LiveCamera, first_epoch_ns
     from zenocap.tools.live.page import LivePage, wait_for_images
     from zenocap.tools.live.parameters import FILE_DELAY_S

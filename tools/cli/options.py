@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -85,6 +86,19 @@ def one_line_errors() -> Iterator[None]:
     except UserError as error:
         typer.echo("\n".join(printable(line, MAX_LINE) for line in f"error: {error}".split("\n")), err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def camera_list(text: str | None) -> list[str] | None:
+    """Names of cameras in a text with commas; None: all."""
+    return None if text is None else [name for part in text.split(",") if (name := part.strip())]
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """(width, height) px of "160x120".  Raises typer.BadParameter."""
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not found or min(int(found[1]), int(found[2])) < 16:
+        raise typer.BadParameter(f"--size {text!r}: allowed: WIDTHxHEIGHT of 16 px or more, such as 160x120")
+    return int(found[1]), int(found[2])
 
 
 def smoothing(option: str, text: str) -> float | None:

@@ -60,7 +60,7 @@ def setup(
     `zenocap setup studio --status`
     """
     from zenocap.common.errors import UserError
-    from zenocap.tools.cli.track import parsed_size
+    from zenocap.tools.cli.options import parsed_size
     from zenocap.tools.setup.network import OPEN, Network
     from zenocap.tools.setup.state import STEPS, next_step
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.decisions import camera_list
-from zenocap.tools.cli.options import DONE, LOSS, one_line_errors, rig_at
+from zenocap.tools.cli.options import DONE, LOSS, camera_list, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

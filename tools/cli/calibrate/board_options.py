@@ -15,7 +15,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.calibration.board import Board
 
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
-PANEL = "Board"  # of the help
 
 SquareOption = Annotated[
     float,
@@ -32,31 +31,22 @@ OptionalSquareOption = Annotated[
         show_default=False,
     ),
 ]
-ColumnsOption = Annotated[
-    int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6", rich_help_panel=PANEL)
-]
+ColumnsOption = Annotated[int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6")]
 RowsOption = Annotated[
     int | None,
-    typer.Option(
-        help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6", rich_help_panel=PANEL
-    ),
+    typer.Option(help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"),
 ]
-KindOption = Annotated[
-    Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.", rich_help_panel=PANEL)
-]
+KindOption = Annotated[Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.")]
 MarkerOption = Annotated[
     float | None,
-    typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.", rich_help_panel=PANEL),
+    typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out."),
 ]
-DictionaryOption = Annotated[
-    str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50", rich_help_panel=PANEL)
-]
+DictionaryOption = Annotated[str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")]
 SpacingOption = Annotated[
     float | None,
     typer.Option(
         help="White between two tags of an AprilGrid, by the side of a tag.",
         show_default="0.3, as Kalibr",
-        rich_help_panel=PANEL,
     ),
 ]
 

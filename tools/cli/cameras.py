@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
+from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from ssl import SSLContext
-
     from zenocap.common.video.v4l2.listing import FoundCamera
-    from zenocap.tools.cameras.onvif_http import User
     from zenocap.tools.cameras.streams import TriedStream
 
+Urls = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[URL... | RIG | NAME=SOURCE...]",
+        help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine. With "
+        "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras. "
+        "With --onvif: HOST of each camera; default: those that answer a probe.",
+        show_default=False,
+    ),
+]
 
-def cameras(
-    urls: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[URL... | RIG | NAME=SOURCE...]",
-            help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine. With "
-            "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras. "
-            "With --onvif: HOST of each camera; default: those that answer a probe.",
-            show_default=False,
-        ),
-    ] = None,
+
+@dataclass(frozen=True)
+class CamerasArguments:
+    """What is listed, tried or shown."""
+
     pictures: Annotated[
         Path | None,
         typer.Option(
@@ -40,15 +43,15 @@ def cameras(
             help="Write a small picture of each camera to this folder.",
             show_default=False,
         ),
-    ] = None,
-    as_json: JsonOption = False,
+    ] = None
+    as_json: JsonOption = False
     discover: Annotated[
         bool,
         typer.Option("--discover", help="List the cameras of all machines on which `zenocap viewer --discover` runs."),
-    ] = False,
+    ] = False
     onvif: Annotated[
         bool, typer.Option("--onvif", help="List network cameras that have ONVIF, their streams, and try these.")
-    ] = False,
+    ] = False
     user: Annotated[
         str | None,
         typer.Option(
@@ -57,7 +60,32 @@ def cameras(
             help="With --onvif: user of the cameras; the password is asked for.",
             show_default=False,
         ),
-    ] = None,
+    ] = None
+    live: Annotated[bool, typer.Option("--live", help="Show the pictures and measures of the cameras on a page.")] = False
+
+    def check(self, urls: list[str] | None, expert: OnvifArguments) -> None:
+        """Raises typer.BadParameter for options that exclude each other."""
+        has_pictures, has_certificates = self.pictures is not None, expert.certificates is not None
+        wrong = {
+            "--discover: allowed without URL, --pictures and --live": self.discover and (urls or has_pictures or self.live),
+            "--user, --interface: allowed with --onvif": not self.onvif
+            and (self.user is not None or expert.interface is not None),
+            "--certificates, --any-certificate: allowed with --onvif": (has_certificates or expert.any_certificate)
+            and not self.onvif,
+            "--any-certificate: allowed without --certificates": has_certificates and expert.any_certificate,
+            "--interface: allowed without HOST, which need no probe": expert.interface is not None and urls,
+            "--onvif: allowed without --discover and --live": self.onvif and (self.discover or self.live),
+            "--live: allowed: without --pictures and --json": self.live and (has_pictures or self.as_json),
+        }
+        for text, is_wrong in wrong.items():
+            if is_wrong:
+                raise typer.BadParameter(text)
+
+
+@dataclass(frozen=True)
+class OnvifArguments:
+    """How network cameras with ONVIF are reached."""
+
     certificates: Annotated[
         Path | None,
         typer.Option(
@@ -66,11 +94,11 @@ def cameras(
             help="With --onvif: certificates of cameras or their authority that are trusted (PEM); default: the system's.",
             show_default=False,
         ),
-    ] = None,
+    ] = None
     any_certificate: Annotated[
         bool,
         typer.Option("--any-certificate", help="With --onvif: do not check who answers at an https address."),
-    ] = False,
+    ] = False
     interface: Annotated[
         str | None,
         typer.Option(
@@ -79,14 +107,16 @@ def cameras(
             help="With --onvif: own IPv4 address on the network of the cameras; default: that of the default route.",
             show_default=False,
         ),
-    ] = None,
-    live: Annotated[bool, typer.Option("--live", help="Show the pictures and measures of the cameras on a page.")] = False,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = None,
-    token: TokenOption = None,
-    size: SizeOption = "1280x720",
-    fps: FpsOption = 30.0,
+    ] = None
+
+
+def cameras(
+    urls: Urls = None,
     *,
+    given: CamerasArguments,
+    images: ImageArguments,
+    expert: Annotated[OnvifArguments, EXPERT],
+    page: Annotated[PageArguments, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
     """List the cameras of this machine: what to write into a rig file, modes, controls. Or try network streams.
@@ -110,38 +140,21 @@ def cameras(
 
     Examples: `zenocap cameras --pictures seen`, `zenocap cameras rtsp://192.168.1.20/stream`, `zenocap cameras --live`
     """
-    if discover and (urls or pictures is not None or live):
-        raise typer.BadParameter("--discover: allowed without URL, --pictures and --live")
-    if (user is not None or interface is not None) and not onvif:
-        raise typer.BadParameter("--user, --interface: allowed with --onvif")
-    if (certificates is not None or any_certificate) and not onvif:
-        raise typer.BadParameter("--certificates, --any-certificate: allowed with --onvif")
-    if certificates is not None and any_certificate:
-        raise typer.BadParameter("--any-certificate: allowed without --certificates")
-    if interface is not None and urls:
-        raise typer.BadParameter("--interface: allowed without HOST, which need no probe")
-    if onvif and (discover or live):
-        raise typer.BadParameter("--onvif: allowed without --discover and --live")
-    if live:
-        if pictures is not None or as_json:
-            raise typer.BadParameter("--live: allowed: without --pictures and --json")
-        with one_line_errors():
+    given.check(urls, expert)
+    with one_line_errors():
+        if given.live:
             from zenocap.tools.live.page import CamerasOnly
 
-            table = page_table(host, port, token)
-            run_page(urls or [], size, fps, table, "zenocap cameras --live", lambda *_: CamerasOnly())
-        return
-    with one_line_errors():
-        if discover:
-            raise typer.Exit(DONE if _discovered(zenoh, as_json) else FAILED)
-        if onvif:
-            password = None if user is None else typer.prompt(f"password of {user}", hide_input=True, err=True)
-            from zenocap.tools.cameras.onvif_http import User, trusted
-
-            own = None if user is None or password is None else User(user, password)
-            tls = trusted(certificates, any_certificate=any_certificate)
-            raise typer.Exit(DONE if _onvif(urls or [], interface, own, tls, pictures, as_json) else FAILED)
-        good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)
+            run_page(urls or [], images, page.table(), "zenocap cameras --live", lambda *_: CamerasOnly())
+            return
+        if given.discover:
+            good = _discovered(zenoh, given.as_json)
+        elif given.onvif:
+            good = _onvif(urls or [], given, expert)
+        elif urls:
+            good = _streams(urls, given.pictures, given.as_json)
+        else:
+            good = _devices(given.pictures, given.as_json)
     raise typer.Exit(DONE if good else FAILED)
 
 
@@ -193,17 +206,20 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
     return True
 
 
-def _onvif(
-    hosts: list[str], interface: str | None, own: User | None, tls: SSLContext, folder: Path | None, as_json: bool
-) -> bool:
+def _onvif(hosts: list[str], given: CamerasArguments, expert: OnvifArguments) -> bool:
     from zenocap.tools.cameras.onvif_device import asked_devices, device_address, with_user
     from zenocap.tools.cameras.onvif_discovery import OnvifDevice, found_devices
+    from zenocap.tools.cameras.onvif_http import User, trusted
     from zenocap.tools.cameras.text import onvif_data, onvif_lines
 
+    own = None
+    if given.user is not None:
+        own = User(given.user, typer.prompt(f"password of {given.user}", hide_input=True, err=True))
+    tls = trusted(expert.certificates, any_certificate=expert.any_certificate)
     devices = [OnvifDevice(device_address(host)) for host in hosts]
     with progress("looking for ONVIF cameras"):
-        asked = asked_devices(devices or found_devices(interface), own, tls)
-    if as_json:
+        asked = asked_devices(devices or found_devices(expert.interface), own, tls)
+    if given.as_json:
         _print_json(onvif_data(asked))
     else:
         for line in onvif_lines(asked):
@@ -213,7 +229,7 @@ def _onvif(
         _print(f"no ONVIF camera answers here: {advice}; many have ONVIF switched off", err=True)
         return False
     urls = [with_user(one.device, stream, own) for one in asked for stream in one.streams]
-    tried = as_json or not urls or _streams(urls, folder, as_json)
+    tried = given.as_json or not urls or _streams(urls, given.pictures, given.as_json)
     return tried and not any(one.problem for one in asked)
 
 

@@ -1,13 +1,18 @@
 """Command calibrate print."""
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import ColumnsOption, DictionaryOption, KindOption, RowsOption, SpacingOption
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.tools.calibration.board import Board
 
 Paper = Literal["a5", "a4", "a3", "a2", "a1", "a0", "letter", "legal", "tabloid"]
 
@@ -27,35 +32,37 @@ def print_board(
     force: ForceOption = False,
 ) -> None:
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
-    from zenocap.tools.calibration.board import (
-        DEFAULT_DICTIONARY,
-        DEFAULT_SPACING,
-        checked_board,
-        usual_squares,
-    )
+    from zenocap.tools.calibration.board import checked_board, usual_squares
     from zenocap.tools.calibration.board_print import board_pdf, default_square
 
     usual = usual_squares(kind)
-    across, down = usual[0] if columns is None else columns, usual[1] if rows is None else rows
+    squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
     with one_line_errors():
         # The side may depend on the numbers of squares.
-        extent = checked_board(kind, across, down, 10.0, dictionary=dictionary, spacing=spacing).extent
+        extent = checked_board(kind, *squares, 10.0, dictionary=dictionary, spacing=spacing).extent
         side = default_square(*extent, paper) if square is None else square
-        board = checked_board(kind, across, down, side, dictionary=dictionary, spacing=spacing)
+        board = checked_board(kind, *squares, side, dictionary=dictionary, spacing=spacing)
         content = board_pdf(board, paper)
         check_new(output, force)
         with writing(output):
             output.write_bytes(content)
-    options = [f"--square {side:g}"]
-    if kind != "charuco":
-        options.append(f"--kind {kind}")
-    if (across, down) != usual:
-        options.append(f"--columns {across} --rows {down}")
-    if kind == "charuco" and board.dictionary != DEFAULT_DICTIONARY:
-        options.append(f"--dictionary {board.dictionary}")
-    if kind == "aprilgrid" and board.spacing != DEFAULT_SPACING:
-        options.append(f"--spacing {board.spacing:g}")
     typer.echo(f"written: {output}: {board}, paper {paper}")
     piece = "tag" if kind == "aprilgrid" else "square"
     typer.echo(f"print at 100 %, not 'fit to page'; then measure a {piece}, and give its side to --square")
-    typer.echo(f"next: zenocap calibrate board FOLDER {' '.join(options)}")
+    typer.echo(f"next: zenocap calibrate board FOLDER {_options(board, side)}")
+
+
+def _options(board: Board, side: float) -> str:
+    """Options of `zenocap calibrate board` for a board, as far as they differ from the usual ones."""
+    from zenocap.tools.calibration.board import DEFAULT_DICTIONARY, DEFAULT_SPACING, usual_squares
+
+    options = [f"--square {side:g}"]
+    if board.kind != "charuco":
+        options.append(f"--kind {board.kind}")
+    if (board.columns, board.rows) != usual_squares(board.kind):
+        options.append(f"--columns {board.columns} --rows {board.rows}")
+    if board.kind == "charuco" and board.dictionary != DEFAULT_DICTIONARY:
+        options.append(f"--dictionary {board.dictionary}")
+    if board.kind == "aprilgrid" and board.spacing != DEFAULT_SPACING:
+        options.append(f"--spacing {board.spacing:g}")
+    return " ".join(options)

@@ -116,8 +116,8 @@ def _request(
     from zenocap.tools.film.session import FilmRequest
     from zenocap.tools.film.sources import named_sources
 
-    is_rig = len(texts) == 1 and ("=" not in texts[0] or Path(texts[0]).exists())
-    if is_rig:
+    options: ZenohOptions | None = None
+    if len(texts) == 1 and ("=" not in texts[0] or Path(texts[0]).exists()):
         loaded = rig_at(Path(texts[0]), files=False)
         viewers = filmed_viewers(loaded)
         for viewer in loaded.viewers:
@@ -126,7 +126,8 @@ def _request(
         options = zenoh.options(loaded, OPERATOR)
     else:
         loaded, viewers = None, named_sources(texts, parsed_size(given.size), given.fps)
-        options = zenoh.options() if any(isinstance(one.source, Announced) for one in viewers) else None
+        if any(isinstance(one.source, Announced) for one in viewers):
+            options = zenoh.options()
     return FilmRequest(folder, loaded, viewers, given.seconds, given.force, given.fetch, board), options
 
 

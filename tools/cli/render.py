@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from math import radians
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.expansion import EXPERT
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -21,64 +23,67 @@ from zenocap.tools.cli.options import (
 )
 from zenocap.tools.cli.progress import progress
 
-CAMERA, PICTURE = "Camera", "Picture"
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.services.animator.render.film import RenderOptions
+
 MIN_SIZE_PX, MAX_SIZE_PX = 64, 8192
 
 
-def render(
-    take: TakePath,
-    output: OutputOption,
+@dataclass(frozen=True)
+class RenderArguments:
+    """view: of a name, or of a camera."""
+
     view: Annotated[
         str,
         typer.Option(
             metavar="VIEW",
             help="front, back, left, right, quarter, top, or the id of a viewer for the view of its camera.",
-            rich_help_panel=CAMERA,
         ),
-    ] = "quarter",
-    follow: Annotated[
-        bool, typer.Option("--follow", help="Move the camera with the person.", rich_help_panel=CAMERA)
-    ] = False,
-    turn: Annotated[
-        float,
-        typer.Option(
-            min=-360, max=360, metavar="DEG", help="Turn of the camera around the scene (deg/s).", rich_help_panel=CAMERA
-        ),
-    ] = 0.0,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height (px).", rich_help_panel=PICTURE)] = "1280x720",
+    ] = "quarter"
+    follow: Annotated[bool, typer.Option("--follow", help="Move the camera with the person.")] = False
+    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height (px).")] = "1280x720"
     fps: Annotated[
         float | None,
-        typer.Option(min=0.1, max=240, help="Frame rate of the film; default: that of the take.", rich_help_panel=PICTURE),
-    ] = None,
-    theme: Annotated[
-        Literal["light", "dark"], typer.Option(help="Colours of floor and background.", rich_help_panel=PICTURE)
-    ] = "light",
+        typer.Option(min=0.1, max=240, help="Frame rate of the film; default: that of the take."),
+    ] = None
+    theme: Annotated[Literal["light", "dark"], typer.Option(help="Colours of floor and background.")] = "light"
+
+
+@dataclass(frozen=True)
+class RenderExpert:
+    """turn: of the camera, deg/s.  trails: s."""
+
+    turn: Annotated[
+        float,
+        typer.Option(min=-360, max=360, metavar="DEG", help="Turn of the camera around the scene (deg/s)."),
+    ] = 0.0
     poses: Annotated[
         int,
-        typer.Option(
-            min=1, max=100, help="Number of poses in one picture, evenly spaced in time.", rich_help_panel=PICTURE
-        ),
-    ] = 1,
+        typer.Option(min=1, max=100, help="Number of poses in one picture, evenly spaced in time."),
+    ] = 1
     trails: Annotated[
         float,
-        typer.Option(
-            min=0, max=60, metavar="SECONDS", help="Length of the trails of hands and feet (s).", rich_help_panel=PICTURE
-        ),
-    ] = 0.0,
-    no_captions: Annotated[
-        bool, typer.Option("--no-captions", help="Leave out title, time and posture.", rich_help_panel=PICTURE)
-    ] = False,
+        typer.Option(min=0, max=60, metavar="SECONDS", help="Length of the trails of hands and feet (s)."),
+    ] = 0.0
+    no_captions: Annotated[bool, typer.Option("--no-captions", help="Leave out title, time and posture.")] = False
     codec: Annotated[
         Literal["h264", "vp9", "mpeg4"] | None,
-        typer.Option(help="Of a film; default: h264 in .mp4, vp9 in .webm. mpeg4: old players.", rich_help_panel=PICTURE),
-    ] = None,
+        typer.Option(help="Of a film; default: h264 in .mp4, vp9 in .webm. mpeg4: old players."),
+    ] = None
     smooth: Annotated[
         str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
-    ] = "off",
-    raw: RawOption = False,
-    remote: RemoteOption = False,
+    ] = "off"
+    raw: RawOption = False
+    remote: RemoteOption = False
+
+
+def render(
+    take: TakePath,
+    output: OutputOption,
     *,
+    given: RenderArguments,
     frames: FrameRange,
+    expert: Annotated[RenderExpert, EXPERT],
 ) -> None:
     """Draw the poses of a take as a film (.mp4, .webm, .webp) or a picture (.png, .jpg). Needs no rig, network or screen.
 
@@ -87,25 +92,33 @@ def render(
 
     Example: `zenocap render walk.mcap -o walk.mp4 --follow --trails 1`
     """
-    picture_size = parse_size(size)
-    first, last = frames.bounds()
-    cutoff_hz = smoothing("--smooth", smooth)
+    options = _options(given, frames, expert)
     with one_line_errors():
-        from zenocap.services.animator.render.camera_path import Shot
-        from zenocap.services.animator.render.film import RenderOptions
         from zenocap.services.animator.render.film import render as render_take
 
-        shot = Shot(view, follow, radians(turn))
-        options = RenderOptions(
-            first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec, cutoff_hz, raw
-        )
-        with progress("drawing", "pictures", remote=remote) as state:
+        with progress("drawing", "pictures", remote=expert.remote) as state:
             rendered = render_take(take, output, options, state.update)
     lost = f", {rendered.lost} of them without a person" if rendered.lost else ""
     typer.echo(f"{output}: {rendered.pictures} picture{'s' if rendered.pictures > 1 else ''}{lost}")
     if rendered.cut:
         typer.echo(f"lost: {rendered.cut}", err=True)
     raise typer.Exit(LOSS if rendered.cut else DONE)
+
+
+def _options(given: RenderArguments, frames: FrameRange, expert: RenderExpert) -> RenderOptions:
+    """Raises typer.BadParameter."""
+    size = parse_size(given.size)
+    first, last = frames.bounds()
+    cutoff_hz = smoothing("--smooth", expert.smooth)
+    from zenocap.services.animator.render.camera_path import Shot
+    from zenocap.services.animator.render.film import RenderOptions
+
+    shot = Shot(given.view, given.follow, radians(expert.turn))
+    captions = not expert.no_captions
+    return RenderOptions(
+        first, last, given.fps, size, shot, given.theme, expert.poses, expert.trails, captions, expert.codec, cutoff_hz,
+        expert.raw,
+    )  # fmt: skip
 
 
 def parse_size(text: str) -> tuple[int, int]:

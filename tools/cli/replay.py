@@ -1,23 +1,33 @@
 """The command that publishes the messages of takes again: replay."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.expansion import EXPERT
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import checked_take, one_line_errors
+from zenocap.tools.cli.options import RemoteOption, checked_take, one_line_errors
 from zenocap.tools.service_arguments import PANEL, ZenohArguments
 
-WHAT, HOW = "Messages", "Playback"
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.bus.zenoh_session import ZenohOptions
+    from zenocap.tools.replay.shell import ReplayOptions
+
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
+Takes = Annotated[
+    list[Path],
+    typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False),
+]
 
 
-def replay(
-    takes: Annotated[
-        list[Path],
-        typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False),
-    ],
+@dataclass(frozen=True)
+class ReplayArguments:
+    """How the takes are played, and which of their messages."""
+
     rate: Annotated[
         float,
         typer.Option(
@@ -26,51 +36,48 @@ def replay(
             min=0,
             max=1000,
             help="Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
-            rich_help_panel=HOW,
         ),
-    ] = 1.0,
-    loop: Annotated[
-        bool, typer.Option("--loop", help="Repeat without end; times and frame numbers keep rising.", rich_help_panel=HOW)
-    ] = False,
+    ] = 1.0
+    loop: Annotated[bool, typer.Option("--loop", help="Repeat without end; times and frame numbers keep rising.")] = False
     topics: Annotated[
         list[str] | None,
-        typer.Option(
-            "--topics", metavar="EXPR", help=f"Keys to publish: {EXPRESSION}; may be repeated.", rich_help_panel=WHAT
-        ),
-    ] = None,
+        typer.Option("--topics", metavar="EXPR", help=f"Keys to publish: {EXPRESSION}; may be repeated."),
+    ] = None
     exclude: Annotated[
         list[str] | None,
-        typer.Option("-x", "--exclude", metavar="EXPR", help="Keys to leave out; may be repeated.", rich_help_panel=WHAT),
-    ] = None,
+        typer.Option("-x", "--exclude", metavar="EXPR", help="Keys to leave out; may be repeated."),
+    ] = None
+    rig: Annotated[
+        str | None,
+        typer.Option("--rig", metavar="NAME", help="Publish as the rig of this name.", show_default=False),
+    ] = None
+    pause: Annotated[bool, typer.Option("--pause", help="Start paused; space continues.")] = False
+    now: Annotated[
+        bool,
+        typer.Option(
+            "--now",
+            help="Move times to the present: for live services that have received later times, and to show latency.",
+        ),
+    ] = False
+
+
+@dataclass(frozen=True)
+class ReplayExpert:
+    """remap: other keys.  delay: before the start, s."""
+
     remap: Annotated[
         list[str] | None,
         typer.Option(
             "--remap",
             metavar="OLD:=NEW",
             help="Rename keys, such as viewer/1:=viewer/3, also inside messages; may be repeated.",
-            rich_help_panel=WHAT,
         ),
-    ] = None,
-    rig: Annotated[
-        str | None,
-        typer.Option(
-            "--rig", metavar="NAME", help="Publish as the rig of this name.", rich_help_panel=WHAT, show_default=False
-        ),
-    ] = None,
-    pause: Annotated[bool, typer.Option("--pause", help="Start paused; space continues.", rich_help_panel=HOW)] = False,
-    now: Annotated[
-        bool,
-        typer.Option(
-            "--now",
-            help="Move times to the present: for live services that have received later times, and to show latency.",
-            rich_help_panel=HOW,
-        ),
-    ] = False,
+    ] = None
     delay: Annotated[
         float,
         typer.Option("--delay", min=0, max=3600, metavar="SECONDS", help="Time for discovery before the start (s)."),
-    ] = 1.0,
-    remote: Annotated[bool, typer.Option("--remote", hidden=True)] = False,
+    ] = 1.0
+    remote: RemoteOption = False
     certificates: Annotated[
         Path | None,
         typer.Option(
@@ -78,9 +85,15 @@ def replay(
             help="Certificates for a secured rig, from `zenocap certs RIG --service replay`; needs --mode client.",
             rich_help_panel=PANEL,
         ),
-    ] = None,
+    ] = None
+
+
+def replay(
+    takes: Takes,
     *,
+    given: ReplayArguments,
     span: FrameRange,
+    expert: Annotated[ReplayExpert, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
     """Publish the messages of takes on the network: the same bytes on the same keys, at the recorded intervals.
@@ -94,35 +107,46 @@ def replay(
 
     Example: `zenocap replay monday.mcap`, or `zenocap replay monday.mcap --topics 'viewer/**'` for a live integrator
     """
-    from dataclasses import replace
-
     from rich.console import Console
 
-    from zenocap.common.bus.access import REPLAY
-    from zenocap.common.rig.security import security_in
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
 
-    first, last = span.bounds()
     with one_line_errors(), stop_signals() as stopped:
-        from zenocap.tools.replay.remap import Remapping, parsed_remap
-        from zenocap.tools.replay.selection import Selection
-        from zenocap.tools.replay.shell import ReplayOptions, run_replay
+        from zenocap.tools.replay.shell import run_replay
 
         for take in takes:
             checked_take(take)
-        try:
-            selection = Selection(tuple(topics or ()), tuple(exclude or ()))
-            remapping = Remapping(tuple(map(parsed_remap, remap or ())), rig)
-        except ValueError as error:
-            raise typer.BadParameter(str(error)) from error
-        console = Console()
+        options = _options(given, span, expert)
         logs.configure("replay")
-        options = ReplayOptions(selection, remapping, first, last, rate, loop, pause, now, delay, remote)
-        session = zenoh.options()
-        if certificates is not None:
-            session = replace(session, security=security_in(certificates, REPLAY))
+        session = _session(zenoh, expert.certificates)
         try:
-            raise typer.Exit(run_replay(takes, options, session, stopped, console))
+            raise typer.Exit(run_replay(takes, options, session, stopped, Console()))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
+
+
+def _options(given: ReplayArguments, span: FrameRange, expert: ReplayExpert) -> ReplayOptions:
+    """Raises typer.BadParameter."""
+    from zenocap.tools.replay.remap import Remapping, parsed_remap
+    from zenocap.tools.replay.selection import Selection
+    from zenocap.tools.replay.shell import ReplayOptions
+
+    first, last = span.bounds()
+    try:
+        selection = Selection(tuple(given.topics or ()), tuple(given.exclude or ()))
+        remapping = Remapping(tuple(map(parsed_remap, expert.remap or ())), given.rig)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    return ReplayOptions(
+        selection, remapping, first, last, given.rate, given.loop, given.pause, given.now, expert.delay, expert.remote
+    )
+
+
+def _session(zenoh: ZenohArguments, certificates: Path | None) -> ZenohOptions:
+    """Raises UserError."""
+    from zenocap.common.bus.access import REPLAY
+    from zenocap.common.rig.security import security_in
+
+    options = zenoh.options()
+    return options if certificates is None else replace(options, security=security_in(certificates, REPLAY))

@@ -13,7 +13,7 @@ from zenocap.common.formats.export_format import ExportFormat, format_of
 from zenocap.tools.cli.expansion import EXPERT, RESEARCH
 from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, one_line_errors
 from zenocap.tools.cli.progress import progress
-from zenocap.tools.cli.track_options import ExpertArguments, ResearchArguments, TrackArguments, configured_rig
+from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackResearch, configured_rig
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.recordings.track import Tracked
@@ -50,8 +50,8 @@ def track(
     output: OutputOption = None,
     *,
     given: TrackArguments,
-    expert: Annotated[ExpertArguments, EXPERT],
-    research: Annotated[ResearchArguments, RESEARCH],
+    expert: Annotated[TrackExpert, EXPERT],
+    research: Annotated[TrackResearch, RESEARCH],
 ) -> None:
     """Track every frame of a rig's videos offline, and write a take or an export for Blender, OpenSim and others.
 

@@ -70,7 +70,7 @@ class TrackArguments:
 
 
 @dataclass(frozen=True)
-class ExpertArguments:
+class TrackExpert:
     """What zenocap decides by itself otherwise.  front: camera, or heading: degrees; at most one of them."""
 
     front: Annotated[
@@ -125,7 +125,7 @@ class ExpertArguments:
 
 
 @dataclass(frozen=True)
-class ResearchArguments:
+class TrackResearch:
     """Variants of the methods; all but `variant` are of the tracker: methods hybrid, image-force and particle-filter."""
 
     variant: Annotated[
@@ -164,9 +164,7 @@ class ResearchArguments:
     ] = None
 
 
-def configured_rig(
-    source: Sequence[Path], given: TrackArguments, expert: ExpertArguments, research: ResearchArguments
-) -> Rig:
+def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:
     """The rig to track, with the options instead of its own.  Raises UserError, WrongArgument, typer.BadParameter."""
     from zenocap.common.rig.tracker import TrackerOverrides
     from zenocap.tools.recordings.track import at_working_size, decoded_by_hardware, of_height, with_people, with_tracker

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,12 +15,14 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.rig import Rig
 
 
-def certs(
-    rig: RigPath,
+@dataclass(frozen=True)
+class CertsArguments:
+    """output: folder of the certificates."""
+
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="The folder; default: the rig's own, else certs beside it."),
-    ] = None,
+    ] = None
     host: Annotated[
         list[str] | None,
         typer.Option(
@@ -27,19 +30,19 @@ def certs(
             metavar="NAME=HOST",
             help="Host name or address of the member NAME, such as router=192.168.1.10; may be repeated.",
         ),
-    ] = None,
+    ] = None
     service: Annotated[
         list[str] | None,
         typer.Option(
             "--service", metavar="NAME", help="Only this member, such as viewer-1, operator or replay; may be repeated."
         ),
-    ] = None,
-    days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730,
-    renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False,
+    ] = None
+    days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730
+    renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False
     renew_within: Annotated[
         int | None,
         typer.Option("--renew-within", metavar="DAYS", min=1, help="Replace those that expire within this time (days)."),
-    ] = None,
+    ] = None
     revoke: Annotated[
         list[str] | None,
         typer.Option(
@@ -47,8 +50,10 @@ def certs(
             metavar="NAME",
             help="Revoke all certificates of this member so far, and make it a new one; may be repeated.",
         ),
-    ] = None,
-) -> None:
+    ] = None
+
+
+def certs(rig: RigPath, *, given: CertsArguments) -> None:
     """Create a certificate authority and certificates for the services, router, readers and recorders of a rig.
 
     Run it once on one machine and copy the listed files to each machine. Existing files are kept: run it again when a
@@ -69,14 +74,15 @@ def certs(
         from zenocap.tools.certificates.report import report
 
         one = rig_at(rig, files=False)
-        folder = output or one.security or one.base / "certs"
-        if revoke:
-            _revoke(one, folder, revoke, days)
+        folder = given.output or one.security or one.base / "certs"
+        if given.revoke:
+            _revoke(one, folder, given.revoke, given.days)
             return
-        members = _chosen(one, service or (), "--service") if service else needed_members(one)
-        hosts_of_members = _hosts(one, members, host or ())
-        within = None if renew_within is None else timedelta(days=renew_within)
-        made = certify(folder, one.name, hosts_of_members, datetime.now(UTC), days, renew=renew, renew_within=within)
+        members = _chosen(one, given.service, "--service") if given.service else needed_members(one)
+        hosts_of_members = _hosts(one, members, given.host or ())
+        within = None if given.renew_within is None else timedelta(days=given.renew_within)
+        now = datetime.now(UTC)
+        made = certify(folder, one.name, hosts_of_members, now, given.days, renew=given.renew, renew_within=within)
         if not made:
             raise UserError("no member to create a certificate for")
     Console().print(report(one.name, rig, folder, made, secured=one.security is not None), soft_wrap=True)

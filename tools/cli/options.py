@@ -95,10 +95,17 @@ def camera_list(text: str | None) -> list[str] | None:
 
 def parsed_size(text: str) -> tuple[int, int]:
     """(width, height) px of "160x120".  Raises typer.BadParameter."""
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    if not found or min(int(found[1]), int(found[2])) < 16:
+    size = size_of(text)
+    if size is None:
         raise typer.BadParameter(f"--size {text!r}: allowed: WIDTHxHEIGHT of 16 px or more, such as 160x120")
-    return int(found[1]), int(found[2])
+    return size
+
+
+def size_of(text: str, least: int = 16, most: int = 99_999) -> tuple[int, int] | None:
+    """(width, height) px of "160x120"; None for another text, or sides out of the range."""
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    sides = (int(found[1]), int(found[2])) if found else (0, 0)
+    return sides if least <= min(sides) and max(sides) <= most else None
 
 
 def smoothing(option: str, text: str) -> float | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from math import radians
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -19,6 +18,7 @@ from zenocap.tools.cli.options import (
     RemoteOption,
     TakePath,
     one_line_errors,
+    size_of,
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
@@ -123,9 +123,8 @@ def _options(given: RenderArguments, frames: FrameRange, expert: RenderExpert) -
 
 def parse_size(text: str) -> tuple[int, int]:
     """Parse WIDTHxHEIGHT, px; both even, as films need them.  Raises typer.BadParameter."""
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    sides = tuple(int(side) for side in found.groups()) if found else ()
-    if len(sides) != 2 or not all(MIN_SIZE_PX <= side <= MAX_SIZE_PX and side % 2 == 0 for side in sides):
+    sides = size_of(text, MIN_SIZE_PX, MAX_SIZE_PX)
+    if sides is None or any(side % 2 for side in sides):
         allowed = f"allowed: WIDTHxHEIGHT, both even, from {MIN_SIZE_PX} to {MAX_SIZE_PX}, such as 1280x720"
         raise typer.BadParameter(f"--size {text!r}: {allowed}")
-    return sides[0], sides[1]
+    return sides

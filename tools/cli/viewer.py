@@ -19,6 +19,39 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
 
+OptionalRig = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[RIG]",
+        help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class ViewerArguments:
+    """A viewer of a rig, or the cameras of this machine."""
+
+    id: Annotated[str | None, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)] = None
+    discover: Annotated[
+        bool,
+        typer.Option(
+            "--discover", help="Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
+        ),
+    ] = False
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=SOURCE",
+            help="With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
+        ),
+    ] = None
+    machine: Annotated[
+        str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
+    ] = None
+
+
 @dataclass(frozen=True)
 class FilmingArguments:
     """Options of the films that are recorded for `zenocap film`, and hidden ones of the processes that zenocap starts."""
@@ -38,32 +71,9 @@ class FilmingArguments:
 
 
 def viewer(
-    rig: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[RIG]",
-            help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
-            show_default=False,
-        ),
-    ] = None,
-    id: Annotated[str | None, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)] = None,
-    discover: Annotated[
-        bool,
-        typer.Option(
-            "--discover", help="Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
-        ),
-    ] = False,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=SOURCE",
-            help="With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
-        ),
-    ] = None,
-    machine: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
-    ] = None,
+    rig: OptionalRig = None,
     *,
+    given: ViewerArguments,
     filming: Annotated[FilmingArguments, EXPERT],
     arguments: ServiceArguments,
 ) -> None:
@@ -78,15 +88,16 @@ def viewer(
 
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
+    discover, id, cameras = given.discover, given.id, given.camera or ()
     if discover and (rig is not None or id is not None):
         raise typer.BadParameter("--discover: allowed without RIG and --id")
     if not discover and filming.assigned is None and (rig is None or id is None):
         raise typer.BadParameter("RIG and --id are missing: allowed: both, or --discover")
-    if not discover and machine:
+    if not discover and given.machine:
         raise typer.BadParameter("--machine: allowed with --discover")
     with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
         if discover:
-            raise typer.Exit(_discovering(machine, camera or (), filming, arguments, stopped))
+            raise typer.Exit(_discovering(given.machine, cameras, filming, arguments, stopped))
         from zenocap.services.viewer.shell import run_viewer
         from zenocap.tools.cli.calibrate.board_options import detect_command
 
@@ -98,7 +109,7 @@ def viewer(
         else:
             assert rig is not None
             assert id is not None
-            one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
+            one = _with_own_camera(rig_at(rig, files=False), id, cameras)
             options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
         films, fetch = filming.films, filming.allow_fetch
         raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=fetch, detect=detect_command))

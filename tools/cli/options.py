@@ -17,6 +17,7 @@ from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_t
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
+PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
 Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
 Variant = Literal["improved", "paper"]  # of the method two-view
@@ -86,6 +87,25 @@ def one_line_errors() -> Iterator[None]:
     except UserError as error:
         typer.echo("\n".join(printable(line, MAX_LINE) for line in f"error: {error}".split("\n")), err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def check_folder(path: Path | None) -> None:
+    """Raise UserError where the folder of a file to write is missing."""
+    if path is not None and not path.parent.is_dir():
+        raise UserError(f"{path}: there is no folder {path.parent}: allowed: a file in a folder that exists")
+
+
+def check_plot(path: Path | None) -> None:
+    """Raise UserError for a picture of --plot that cannot be drawn, before anything is computed."""
+    from importlib.util import find_spec
+
+    if path is None:
+        return
+    if path.suffix not in PICTURES:
+        raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(PICTURES)}")
+    if find_spec("matplotlib") is None:
+        raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'")
+    check_folder(path)
 
 
 def camera_list(text: str | None) -> list[str] | None:

@@ -21,7 +21,7 @@ from typer.models import OptionInfo
 COMMON, EXPERT, RESEARCH = "Common options", "Expert options", "Research options"
 
 
-class Command(TyperCommand):
+class PanelCommand(TyperCommand):
     """A command whose `--help` is among the common options, where these have a panel."""
 
     def get_help_option(self, ctx: typer.Context) -> object:  # type: ignore[override]  # of private types
@@ -33,7 +33,7 @@ class Command(TyperCommand):
 
 def add_command(app: typer.Typer, command: Callable[..., None], name: str | None = None, panel: str | None = None) -> None:
     """Add a command, of its function's name unless another one is given.  panel: of the help of `app`."""
-    app.command(name or command.__name__, cls=Command, rich_help_panel=panel)(expanded(command))
+    app.command(name or command.__name__, cls=PanelCommand, rich_help_panel=panel)(expanded(command))
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:

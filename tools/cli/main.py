@@ -43,14 +43,14 @@ from zenocap.tools.cli.expansion import add_command
 from zenocap.tools.cli.models import models
 from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior
-from zenocap.tools.cli.suggestions import Commands
+from zenocap.tools.cli.suggestions import CommandGroup
 
 UNWRITTEN = 120  # exit status, as of Python, where the last output could not be written
 OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router
 
 app = typer.Typer(
     name="zenocap",
-    cls=Commands,
+    cls=CommandGroup,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",

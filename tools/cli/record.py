@@ -19,7 +19,7 @@ from zenocap.tools.service_arguments import ZenohArguments
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.recording.parts import PartLimits
     from zenocap.common.rig.file import LogTable
-    from zenocap.tools.recordings.record import Progress, RecordingSelection
+    from zenocap.tools.recordings.record import RecordingProgress, RecordingSelection
 
 PLAIN_S = 10  # seconds from line to line where there is no terminal
 
@@ -155,7 +155,7 @@ class _Line:
         self._take = take
         self._seconds = 0
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: RecordingProgress) -> None:
         parts = f", {progress.parts} files" if progress.parts > 1 else ""
         free = f", {progress.free_bytes / 1e9:.1f} GB free" if progress.free_bytes is not None else ""
         text = (

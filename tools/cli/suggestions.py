@@ -47,7 +47,7 @@ class WrongArgument(UserError):
     """An argument of another kind than the command needs: wrong usage, exit status 2."""
 
 
-class Commands(TyperGroup):
+class CommandGroup(TyperGroup):
     """The commands of zenocap; an unknown one is answered with similar ones, and `--help` anywhere is the help."""
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]  # of private types

@@ -51,7 +51,7 @@ class RecordingSelection:
 
 
 @dataclass(frozen=True)
-class Progress:
+class RecordingProgress:
     """State of a recording.  bytes: of messages, before compression.  free_bytes: of the disk; None when unknown."""
 
     messages: int
@@ -96,7 +96,7 @@ def run_recorder(
     topics: tuple[Topic, ...],
     limits: PartLimits,
     stopped: Callable[[], bool],
-    show: Callable[[Progress], None],
+    show: Callable[[RecordingProgress], None],
 ) -> int:
     """Record until `stopped` or the disk is full; return the exit status.  show: is called once a second.
 
@@ -110,7 +110,7 @@ def run_recorder(
         log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS)
         log.start()
         try:
-            status = _wait(selection, bus, clock, id, log, _Progress(log, parts, clock, stopped, show).ended)
+            status = _wait(selection, bus, clock, id, log, _Watching(log, parts, clock, stopped, show).ended)
         finally:
             end = log.close()
     if status:
@@ -121,11 +121,11 @@ def run_recorder(
     return LOSS if end.incomplete else 0
 
 
-class _Progress:
+class _Watching:
     """Decides when to end, and shows the state."""
 
     def __init__(
-        self, log: Log, parts: Parts, clock: Clock, stopped: Callable[[], bool], show: Callable[[Progress], None]
+        self, log: Log, parts: Parts, clock: Clock, stopped: Callable[[], bool], show: Callable[[RecordingProgress], None]
     ) -> None:
         self._log, self._parts, self._clock = log, parts, clock
         self._stopped, self._show = stopped, show
@@ -135,7 +135,7 @@ class _Progress:
         now = self._log.statistics
         if self._clock.elapsed_ns() >= self._show_ns:
             self._show_ns += SHOW_NS
-            self._show(Progress(now.messages, now.bytes, now.lost, self._parts.number, self._log.free_bytes))
+            self._show(RecordingProgress(now.messages, now.bytes, now.lost, self._parts.number, self._log.free_bytes))
         return self._stopped() or now.failure is not None
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -34,34 +34,14 @@ Urls = Annotated[
 class CamerasArguments:
     """What is listed, tried or shown."""
 
-    pictures: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--pictures",
-            metavar="FOLDER",
-            help="Write a small picture of each camera to this folder.",
-            show_default=False,
-        ),
-    ] = None
+    pictures: Path | None = option(
+        None, "Write a small picture of each camera to this folder.", "-o", "--pictures", metavar="FOLDER"
+    )
     as_json: JsonOption = False
-    discover: Annotated[
-        bool,
-        typer.Option("--discover", help="List the cameras of all machines on which `zenocap viewer --discover` runs."),
-    ] = False
-    onvif: Annotated[
-        bool, typer.Option("--onvif", help="List network cameras that have ONVIF, their streams, and try these.")
-    ] = False
-    user: Annotated[
-        str | None,
-        typer.Option(
-            "--user",
-            metavar="NAME",
-            help="With --onvif: user of the cameras; the password is asked for.",
-            show_default=False,
-        ),
-    ] = None
-    live: Annotated[bool, typer.Option("--live", help="Show the pictures and measures of the cameras on a page.")] = False
+    discover: bool = option(False, "List the cameras of all machines on which `zenocap viewer --discover` runs.")
+    onvif: bool = option(False, "List network cameras that have ONVIF, their streams, and try these.")
+    user: str | None = option(None, "With --onvif: user of the cameras; the password is asked for.", metavar="NAME")
+    live: bool = option(False, "Show the pictures and measures of the cameras on a page.")
 
     def check(self, urls: list[str] | None, expert: OnvifArguments) -> None:
         """Raises typer.BadParameter for options that exclude each other."""
@@ -86,28 +66,17 @@ class CamerasArguments:
 class OnvifArguments:
     """How network cameras with ONVIF are reached."""
 
-    certificates: Annotated[
-        Path | None,
-        typer.Option(
-            "--certificates",
-            metavar="FILE",
-            help="With --onvif: certificates of cameras or their authority that are trusted (PEM); default: the system's.",
-            show_default=False,
-        ),
-    ] = None
-    any_certificate: Annotated[
-        bool,
-        typer.Option("--any-certificate", help="With --onvif: do not check who answers at an https address."),
-    ] = False
-    interface: Annotated[
-        str | None,
-        typer.Option(
-            "--interface",
-            metavar="ADDRESS",
-            help="With --onvif: own IPv4 address on the network of the cameras; default: that of the default route.",
-            show_default=False,
-        ),
-    ] = None
+    certificates: Path | None = option(
+        None,
+        "With --onvif: certificates of cameras or their authority that are trusted (PEM); default: the system's.",
+        metavar="FILE",
+    )
+    any_certificate: bool = option(False, "With --onvif: do not check who answers at an https address.")
+    interface: str | None = option(
+        None,
+        "With --onvif: own IPv4 address on the network of the cameras; default: that of the default route.",
+        metavar="ADDRESS",
+    )
 
 
 def cameras(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import LOSS, RigPath, one_line_errors, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -19,38 +20,21 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 class CertsArguments:
     """output: folder of the certificates."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="The folder; default: the rig's own, else certs beside it."),
-    ] = None
-    host: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--host",
-            metavar="NAME=HOST",
-            help="Host name or address of the member NAME, such as router=192.168.1.10; may be repeated.",
-        ),
-    ] = None
-    service: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--service", metavar="NAME", help="Only this member, such as viewer-1, operator or replay; may be repeated."
-        ),
-    ] = None
-    days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730
-    renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False
-    renew_within: Annotated[
-        int | None,
-        typer.Option("--renew-within", metavar="DAYS", min=1, help="Replace those that expire within this time (days)."),
-    ] = None
-    revoke: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--revoke",
-            metavar="NAME",
-            help="Revoke all certificates of this member so far, and make it a new one; may be repeated.",
-        ),
-    ] = None
+    output: Path | None = option(
+        None, "The folder; default: the rig's own, else certs beside it.", "-o", "--output", metavar="DIR"
+    )
+    host: list[str] | None = option(
+        None, "Host name or address of the member NAME, such as router=192.168.1.10; may be repeated.", metavar="NAME=HOST"
+    )
+    service: list[str] | None = option(
+        None, "Only this member, such as viewer-1, operator or replay; may be repeated.", metavar="NAME"
+    )
+    days: int = option(730, "Validity (days).", min=1, max=3650)
+    renew: bool = option(False, "Replace existing certificates and keys.")
+    renew_within: int | None = option(None, "Replace those that expire within this time (days).", metavar="DAYS", min=1)
+    revoke: list[str] | None = option(
+        None, "Revoke all certificates of this member so far, and make it a new one; may be repeated.", metavar="NAME"
+    )
 
 
 def certs(rig: RigPath, *, given: CertsArguments) -> None:
@@ -167,9 +151,9 @@ def _hosts(rig: Rig, members: tuple[Member, ...], options: list[str] | tuple[str
     hosts = {member.name: ["localhost", "127.0.0.1", "::1"] for member in members}
     for endpoint in rig.zenoh.connect:
         hosts.get(called, []).append(host_of(endpoint))
-    for option in options:
-        name, equals, host = option.partition("=")
+    for one in options:
+        name, equals, host = one.partition("=")
         if not equals or not host or name not in hosts:
-            raise UserError(f"--host {option}: allowed: NAME=HOST, NAME one of {', '.join(hosts)}")
+            raise UserError(f"--host {one}: allowed: NAME=HOST, NAME one of {', '.join(hosts)}")
         hosts[name].append(host)
     return {member: tuple(dict.fromkeys(hosts[member.name])) for member in members}

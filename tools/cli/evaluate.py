@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -30,27 +31,19 @@ class EvaluateArguments:
             metavar="FILE",
             help="Ground truth: joint centres or markers (.trc, .c3d), skeleton (.bvh), OpenSim coordinates (.mot), or a "
             "take (.mcap).",
-            show_default=False,
         ),
     ]
-    every: Annotated[int, typer.Option(min=1, help="Score every Nth frame, for a take at 1/N of the truth's rate.")] = 1
-    offset: Annotated[int, typer.Option(help="Frame number of the take minus that of the truth.")] = 0
-    angles: Annotated[
-        bool | None,
-        typer.Option(
-            "--angles/--centres",
-            help="Compare joint angles, or joint centres; default: centres for .trc, angles for the others.",
-            show_default=False,
-        ),
-    ] = None
-    joints: Annotated[
-        Literal["zenocap", "halpe"],
-        typer.Option(help="Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."),
-    ] = "zenocap"
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the angles over time (PNG, JPG, PDF, SVG).", show_default=False),
-    ] = None
+    every: int = option(1, "Score every Nth frame, for a take at 1/N of the truth's rate.", min=1)
+    offset: int = option(0, "Frame number of the take minus that of the truth.")
+    angles: bool | None = option(
+        None,
+        "Compare joint angles, or joint centres; default: centres for .trc, angles for the others.",
+        "--angles/--centres",
+    )
+    joints: Literal["zenocap", "halpe"] = option(
+        "zenocap", "Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."
+    )
+    plot: Path | None = option(None, "Draw the angles over time (PNG, JPG, PDF, SVG).", metavar="FILE")
     raw: RawOption = False
     as_json: JsonOption = False
 

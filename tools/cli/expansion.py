@@ -11,14 +11,22 @@ common ones.
 import inspect
 from collections.abc import Callable
 from copy import copy
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Annotated, get_type_hints
+from dataclasses import MISSING, Field, field, fields, is_dataclass
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from typer.core import TyperCommand
 from typer.models import OptionInfo
 
 COMMON, EXPERT, RESEARCH = "Common options", "Expert options", "Research options"
+
+
+def option(default: Any, help: str, *names: str, **settings: Any) -> Any:
+    """Field of a dataclass that is an option, with a default; named as the field unless `names` are given.
+
+    settings: of `typer.Option`.  A flag that is off by default has no opposite.
+    """
+    return field(default=default, metadata={"names": names, "settings": {"help": help, **settings}})
 
 
 class PanelCommand(TyperCommand):
@@ -50,7 +58,7 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     names = [one.name for one in flat]
     if len(set(names)) < len(names):
         raise TypeError(f"{command.__name__}: two parameters have one name: {', '.join(names)}")
-    members = {name: [field.name for field in fields(group)] for name, (group, _) in groups.items()}
+    members = {name: [one.name for one in fields(group)] for name, (group, _) in groups.items()}
 
     def flat_command(**values: object) -> None:
         built = {name: groups[name][0](**{member: values.pop(member) for member in members[name]}) for name in groups}
@@ -75,13 +83,21 @@ def _parameters(group: type) -> list[inspect.Parameter]:
     annotations = get_type_hints(group, include_extras=True)
     return [
         inspect.Parameter(
-            field.name,
+            one.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.default is MISSING else field.default,
-            annotation=annotations[field.name],
+            default=inspect.Parameter.empty if one.default is MISSING else one.default,
+            annotation=_annotation(one, annotations[one.name]),
         )
-        for field in fields(group)
+        for one in fields(group)
     ]
+
+
+def _annotation(one: Field[Any], annotation: Any) -> Any:
+    """The type of a field with its option."""
+    if not one.metadata:
+        return annotation
+    names = one.metadata["names"] or ((f"--{one.name.replace('_', '-')}",) if one.default is False else ())
+    return Annotated[annotation, typer.Option(*names, **one.metadata["settings"])]
 
 
 def _in_panel(parameter: inspect.Parameter, panel: str | None) -> inspect.Parameter:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -33,61 +33,39 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 class ExportArguments:
     """to: name of a format.  fps: rate to resample to."""
 
-    to: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(FORMATS.own),
-            help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
-            "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation. "
-            "Installed packages may bring others.",
-        ),
-    ] = None
-    fps: Annotated[
-        float | None,
-        typer.Option(
-            min=0.1, max=1000, help="Resample to this rate (frames per second, FPS); default: the frames of the take."
-        ),
-    ] = None
-    axes: Annotated[
-        Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"], typer.Option(help="World axes, see below.")
-    ] = "y-up"
-    units: Annotated[
-        Literal["m", "cm", "mm"] | None,
-        typer.Option(help="Unit of length; default: m, but cm in bvh and mm in c3d."),
-    ] = None
+    to: str | None = option(
+        None,
+        "Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
+        "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
+        "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation. "
+        "Installed packages may bring others.",
+        metavar="|".join(FORMATS.own),
+    )
+    fps: float | None = option(
+        None, "Resample to this rate (frames per second, FPS); default: the frames of the take.", min=0.1, max=1000
+    )
+    axes: Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"] = option("y-up", "World axes, see below.")
+    units: Literal["m", "cm", "mm"] | None = option(None, "Unit of length; default: m, but cm in bvh and mm in c3d.")
 
 
 @dataclass(frozen=True)
 class ExportExpert:
     """What the rows hold, and how they are filtered."""
 
-    angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv, parquet and npz.")] = "deg"
-    joints: Annotated[
-        Literal["zenocap", "isb", "coco", "halpe"],
-        typer.Option(help="Convention of the joint centres, see below."),
-    ] = "zenocap"
-    spine: Annotated[
-        bool, typer.Option("--spine", help="With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
-    ] = False
-    bones: Annotated[Literal["zenocap", "vrm"], typer.Option(help="Names of the bones in glb and usd, see below.")] = (
-        "zenocap"
+    angles: Literal["deg", "rad"] = option("deg", "Unit of the joint angles in csv, parquet and npz.")
+    joints: Literal["zenocap", "isb", "coco", "halpe"] = option("zenocap", "Convention of the joint centres, see below.")
+    spine: bool = option(False, "With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
+    bones: Literal["zenocap", "vrm"] = option("zenocap", "Names of the bones in glb and usd, see below.")
+    smooth: str = option(
+        "off", "Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off.", metavar="HZ|off"
     )
-    smooth: Annotated[
-        str,
-        typer.Option(
-            metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
-        ),
-    ] = "off"
-    model: Annotated[
-        Path | None,
-        typer.Option(metavar="MODEL.osim", help="With --to opensim: generic model to scale, such as Rajagopal's."),
-    ] = None
+    model: Path | None = option(
+        None, "With --to opensim: generic model to scale, such as Rajagopal's.", metavar="MODEL.osim"
+    )
     raw: RawOption = False
-    min_confidence: Annotated[
-        float,
-        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less; not in bvh and mot."),
-    ] = 0.0
+    min_confidence: float = option(
+        0.0, "Leave out points of a limb whose confidence is less; not in bvh and mot.", min=0, max=1
+    )
     remote: RemoteOption = False
 
 

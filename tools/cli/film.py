@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
 
@@ -38,21 +38,15 @@ FolderOption = Annotated[
 class FilmArguments:
     """seconds: None until Ctrl-C.  size, fps: of cameras without a rig."""
 
-    seconds: Annotated[
-        float | None,
-        typer.Option(min=0.1, max=86400, help="Length of the film (s); default: until Ctrl-C.", show_default=False),
-    ] = None
-    size: Annotated[
-        str, typer.Option(metavar="WxH", help="Size of the images (px) of NAME=SOURCE; a rig's is that of its calibration.")
-    ] = "1280x720"
-    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Frames/s of NAME=SOURCE; a rig has its own.")] = 30.0
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier film in that folder.")] = False
-    fetch: Annotated[
-        bool,
-        typer.Option(
-            "--fetch", help="Copy the videos of other machines here; without it they stay there, and the output says where."
-        ),
-    ] = False
+    seconds: float | None = option(None, "Length of the film (s); default: until Ctrl-C.", min=0.1, max=86400)
+    size: str = option(
+        "1280x720", "Size of the images (px) of NAME=SOURCE; a rig's is that of its calibration.", metavar="WxH"
+    )
+    fps: float = option(30.0, "Frames/s of NAME=SOURCE; a rig has its own.", min=1.0, max=240.0)
+    force: bool = option(False, "Replace an earlier film in that folder.")
+    fetch: bool = option(
+        False, "Copy the videos of other machines here; without it they stay there, and the output says where."
+    )
     square: OptionalSquareOption = None
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import parsed_size, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -27,24 +28,13 @@ FpsOption = Annotated[
 class PageArguments:
     """Address of the page of --live."""
 
-    host: Annotated[str, typer.Option("--host", help="With --live: address of the page on this machine.")] = "127.0.0.1"
-    port: Annotated[
-        int | None,
-        typer.Option(
-            "--port",
-            min=0,
-            max=65535,
-            help=f"With --live: port, 0 for any free one; default: {DEFAULT_PORT} or a free one.",
-        ),
-    ] = None
-    token: Annotated[
-        str | None,
-        typer.Option(
-            "--token",
-            help="With --live: access token; required with a --host that other machines can reach. `new` generates one.",
-            show_default=False,
-        ),
-    ] = None
+    host: str = option("127.0.0.1", "With --live: address of the page on this machine.")
+    port: int | None = option(
+        None, f"With --live: port, 0 for any free one; default: {DEFAULT_PORT} or a free one.", min=0, max=65535
+    )
+    token: str | None = option(
+        None, "With --live: access token; required with a --host that other machines can reach. `new` generates one."
+    )
 
     def table(self) -> PageTable:
         """Raises UserError."""
@@ -55,10 +45,9 @@ class PageArguments:
 class ImageArguments:
     """Images that are requested of cameras without a rig file."""
 
-    size: Annotated[
-        str,
-        typer.Option(metavar="WxH", help="With --live: size of the images (px) that is requested; a rig file has its own."),
-    ] = "1280x720"
+    size: str = option(
+        "1280x720", "With --live: size of the images (px) that is requested; a rig file has its own.", metavar="WxH"
+    )
     fps: FpsOption = 30.0
 
 

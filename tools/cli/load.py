@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH
+from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, size_of
 from zenocap.tools.service_arguments import ConfigOption, ConnectOption
 
@@ -22,35 +22,21 @@ WIDTH = 150  # of tables where there is no terminal
 class LoadArguments:
     """The load, and how it is measured."""
 
-    viewers: Annotated[int, typer.Option(min=2, help="Number of viewers per rig.")] = 2
-    rigs: Annotated[int, typer.Option(min=1, help="Number of rigs, each with its integrator.")] = 1
-    rate: Annotated[float, typer.Option(min=1.0, help="Frames per second (FPS) of each viewer.")] = 30.0
-    size: Annotated[str, typer.Option(metavar="WxH", help="Image size (px).")] = "160x120"
-    method: Annotated[
-        Literal["two-view", "hybrid"] | None,
-        typer.Option(
-            help="Tracking method; default: two-view for two viewers, else hybrid.",
-            show_default=False,
-        ),
-    ] = None
-    seconds: Annotated[float, typer.Option(min=1.0, help="Measured time for each load (s).")] = 10.0
-    ramp: Annotated[
-        Literal["rate", "viewers", "rigs"] | None,
-        typer.Option(
-            help="Quantity to double until the load is no longer held; then the limit is found by bisection.",
-        ),
-    ] = None
-    soak: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MINUTES",
-            min=0.1,
-            help="Run a soak test: do memory, handles and latency stay flat?",
-        ),
-    ] = None
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for JSON, CSV and PNG.")] = Path(
-        "load"
+    viewers: int = option(2, "Number of viewers per rig.", min=2)
+    rigs: int = option(1, "Number of rigs, each with its integrator.", min=1)
+    rate: float = option(30.0, "Frames per second (FPS) of each viewer.", min=1.0)
+    size: str = option("160x120", "Image size (px).", metavar="WxH")
+    method: Literal["two-view", "hybrid"] | None = option(
+        None, "Tracking method; default: two-view for two viewers, else hybrid."
     )
+    seconds: float = option(10.0, "Measured time for each load (s).", min=1.0)
+    ramp: Literal["rate", "viewers", "rigs"] | None = option(
+        None, "Quantity to double until the load is no longer held; then the limit is found by bisection."
+    )
+    soak: float | None = option(
+        None, "Run a soak test: do memory, handles and latency stay flat?", metavar="MINUTES", min=0.1
+    )
+    output: Path = option(Path("load"), "Folder for JSON, CSV and PNG.", "-o", "--output", metavar="DIR")
     json: JsonOption = False
 
 
@@ -58,49 +44,32 @@ class LoadArguments:
 class LoadExpert:
     """Parts of the measurement, and the network."""
 
-    log: Annotated[bool, typer.Option("--log", help="Let integrators write takes, which are deleted.")] = False
-    settle: Annotated[float, typer.Option(min=0.0, help="Warm-up time before measuring (s).")] = 3.0
-    restart_every: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS",
-            min=0.0,
-            help="Interval at which a soak test kills a viewer (s); 0 for never.",
-        ),
-    ] = 60.0
-    mesh: Annotated[bool, typer.Option("--mesh", help="Connect peers without a router, as `zenocap up` does.")] = False
-    part: Annotated[
-        Literal["all", "viewers", "integrators"],
-        typer.Option(help="Part of the load to start here; the other runs on another machine."),
-    ] = "all"
-    name: Annotated[str, typer.Option(help="Prefix of the rigs' names: NAME-1, NAME-2, ...")] = "load"
+    log: bool = option(False, "Let integrators write takes, which are deleted.")
+    settle: float = option(3.0, "Warm-up time before measuring (s).", min=0.0)
+    restart_every: float = option(
+        60.0, "Interval at which a soak test kills a viewer (s); 0 for never.", metavar="SECONDS", min=0.0
+    )
+    mesh: bool = option(False, "Connect peers without a router, as `zenocap up` does.")
+    part: Literal["all", "viewers", "integrators"] = option(
+        "all", "Part of the load to start here; the other runs on another machine."
+    )
+    name: str = option("load", "Prefix of the rigs' names: NAME-1, NAME-2, ...")
 
 
 @dataclass(frozen=True)
 class LoadResearch:
     """Loads that no rig has."""
 
-    silhouettes: Annotated[
-        bool,
-        typer.Option(
-            "--silhouettes",
-            help="Replace the viewers by stand-ins, which publish recorded messages and compute nothing.",
-        ),
-    ] = False
-    subscribers: Annotated[
-        int,
-        typer.Option(min=0, help="Number of additional processes per rig that subscribe to every topic."),
-    ] = 0
-    subscriber_priority: Annotated[
-        Literal["low", "normal"],
-        typer.Option(
-            help="Priority of the additional subscribers: low, as the animator's, or normal, as that of other programs.",
-        ),
-    ] = "low"
-    until: Annotated[
-        Literal["pose", "silhouette"],
-        typer.Option(help="Result that completes a frame set; with silhouette no pose is computed."),
-    ] = "pose"
+    silhouettes: bool = option(
+        False, "Replace the viewers by stand-ins, which publish recorded messages and compute nothing."
+    )
+    subscribers: int = option(0, "Number of additional processes per rig that subscribe to every topic.", min=0)
+    subscriber_priority: Literal["low", "normal"] = option(
+        "low", "Priority of the additional subscribers: low, as the animator's, or normal, as that of other programs."
+    )
+    until: Literal["pose", "silhouette"] = option(
+        "pose", "Result that completes a frame set; with silhouette no pose is computed."
+    )
 
 
 @dataclass(frozen=True)

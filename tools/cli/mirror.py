@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, LOSS, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -18,22 +19,13 @@ class MirrorArguments:
     """since, until: times since frame 0, in words."""
 
     since: Annotated[
-        str,
-        typer.Option(
-            "--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.", show_default=False
-        ),
+        str, typer.Option("--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.")
     ]
-    until: Annotated[
-        str | None,
-        typer.Option("--to", metavar="SECONDS", help="Time from which on they are as before; default: the end."),
-    ] = None
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: TAKE-mirrored.mcap beside it."),
-    ] = None
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
-    ] = None
+    until: str | None = option(None, "Time from which on they are as before; default: the end.", "--to", metavar="SECONDS")
+    output: Path | None = option(
+        None, "Take to write; default: TAKE-mirrored.mcap beside it.", "-o", "--output", metavar="FILE"
+    )
+    jobs: int | None = option(None, "Number of cores to use; the output does not depend on it; default: all.", min=1)
 
 
 def mirror(take: TakePath, *, given: MirrorArguments) -> None:

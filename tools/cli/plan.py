@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JsonOption, one_line_errors, size_of
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -20,13 +20,13 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 class PlanArguments:
     """The installation."""
 
-    cameras: Annotated[int, typer.Option(min=2, help="Number of cameras, of all rigs.")] = 4
-    fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames per second.")] = 30.0
-    size: Annotated[str, typer.Option(metavar="WxH", help="Image size (px).")] = "640x480"
-    method: Annotated[Literal["two-view", "hybrid"], typer.Option(help="Tracking method.")] = "hybrid"
-    rigs: Annotated[int, typer.Option(min=1, help="Number of rigs, of equal size.")] = 1
-    pages: Annotated[int, typer.Option(min=0, help="Open pages of each rig.")] = 1
-    cores: Annotated[int | None, typer.Option(min=1, help="Cores of one machine.", show_default=False)] = None
+    cameras: int = option(4, "Number of cameras, of all rigs.", min=2)
+    fps: float = option(30.0, "Frames per second.", min=1.0, max=1000.0)
+    size: str = option("640x480", "Image size (px).", metavar="WxH")
+    method: Literal["two-view", "hybrid"] = option("hybrid", "Tracking method.")
+    rigs: int = option(1, "Number of rigs, of equal size.", min=1)
+    pages: int = option(1, "Open pages of each rig.", min=0)
+    cores: int | None = option(None, "Cores of one machine.", min=1)
     json: JsonOption = False
 
 
@@ -34,28 +34,13 @@ class PlanArguments:
 class PlanExpert:
     """Its network and log, and the costs of a machine."""
 
-    routers: Annotated[
-        int,
-        typer.Option(min=0, help="Routers that share the rigs, below one more; 0: one machine or a mesh."),
-    ] = 0
-    log: Annotated[bool, typer.Option("--log/--no-log", help="Whether takes are written.")] = True
-    foxglove: Annotated[bool, typer.Option("--foxglove/--no-foxglove", help="Takes with channels for Foxglove.")] = True
-    costs: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Costs of a machine; default: of two cores of a small server.",
-            show_default=False,
-        ),
-    ] = None
-    measure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Measure the costs on this machine in two minutes, write them, and use them.",
-            show_default=False,
-        ),
-    ] = None
+    routers: int = option(0, "Routers that share the rigs, below one more; 0: one machine or a mesh.", min=0)
+    log: bool = option(True, "Whether takes are written.", "--log/--no-log")
+    foxglove: bool = option(True, "Takes with channels for Foxglove.", "--foxglove/--no-foxglove")
+    costs: Path | None = option(None, "Costs of a machine; default: of two cores of a small server.", metavar="FILE")
+    measure: Path | None = option(
+        None, "Measure the costs on this machine in two minutes, write them, and use them.", metavar="FILE"
+    )
 
 
 def plan(*, given: PlanArguments, expert: Annotated[PlanExpert, EXPERT]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import RESEARCH, add_command
+from zenocap.tools.cli.expansion import RESEARCH, add_command, option
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -37,21 +37,12 @@ Motions = Annotated[
 class PriorArguments:
     """held: motion for validation.  frames: in words."""
 
-    held: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Validation motion, by which the number of regions is chosen; may be repeated.",
-            show_default=False,
-        ),
-    ] = None
-    frames: Annotated[
-        str | None, typer.Option(metavar="FIRST-LAST", help="Only these frames of every MOTION, such as 0-99.")
-    ] = None
-    mirror: Annotated[bool, typer.Option(help="Add a copy of every motion with left and right exchanged.")] = True
-    plot: Annotated[Path | None, typer.Option(metavar="FIG", help="Plot the reconstruction errors (.png, .svg, .pdf).")] = (
-        None
+    held: list[Path] | None = option(
+        None, "Validation motion, by which the number of regions is chosen; may be repeated.", metavar="FILE"
     )
+    frames: str | None = option(None, "Only these frames of every MOTION, such as 0-99.", metavar="FIRST-LAST")
+    mirror: bool = option(True, "Add a copy of every motion with left and right exchanged.")
+    plot: Path | None = option(None, "Plot the reconstruction errors (.png, .svg, .pdf).", metavar="FIG")
     joints: JointsOption = None
     as_json: JsonOption = False
 
@@ -60,15 +51,11 @@ class PriorArguments:
 class PriorResearch:
     """Size of the prior, and how it is learnt."""
 
-    regions: Annotated[
-        int | None, typer.Option(min=1, max=500, metavar="M", help="Number of regions; default: chosen, 5 to 80.")
-    ] = None
-    dims: Annotated[int, typer.Option(min=1, max=10, help="Dimensions of each region's subspace.")] = 3
-    anatomy: Annotated[Literal["fourteen-parts", "ten-parts"], typer.Option(help="Body model that will be tracked.")] = (
-        "fourteen-parts"
-    )
-    rate: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second that motions are resampled to.")] = 60.0
-    seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give identical output.")] = 0
+    regions: int | None = option(None, "Number of regions; default: chosen, 5 to 80.", min=1, max=500, metavar="M")
+    dims: int = option(3, "Dimensions of each region's subspace.", min=1, max=10)
+    anatomy: Literal["fourteen-parts", "ten-parts"] = option("fourteen-parts", "Body model that will be tracked.")
+    rate: float = option(60.0, "Frames per second that motions are resampled to.", min=1, max=1000)
+    seed: int = option(0, "Random seed; equal seeds give identical output.", min=0)
 
 
 def train(

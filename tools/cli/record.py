@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import one_line_errors, take_folder
 from zenocap.tools.cli.suggestions import check_rig_path
 from zenocap.tools.service_arguments import ZenohArguments
@@ -36,42 +36,30 @@ What = Annotated[
 class RecordArguments:
     """seconds: None until Ctrl-C."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE|DIR",
-            help="Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
-        ),
-    ] = None
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.1, help="Recording time (s); default: until Ctrl-C.", show_default=False),
-    ] = None
-    topics: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--topics", metavar="NAME", help="Topic to record, such as universal_bap; default: all; may be repeated."
-        ),
-    ] = None
-    id: Annotated[str | None, typer.Option("--id", help="Id of this recorder; default: this machine's name.")] = None
+    output: Path | None = option(
+        None,
+        "Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
+        "-o",
+        "--output",
+        metavar="FILE|DIR",
+    )
+    seconds: float | None = option(None, "Recording time (s); default: until Ctrl-C.", min=0.1)
+    topics: list[str] | None = option(
+        None, "Topic to record, such as universal_bap; default: all; may be repeated.", metavar="NAME"
+    )
+    id: str | None = option(None, "Id of this recorder; default: this machine's name.")
 
 
 @dataclass(frozen=True)
 class PartArguments:
     """Sizes at which a new file begins."""
 
-    part_mb: Annotated[
-        float | None,
-        typer.Option("--part-mb", min=0, help="Size at which a new file begins (MB); 0 for never; default: the rig's own."),
-    ] = None
-    part_minutes: Annotated[
-        float | None,
-        typer.Option(
-            "--part-minutes", min=0, help="Time after which a new file begins (min); 0 for never; default: the rig's own."
-        ),
-    ] = None
+    part_mb: float | None = option(
+        None, "Size at which a new file begins (MB); 0 for never; default: the rig's own.", min=0
+    )
+    part_minutes: float | None = option(
+        None, "Time after which a new file begins (min); 0 for never; default: the rig's own.", min=0
+    )
 
     def limits(self, table: LogTable) -> PartLimits:
         """table: the rig's own."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -33,46 +33,29 @@ MIN_SIZE_PX, MAX_SIZE_PX = 64, 8192
 class RenderArguments:
     """view: of a name, or of a camera."""
 
-    view: Annotated[
-        str,
-        typer.Option(
-            metavar="VIEW",
-            help="front, back, left, right, quarter, top, or the id of a viewer for the view of its camera.",
-        ),
-    ] = "quarter"
-    follow: Annotated[bool, typer.Option("--follow", help="Move the camera with the person.")] = False
-    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height (px).")] = "1280x720"
-    fps: Annotated[
-        float | None,
-        typer.Option(min=0.1, max=240, help="Frame rate of the film; default: that of the take."),
-    ] = None
-    theme: Annotated[Literal["light", "dark"], typer.Option(help="Colours of floor and background.")] = "light"
+    view: str = option(
+        "quarter",
+        "front, back, left, right, quarter, top, or the id of a viewer for the view of its camera.",
+        metavar="VIEW",
+    )
+    follow: bool = option(False, "Move the camera with the person.")
+    size: str = option("1280x720", "Width and height (px).", metavar="WxH")
+    fps: float | None = option(None, "Frame rate of the film; default: that of the take.", min=0.1, max=240)
+    theme: Literal["light", "dark"] = option("light", "Colours of floor and background.")
 
 
 @dataclass(frozen=True)
 class RenderExpert:
     """turn: of the camera, deg/s.  trails: s."""
 
-    turn: Annotated[
-        float,
-        typer.Option(min=-360, max=360, metavar="DEG", help="Turn of the camera around the scene (deg/s)."),
-    ] = 0.0
-    poses: Annotated[
-        int,
-        typer.Option(min=1, max=100, help="Number of poses in one picture, evenly spaced in time."),
-    ] = 1
-    trails: Annotated[
-        float,
-        typer.Option(min=0, max=60, metavar="SECONDS", help="Length of the trails of hands and feet (s)."),
-    ] = 0.0
-    no_captions: Annotated[bool, typer.Option("--no-captions", help="Leave out title, time and posture.")] = False
-    codec: Annotated[
-        Literal["h264", "vp9", "mpeg4"] | None,
-        typer.Option(help="Of a film; default: h264 in .mp4, vp9 in .webm. mpeg4: old players."),
-    ] = None
-    smooth: Annotated[
-        str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
-    ] = "off"
+    turn: float = option(0.0, "Turn of the camera around the scene (deg/s).", min=-360, max=360, metavar="DEG")
+    poses: int = option(1, "Number of poses in one picture, evenly spaced in time.", min=1, max=100)
+    trails: float = option(0.0, "Length of the trails of hands and feet (s).", min=0, max=60, metavar="SECONDS")
+    no_captions: bool = option(False, "Leave out title, time and posture.")
+    codec: Literal["h264", "vp9", "mpeg4"] | None = option(
+        None, "Of a film; default: h264 in .mp4, vp9 in .webm. mpeg4: old players."
+    )
+    smooth: str = option("off", "Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.", metavar="HZ|off")
     raw: RawOption = False
     remote: RemoteOption = False
 

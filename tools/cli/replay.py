@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import RemoteOption, checked_take, one_line_errors
 from zenocap.tools.service_arguments import PANEL, ZenohArguments
@@ -28,64 +28,39 @@ Takes = Annotated[
 class ReplayArguments:
     """How the takes are played, and which of their messages."""
 
-    rate: Annotated[
-        float,
-        typer.Option(
-            "-r",
-            "--rate",
-            min=0,
-            max=1000,
-            help="Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
-        ),
-    ] = 1.0
-    loop: Annotated[bool, typer.Option("--loop", help="Repeat without end; times and frame numbers keep rising.")] = False
-    topics: Annotated[
-        list[str] | None,
-        typer.Option("--topics", metavar="EXPR", help=f"Keys to publish: {EXPRESSION}; may be repeated."),
-    ] = None
-    exclude: Annotated[
-        list[str] | None,
-        typer.Option("-x", "--exclude", metavar="EXPR", help="Keys to leave out; may be repeated."),
-    ] = None
-    rig: Annotated[
-        str | None,
-        typer.Option("--rig", metavar="NAME", help="Publish as the rig of this name.", show_default=False),
-    ] = None
-    pause: Annotated[bool, typer.Option("--pause", help="Start paused; space continues.")] = False
-    now: Annotated[
-        bool,
-        typer.Option(
-            "--now",
-            help="Move times to the present: for live services that have received later times, and to show latency.",
-        ),
-    ] = False
+    rate: float = option(
+        1.0,
+        "Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
+        "-r",
+        "--rate",
+        min=0,
+        max=1000,
+    )
+    loop: bool = option(False, "Repeat without end; times and frame numbers keep rising.")
+    topics: list[str] | None = option(None, f"Keys to publish: {EXPRESSION}; may be repeated.", metavar="EXPR")
+    exclude: list[str] | None = option(None, "Keys to leave out; may be repeated.", "-x", "--exclude", metavar="EXPR")
+    rig: str | None = option(None, "Publish as the rig of this name.", metavar="NAME")
+    pause: bool = option(False, "Start paused; space continues.")
+    now: bool = option(
+        False, "Move times to the present: for live services that have received later times, and to show latency."
+    )
 
 
 @dataclass(frozen=True)
 class ReplayExpert:
     """remap: other keys.  delay: before the start, s."""
 
-    remap: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--remap",
-            metavar="OLD:=NEW",
-            help="Rename keys, such as viewer/1:=viewer/3, also inside messages; may be repeated.",
-        ),
-    ] = None
-    delay: Annotated[
-        float,
-        typer.Option("--delay", min=0, max=3600, metavar="SECONDS", help="Time for discovery before the start (s)."),
-    ] = 1.0
+    remap: list[str] | None = option(
+        None, "Rename keys, such as viewer/1:=viewer/3, also inside messages; may be repeated.", metavar="OLD:=NEW"
+    )
+    delay: float = option(1.0, "Time for discovery before the start (s).", min=0, max=3600, metavar="SECONDS")
     remote: RemoteOption = False
-    certificates: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Certificates for a secured rig, from `zenocap certs RIG --service replay`; needs --mode client.",
-            rich_help_panel=PANEL,
-        ),
-    ] = None
+    certificates: Path | None = option(
+        None,
+        "Certificates for a secured rig, from `zenocap certs RIG --service replay`; needs --mode client.",
+        metavar="DIR",
+        rich_help_panel=PANEL,
+    )
 
 
 def replay(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size
 from zenocap.tools.cli.setup_cameras import ask_cameras, save_cameras
 from zenocap.tools.service_arguments import ZenohArguments
@@ -37,16 +38,11 @@ NamedCameras = Annotated[
 class SetupArguments:
     """size, fps: of the images that are requested.  again: step to begin with.  seconds: of the first take."""
 
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the images (px) that is requested.")] = "1280x720"
-    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Frames/s that are requested.")] = 30.0
-    again: Annotated[
-        StepOption | None, typer.Option(help="Begin again with this step; what the later ones left stays.")
-    ] = None
-    status: Annotated[bool, typer.Option("--status", help="Print what is done, and end.")] = False
-    seconds: Annotated[
-        float | None,
-        typer.Option(min=1.0, help="Length of the first take (s); default: until Ctrl-C.", show_default=False),
-    ] = None
+    size: str = option("1280x720", "Size of the images (px) that is requested.", metavar="WxH")
+    fps: float = option(30.0, "Frames/s that are requested.", min=1.0, max=240.0)
+    again: StepOption | None = option(None, "Begin again with this step; what the later ones left stays.")
+    status: bool = option(False, "Print what is done, and end.")
+    seconds: float | None = option(None, "Length of the first take (s); default: until Ctrl-C.", min=1.0)
 
 
 def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments, zenoh: ZenohArguments) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import RawOption, one_line_errors
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -32,32 +33,22 @@ ShownTake = Annotated[
 class ShowArguments:
     """beside: another take, shown `offset` seconds later."""
 
-    videos: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            help="Folder that was tracked, whose pictures are shown; default: the one of its name beside the take.",
-        ),
-    ] = None
-    port: Annotated[
-        int | None,
-        typer.Option(
-            min=0, max=65535, help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one."
-        ),
-    ] = None
-    beside: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OTHER",
-            help="A second take of the same motion, shown as a translucent figure, with the distances of the joints.",
-        ),
-    ] = None
-    offset: Annotated[
-        float,
-        typer.Option(
-            min=-MAX_OFFSET_S, max=MAX_OFFSET_S, metavar="SECONDS", help="With --beside: show OTHER so much later."
-        ),
-    ] = 0.0
+    videos: Path | None = option(
+        None,
+        "Folder that was tracked, whose pictures are shown; default: the one of its name beside the take.",
+        metavar="FOLDER",
+    )
+    port: int | None = option(
+        None, f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one.", min=0, max=65535
+    )
+    beside: Path | None = option(
+        None,
+        "A second take of the same motion, shown as a translucent figure, with the distances of the joints.",
+        metavar="OTHER",
+    )
+    offset: float = option(
+        0.0, "With --beside: show OTHER so much later.", min=-MAX_OFFSET_S, max=MAX_OFFSET_S, metavar="SECONDS"
+    )
     raw: RawOption = False
 
 

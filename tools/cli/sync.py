@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, LOSS, camera_list, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 
@@ -36,24 +37,17 @@ ADVICE = (
 class SyncArguments:
     """by: what is compared.  cameras: text with commas."""
 
-    by: Annotated[
-        Literal["auto", "sound", "flash", "silhouettes"],
-        typer.Option(help="What is compared; auto: sound; without it, the more exact of flashes and silhouettes."),
-    ] = "auto"
-    max_offset: Annotated[
-        float, typer.Option(min=0.1, max=3600, help="Largest difference of the times at which two videos begin (s).")
-    ] = 10.0
-    seconds: Annotated[
-        float, typer.Option(min=2, max=3600, help="Length of the part of each video to use, from its beginning (s).")
-    ] = 120.0
-    cameras: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME...",
-            help="Compare these cameras only, such as cam01,cam03; two or more. Offsets of others in sync.toml stay.",
-        ),
-    ] = None
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the offsets and write nothing.")] = False
+    by: Literal["auto", "sound", "flash", "silhouettes"] = option(
+        "auto", "What is compared; auto: sound; without it, the more exact of flashes and silhouettes."
+    )
+    max_offset: float = option(10.0, "Largest difference of the times at which two videos begin (s).", min=0.1, max=3600)
+    seconds: float = option(120.0, "Length of the part of each video to use, from its beginning (s).", min=2, max=3600)
+    cameras: str | None = option(
+        None,
+        "Compare these cameras only, such as cam01,cam03; two or more. Offsets of others in sync.toml stay.",
+        metavar="NAME,NAME...",
+    )
+    dry_run: bool = option(False, "Print the offsets and write nothing.")
 
 
 def sync(rig: RigOrTake, *, given: SyncArguments) -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-import typer
+from typing import TYPE_CHECKING, Literal
 
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import Method, Variant, camera_list, parsed_size, rig_at
 from zenocap.tools.cli.suggestions import WrongArgument
 
@@ -24,144 +23,91 @@ Refinement = Literal["gauss-newton", "force", "force-printed"]
 class TrackArguments:
     """What is tracked.  cameras: text with commas."""
 
-    calibration: Annotated[Path | None, typer.Option(metavar="FILE", help="Calibration of the cameras of VIDEO...")] = None
-    up_axis: Annotated[Literal["y", "z"] | None, typer.Option(help="Vertical axis of --calibration; default: y.")] = None
-    empty_frames: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=10_000,
-            help="With --calibration: first frames of each video without a person; default: the median of the video is the "
-            "background.",
-        ),
-    ] = None
-    method: Annotated[
-        Method | None,
-        typer.Option(
-            help="Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
-        ),
-    ] = None
-    height: Annotated[
-        float | None,
-        typer.Option(
-            "--height",
-            min=0.5,
-            max=2.5,
-            metavar="METRES",
-            help="Body height (m) for videos without T-pose; the body then gets average proportions.",
-        ),
-    ] = None
-    cameras: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME...", help="Use these cameras only, such as cam01,cam03; two or more. Default: all."
-        ),
-    ] = None
-    size: Annotated[
-        str | None,
-        typer.Option(metavar="WxH", help="Working size of the images (px), such as 160x120; default: the rig's."),
-    ] = None
-    fps: Annotated[
-        float | None, typer.Option(min=0.1, max=1000, help="Frames per second (FPS) to use; default: the rig's.")
-    ] = None
-    overlay: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
-    ] = None
+    calibration: Path | None = option(None, "Calibration of the cameras of VIDEO...", metavar="FILE")
+    up_axis: Literal["y", "z"] | None = option(None, "Vertical axis of --calibration; default: y.")
+    empty_frames: int | None = option(
+        None,
+        "With --calibration: first frames of each video without a person; default: the median of the video is the "
+        "background.",
+        min=1,
+        max=10_000,
+    )
+    method: Method | None = option(
+        None, "Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
+    )
+    height: float | None = option(
+        None,
+        "Body height (m) for videos without T-pose; the body then gets average proportions.",
+        min=0.5,
+        max=2.5,
+        metavar="METRES",
+    )
+    cameras: str | None = option(
+        None, "Use these cameras only, such as cam01,cam03; two or more. Default: all.", metavar="NAME,NAME..."
+    )
+    size: str | None = option(None, "Working size of the images (px), such as 160x120; default: the rig's.", metavar="WxH")
+    fps: float | None = option(None, "Frames per second (FPS) to use; default: the rig's.", min=0.1, max=1000)
+    overlay: Path | None = option(None, "Folder for pictures and a video of the model over the images.", metavar="DIR")
 
 
 @dataclass(frozen=True)
 class TrackExpert:
     """What zenocap decides by itself otherwise.  front: camera, or heading: degrees; at most one of them."""
 
-    front: Annotated[
-        str | None,
-        typer.Option(
-            metavar="CAMERA",
-            help="Camera that the person faces at the start, where front and back are exchanged without it.",
-        ),
-    ] = None
-    heading: Annotated[
-        float | None,
-        typer.Option(
-            min=-360,
-            max=360,
-            metavar="DEGREES",
-            help="Direction of the person's front at the start: 0 along +Z of the world, 90 along +X. Not with --front.",
-        ),
-    ] = None
-    prior: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="Motion prior of the tracker, such as walking.")
-    ] = None
-    both_ways: Annotated[
-        bool | None,
-        typer.Option(
-            "--both-ways/--no-both-ways",
-            help="Track a second time, backwards, and use the better pose of each limb; default: on with method hybrid and "
-            "preset default.",
-            show_default=False,
-        ),
-    ] = None
-    people: Annotated[
-        bool,
-        typer.Option(
-            "--people",
-            help="Correct the silhouettes by a small network, as people = true of every viewer; "
-            "`zenocap models add people` gets it.",
-        ),
-    ] = False
-    hardware_decoding: Annotated[
-        bool,
-        typer.Option(
-            "--hardware-decoding",
-            help="Decode videos by the graphics card where FFmpeg can; pixels may differ slightly from those in software.",
-        ),
-    ] = False
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
-    ] = None
-    overlay_every: Annotated[
-        int | None, typer.Option(min=1, help="Frames from one overlay picture to the next; default: about 20 pictures.")
-    ] = None
+    front: str | None = option(
+        None, "Camera that the person faces at the start, where front and back are exchanged without it.", metavar="CAMERA"
+    )
+    heading: float | None = option(
+        None,
+        "Direction of the person's front at the start: 0 along +Z of the world, 90 along +X. Not with --front.",
+        min=-360,
+        max=360,
+        metavar="DEGREES",
+    )
+    prior: str | None = option(None, "Motion prior of the tracker, such as walking.", metavar="NAME|FILE")
+    both_ways: bool | None = option(
+        None,
+        "Track a second time, backwards, and use the better pose of each limb; default: on with method hybrid and "
+        "preset default.",
+        "--both-ways/--no-both-ways",
+    )
+    people: bool = option(
+        False,
+        "Correct the silhouettes by a small network, as people = true of every viewer; "
+        "`zenocap models add people` gets it.",
+    )
+    hardware_decoding: bool = option(
+        False, "Decode videos by the graphics card where FFmpeg can; pixels may differ slightly from those in software."
+    )
+    jobs: int | None = option(None, "Number of cores to use; the output does not depend on it; default: all.", min=1)
+    overlay_every: int | None = option(
+        None, "Frames from one overlay picture to the next; default: about 20 pictures.", min=1
+    )
 
 
 @dataclass(frozen=True)
 class TrackResearch:
     """Variants of the methods; all but `variant` are of the tracker: methods hybrid, image-force and particle-filter."""
 
-    variant: Annotated[
-        Variant | None,
-        typer.Option(
-            help="Variant of two-view, which it selects: improved, or as printed in the paper; default: improved."
-        ),
-    ] = None
-    preset: Annotated[
-        Preset | None,
-        typer.Option(
-            help="Defaults of the tracker's options, here and in the rig: zenocap's, or as printed in the paper; default: "
-            "the rig's."
-        ),
-    ] = None
-    particles: Annotated[
-        int | None,
-        typer.Option(min=1, max=20_000, help="Tracker: number of particles; default: 40, particle-filter 1000."),
-    ] = None
-    points: Annotated[
-        int | None, typer.Option(min=20, max=10_000, help="Tracker: number of points on the visual hull; default: 400.")
-    ] = None
-    iterations: Annotated[
-        int | None,
-        typer.Option(min=0, max=100, help="Tracker: iterations of the refinement; default: 4, with forces 40."),
-    ] = None
-    refinement: Annotated[
-        Refinement | None,
-        typer.Option(
-            help="Tracker: least squares, or the paper's forces and moments, corrected or as printed; default: by method."
-        ),
-    ] = None
-    seed: Annotated[
-        int | None,
-        typer.Option(min=0, help="Tracker: random seed; equal seeds give identical output; default: 0."),
-    ] = None
+    variant: Variant | None = option(
+        None, "Variant of two-view, which it selects: improved, or as printed in the paper; default: improved."
+    )
+    preset: Preset | None = option(
+        None,
+        "Defaults of the tracker's options, here and in the rig: zenocap's, or as printed in the paper; default: "
+        "the rig's.",
+    )
+    particles: int | None = option(
+        None, "Tracker: number of particles; default: 40, particle-filter 1000.", min=1, max=20_000
+    )
+    points: int | None = option(None, "Tracker: number of points on the visual hull; default: 400.", min=20, max=10_000)
+    iterations: int | None = option(
+        None, "Tracker: iterations of the refinement; default: 4, with forces 40.", min=0, max=100
+    )
+    refinement: Refinement | None = option(
+        None, "Tracker: least squares, or the paper's forces and moments, corrected or as printed; default: by method."
+    )
+    seed: int | None = option(None, "Tracker: random seed; equal seeds give identical output; default: 0.", min=0)
 
 
 def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.common.rig.services import MAIN
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import one_line_errors, rig_at
 from zenocap.tools.service_arguments import ServiceArguments, words
 
@@ -33,41 +33,28 @@ OptionalRig = Annotated[
 class ViewerArguments:
     """A viewer of a rig, or the cameras of this machine."""
 
-    id: Annotated[str | None, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)] = None
-    discover: Annotated[
-        bool,
-        typer.Option(
-            "--discover", help="Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
-        ),
-    ] = False
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=SOURCE",
-            help="With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
-        ),
-    ] = None
-    machine: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
-    ] = None
+    id: str | None = option(None, "Id of the viewer in the rig file.")
+    discover: bool = option(
+        False, "Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
+    )
+    camera: list[str] | None = option(
+        None,
+        "With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
+        metavar="NAME=SOURCE",
+    )
+    machine: str | None = option(None, "With --discover: name of this machine; default: its host name.", metavar="NAME")
 
 
 @dataclass(frozen=True)
 class FilmingArguments:
     """Options of the films that are recorded for `zenocap film`, and hidden ones of the processes that zenocap starts."""
 
-    films: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="Folder of the films of `zenocap film`; default: films beside the rig file, or here."
-        ),
-    ] = None
-    allow_fetch: Annotated[
-        bool,
-        typer.Option("--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."),
-    ] = False
-    epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None
-    assigned: Annotated[Path | None, typer.Option(hidden=True, help="Saved assignment of a --discover process.")] = None
+    films: Path | None = option(
+        None, "Folder of the films of `zenocap film`; default: films beside the rig file, or here.", metavar="FOLDER"
+    )
+    allow_fetch: bool = option(False, "Let `zenocap film --fetch` copy films from here without certificates.")
+    epoch_ns: int | None = option(None, "", hidden=True)
+    assigned: Path | None = option(None, "Saved assignment of a --discover process.", hidden=True)
 
 
 def viewer(

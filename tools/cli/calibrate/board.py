@@ -12,7 +12,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -42,31 +42,23 @@ Films = Annotated[
 class BoardCalibrationArguments:
     """floor: times at which the board lies there, s.  lenses: that are known."""
 
-    floor: Annotated[
-        list[float] | None,
-        typer.Option(
-            metavar="S", help="Time at which the board lies on the floor, seconds of the videos; may be repeated."
-        ),
-    ] = None
-    lenses: Annotated[
-        Path | None,
-        typer.Option(help="Lenses that are known and stay: a calibration, ROS camera_info, OpenCV, or a folder of these."),
-    ] = None
+    floor: list[float] | None = option(
+        None, "Time at which the board lies on the floor, seconds of the videos; may be repeated.", metavar="S"
+    )
+    lenses: Path | None = option(
+        None, "Lenses that are known and stay: a calibration, ROS camera_info, OpenCV, or a folder of these."
+    )
     output: CalibrationOption = Path("calibration.toml")
     force: ForceOption = False
     as_json: JsonOption = False
-    live: Annotated[
-        bool, typer.Option("--live", help="Search the board in live cameras, on a page that tells what to show next.")
-    ] = False
+    live: bool = option(False, "Search the board in live cameras, on a page that tells what to show next.")
 
 
 @dataclass(frozen=True)
 class DelaysArguments:
     """Whether delays are estimated."""
 
-    delays: Annotated[
-        bool, typer.Option("--delays/--no-delays", help="Estimate by how long each camera's images are late.")
-    ] = True
+    delays: bool = option(True, "Estimate by how long each camera's images are late.", "--delays/--no-delays")
 
 
 def board(

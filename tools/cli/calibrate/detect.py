@@ -11,7 +11,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -33,15 +33,12 @@ Films = Annotated[
 class DetectArguments:
     """output: folder of the corners.  background: with low priority, for a camera host."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FOLDER", help="Folder to write.", show_default="corners in FOLDER, or here"
-        ),
-    ] = None
+    output: Path | None = option(
+        None, "Folder to write.", "-o", "--output", metavar="FOLDER", show_default="corners in FOLDER, or here"
+    )
     force: ForceOption = False
     as_json: JsonOption = False
-    background: Annotated[bool, typer.Option("--background", hidden=True, help="With low priority.")] = False
+    background: bool = option(False, "With low priority.", hidden=True)
 
 
 def detect(

@@ -3,11 +3,11 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
 
 
@@ -15,16 +15,11 @@ from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, 
 class DriftArguments:
     """calibration: of the take.  up_axis: of its world.  output: calibration with the cameras as they are now."""
 
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            help="Calibration that the take was recorded with, to be corrected; default: the cameras of the take."
-        ),
-    ] = None
-    up_axis: Annotated[str, typer.Option(help="Up axis of the calibration's world: y or z.")] = "y"
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Calibration to write with the new poses of moved cameras.")
-    ] = None
+    calibration: Path | None = option(
+        None, "Calibration that the take was recorded with, to be corrected; default: the cameras of the take."
+    )
+    up_axis: str = option("y", "Up axis of the calibration's world: y or z.")
+    output: Path | None = option(None, "Calibration to write with the new poses of moved cameras.", "-o", "--output")
     force: ForceOption = False
     as_json: JsonOption = False
 

@@ -11,7 +11,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH
+from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.live_page import FpsOption, ImageArguments, PageArguments
 from zenocap.tools.cli.options import one_line_errors
 
@@ -46,13 +46,11 @@ height = 1.0
 class LinesArguments:
     """live_size, fps: of the images that --live requests."""
 
-    example: Annotated[bool, typer.Option("--example", help="Print a TOML of measurements, and exit.")] = False
+    example: bool = option(False, "Print a TOML of measurements, and exit.")
     output: CalibrationOption = Path("calibration.toml")
     force: ForceOption = False
     live: LiveOption = False
-    live_size: Annotated[
-        str, typer.Option(metavar="WxH", help="With --live: size of the images that is requested, px.")
-    ] = "1280x720"
+    live_size: str = option("1280x720", "With --live: size of the images that is requested, px.", metavar="WxH")
     fps: FpsOption = 30.0
 
 
@@ -60,22 +58,20 @@ class LinesArguments:
 class MeasurementArguments:
     """The measurements, in place of a file of them."""
 
-    size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None
-    d_x: Annotated[float | None, typer.Option(help="Position of object C on the X axis, m.")] = None
-    d_z: Annotated[float | None, typer.Option(help="Position of object B on the Z axis, m.")] = None
-    t: Annotated[float | None, typer.Option(help="Height of the three objects, m.")] = None
-    a1: Annotated[Pair | None, typer.Option(help="Top of A in camera 1, column and row, px.")] = None
-    b1: Annotated[Pair | None, typer.Option(help="Top of B in camera 1.")] = None
-    c1: Annotated[Pair | None, typer.Option(help="Top of C in camera 1.")] = None
-    a2: Annotated[Pair | None, typer.Option(help="Top of A in camera 2.")] = None
-    b2: Annotated[Pair | None, typer.Option(help="Top of B in camera 2.")] = None
-    c2: Annotated[Pair | None, typer.Option(help="Top of C in camera 2.")] = None
-    distance1: Annotated[float | None, typer.Option(help="Camera 1 to origin along Z, m, if measured.")] = None
-    distance2: Annotated[
-        float | None, typer.Option(help="Distance of camera 2 from the origin along X, m, if measured.")
-    ] = None
-    height1: Annotated[float | None, typer.Option(help="Height of camera 1, m, if measured.")] = None
-    height2: Annotated[float | None, typer.Option(help="Height of camera 2, m, if measured.")] = None
+    size: Pair | None = option(None, "Width and height of the images, px.")
+    d_x: float | None = option(None, "Position of object C on the X axis, m.")
+    d_z: float | None = option(None, "Position of object B on the Z axis, m.")
+    t: float | None = option(None, "Height of the three objects, m.")
+    a1: Pair | None = option(None, "Top of A in camera 1, column and row, px.")
+    b1: Pair | None = option(None, "Top of B in camera 1.")
+    c1: Pair | None = option(None, "Top of C in camera 1.")
+    a2: Pair | None = option(None, "Top of A in camera 2.")
+    b2: Pair | None = option(None, "Top of B in camera 2.")
+    c2: Pair | None = option(None, "Top of C in camera 2.")
+    distance1: float | None = option(None, "Camera 1 to origin along Z, m, if measured.")
+    distance2: float | None = option(None, "Distance of camera 2 from the origin along X, m, if measured.")
+    height1: float | None = option(None, "Height of camera 1, m, if measured.")
+    height2: float | None = option(None, "Height of camera 2, m, if measured.")
 
     @property
     def needed(self) -> dict[str, object]:

@@ -12,7 +12,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 
@@ -44,17 +44,15 @@ shelf = [319.5, 167.9]
 class SceneArguments:
     """lenses: without, the focal lengths are estimated."""
 
-    lenses: Annotated[
-        Path | None,
-        typer.Option(
-            help="Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
-            "that of all cameras.  Without: the focal length is estimated, which needs six points at different heights."
-        ),
-    ] = None
+    lenses: Path | None = option(
+        None,
+        "Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
+        "that of all cameras.  Without: the focal length is estimated, which needs six points at different heights.",
+    )
     output: CalibrationOption = Path("calibration.toml")
     force: ForceOption = False
     as_json: JsonOption = False
-    example: Annotated[bool, typer.Option("--example", help="Print a TOML of points, and exit.")] = False
+    example: bool = option(False, "Print a TOML of points, and exit.")
     live: LiveOption = False
 
     def known(self) -> Mapping[str, Lens] | None:

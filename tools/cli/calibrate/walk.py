@@ -19,6 +19,7 @@ from zenocap.tools.cli.calibrate.output import (
     status_of,
     writing,
 )
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -35,14 +36,9 @@ WalkFolder = Annotated[
 class WalkArguments:
     """height: of the person, m.  seconds: of the videos that are used."""
 
-    height: Annotated[
-        float,
-        typer.Option(metavar="M", help="Height of the person, in shoes, m.", show_default=False),
-    ]
+    height: Annotated[float, typer.Option(metavar="M", help="Height of the person, in shoes, m.")]
     lenses: LensesOption
-    seconds: Annotated[float, typer.Option(min=2, max=600, help="Length of the part to use, from the beginning (s).")] = (
-        90.0
-    )
+    seconds: float = option(90.0, "Length of the part to use, from the beginning (s).", min=2, max=600)
     output: CalibrationOption = Path("calibration.toml")
     force: ForceOption = False
     as_json: JsonOption = False

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.cli.expansion import RESEARCH
+from zenocap.tools.cli.expansion import RESEARCH, option
 from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.posture.report import draw_confusion, outcome_json, outcome_lines, write_confusion
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
@@ -30,22 +30,17 @@ Report = Callable[[int, int, str], None]
 class ValidationArguments:
     """model: to run on streams.  protocol: of the cross-validation."""
 
-    model: Annotated[
-        str | None,
-        typer.Option(metavar="MODEL", help="Run this model on the whole sources as streams, instead of cross-validation."),
-    ] = None
-    protocol: Annotated[
-        Literal["both", "paper", "subjects"],
-        typer.Option(
-            help="paper: same people in training and test, other repetitions. subjects: people not in the training set."
-        ),
-    ] = "both"
-    confusion: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the confusion matrix.")] = None
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FIG", help="Plot the confusion matrix, of --model the operating curve (.png, .svg, .pdf)."),
-    ] = None
-    skip_missing: Annotated[bool, typer.Option("--skip-missing", help="Leave out rows without angles.")] = False
+    model: str | None = option(
+        None, "Run this model on the whole sources as streams, instead of cross-validation.", metavar="MODEL"
+    )
+    protocol: Literal["both", "paper", "subjects"] = option(
+        "both", "paper: same people in training and test, other repetitions. subjects: people not in the training set."
+    )
+    confusion: Path | None = option(None, "Write the confusion matrix.", metavar="FILE.csv")
+    plot: Path | None = option(
+        None, "Plot the confusion matrix, of --model the operating curve (.png, .svg, .pdf).", metavar="FIG"
+    )
+    skip_missing: bool = option(False, "Leave out rows without angles.")
     as_json: JsonOption = False
 
 

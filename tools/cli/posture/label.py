@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import DEFAULT_PORT, page_table
 from zenocap.tools.cli.options import JointsOption, JsonOption, one_line_errors
 from zenocap.tools.cli.posture.label_terminal import label_in_terminal
@@ -38,41 +38,23 @@ Sources = Annotated[
 class LabelArguments:
     """output: folder or manifest.  model: that suggests labels.  rig: of a running rig."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FOLDER|MANIFEST",
-            help="Folder of examples.csv, or a manifest; existing rows are kept. Default: this folder.",
-            show_default=False,
-        ),
-    ] = None
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE", help=f"Posture model that suggests labels; default: {SHIPPED}, which is built in."
-        ),
-    ] = None
-    person: Annotated[str, typer.Option(metavar="NAME", help="Person in the takes.")] = "1"
-    rig: Annotated[
-        Path | None,
-        typer.Option(
-            "--rig",
-            metavar="RIG",
-            help="Rig file of a running rig, whose poses the page can recognize live with the trained model.",
-            show_default=False,
-        ),
-    ] = None
-    terminal: Annotated[
-        bool,
-        typer.Option("--terminal", help="No page: play and label here; without -o only list."),
-    ] = False
-    accept: Annotated[
-        bool,
-        typer.Option("--accept", help="Do not ask: accept all suggestions above the model's thresholds."),
-    ] = False
-    only_list: Annotated[bool, typer.Option("--list", help="List the candidates only.")] = False
+    output: Path | None = option(
+        None,
+        "Folder of examples.csv, or a manifest; existing rows are kept. Default: this folder.",
+        "-o",
+        "--output",
+        metavar="FOLDER|MANIFEST",
+    )
+    model: str | None = option(
+        None, f"Posture model that suggests labels; default: {SHIPPED}, which is built in.", metavar="NAME|FILE"
+    )
+    person: str = option("1", "Person in the takes.", metavar="NAME")
+    rig: Path | None = option(
+        None, "Rig file of a running rig, whose poses the page can recognize live with the trained model.", metavar="RIG"
+    )
+    terminal: bool = option(False, "No page: play and label here; without -o only list.")
+    accept: bool = option(False, "Do not ask: accept all suggestions above the model's thresholds.")
+    only_list: bool = option(False, "List the candidates only.", "--list")
     joints: JointsOption = None
     as_json: JsonOption = False
 
@@ -85,44 +67,27 @@ class LabelArguments:
 class LabelExpert:
     """Address of the page, settings of training on it, and playback in the terminal."""
 
-    host: Annotated[str, typer.Option("--host", help="Address of the page on this machine.")] = "127.0.0.1"
-    port: Annotated[
-        int | None,
-        typer.Option(
-            "--port",
-            min=0,
-            max=65535,
-            help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one.",
-        ),
-    ] = None
-    token: Annotated[
-        str | None,
-        typer.Option(
-            "--token",
-            help="Access token; required with a --host that other machines can reach. `new` generates one.",
-            show_default=False,
-        ),
-    ] = None
-    false_per_hour: Annotated[
-        float | None,
-        typer.Option(
-            metavar="N",
-            help="Train raises the thresholds until the background shows at most N false postures per hour; default: that "
-            "of the model's last training, else no limit.",
-            show_default=False,
-        ),
-    ] = None
-    ignore: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PART,...",
-            help="Parts of the body that Train does not use: arms, legs, head, or '' for none; default: those of the "
-            "model's last training, else none.",
-            show_default=False,
-        ),
-    ] = None
-    play: Annotated[bool, typer.Option(help="Play every candidate in the terminal.")] = True
-    speed: Annotated[float, typer.Option(min=0.05, max=20, help="Playback speed of candidates.")] = 1.0
+    host: str = option("127.0.0.1", "Address of the page on this machine.")
+    port: int | None = option(
+        None, f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one.", min=0, max=65535
+    )
+    token: str | None = option(
+        None, "Access token; required with a --host that other machines can reach. `new` generates one."
+    )
+    false_per_hour: float | None = option(
+        None,
+        "Train raises the thresholds until the background shows at most N false postures per hour; default: that "
+        "of the model's last training, else no limit.",
+        metavar="N",
+    )
+    ignore: str | None = option(
+        None,
+        "Parts of the body that Train does not use: arms, legs, head, or '' for none; default: those of the "
+        "model's last training, else none.",
+        metavar="PART,...",
+    )
+    play: bool = option(True, "Play every candidate in the terminal.")
+    speed: float = option(1.0, "Playback speed of candidates.", min=0.05, max=20)
 
 
 def label(sources: Sources, *, given: LabelArguments, expert: Annotated[LabelExpert, EXPERT]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH
+from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.options import JsonOption, OutputOption, check_folder, one_line_errors
 from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
@@ -25,14 +25,12 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 class AlarmArguments:
     """The rate of false postures that is accepted."""
 
-    false_per_hour: Annotated[
-        float | None,
-        typer.Option(
-            metavar="N",
-            help="Raise the thresholds until the background shows at most N false postures per hour; default: as learnt "
-            "from held-out people and background.",
-        ),
-    ] = None
+    false_per_hour: float | None = option(
+        None,
+        "Raise the thresholds until the background shows at most N false postures per hour; default: as learnt "
+        "from held-out people and background.",
+        metavar="N",
+    )
 
 
 def train(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT
+from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JointsOption, Method
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -28,15 +28,10 @@ ManifestPath = Annotated[
 class SourceArguments:
     """Sources of a manifest: how rigs and clip folders are tracked, and names of joints."""
 
-    tracked: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for takes of tracked rigs and clip folders; default: tracked/ beside MANIFEST."
-        ),
-    ] = None
-    method: Annotated[Method | None, typer.Option(help="Tracking method of rigs and clip folders; default: the rig's.")] = (
-        None
+    tracked: Path | None = option(
+        None, "Folder for takes of tracked rigs and clip folders; default: tracked/ beside MANIFEST.", metavar="DIR"
     )
+    method: Method | None = option(None, "Tracking method of rigs and clip folders; default: the rig's.")
     joints: JointsOption = None
 
 
@@ -44,35 +39,26 @@ class SourceArguments:
 class TrainingArguments:
     """Settings of training; usual ones are those of the research that chose them."""
 
-    classifier: Annotated[
-        Literal["forest", "paper"],
-        typer.Option(
-            help="forest: decision trees over joints, speeds and turns of a segment. paper: the likeliest hidden Markov "
-            "model.",
-        ),
-    ] = "forest"
-    features: Annotated[
-        Literal["directions", "joint-angles"],
-        typer.Option(help="Angles of the hidden Markov models: limb directions, or the paper's ten."),
-    ] = "directions"
-    symbols: Annotated[int, typer.Option(min=2, max=1024, help="Number of symbols of the codebook.")] = 64
-    states: Annotated[int, typer.Option(min=1, max=32, help="Number of states of each posture's model.")] = 5
-    topology: Annotated[
-        Literal["left-right", "ergodic"] | None,
-        typer.Option(help="Transitions: to the next state only, or to every state."),
-    ] = None
-    scale: Annotated[
-        Literal["full", "diagonal", "none"] | None,
-        typer.Option(help="Normalization of the angles: covariance one, variance one, or none."),
-    ] = None
-    rate: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second that examples are resampled to.")] = 15.0
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Random seed; equal seeds give identical output.")] = 0
-    ignore: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PART,...", help="Parts of the body that are not used: arms, legs, head.", rich_help_panel=EXPERT
-        ),
-    ] = None
+    classifier: Literal["forest", "paper"] = option(
+        "forest",
+        "forest: decision trees over joints, speeds and turns of a segment. paper: the likeliest hidden Markov model.",
+    )
+    features: Literal["directions", "joint-angles"] = option(
+        "directions", "Angles of the hidden Markov models: limb directions, or the paper's ten."
+    )
+    symbols: int = option(64, "Number of symbols of the codebook.", min=2, max=1024)
+    states: int = option(5, "Number of states of each posture's model.", min=1, max=32)
+    topology: Literal["left-right", "ergodic"] | None = option(
+        None, "Transitions: to the next state only, or to every state."
+    )
+    scale: Literal["full", "diagonal", "none"] | None = option(
+        None, "Normalization of the angles: covariance one, variance one, or none."
+    )
+    rate: float = option(15.0, "Frames per second that examples are resampled to.", min=1, max=1000)
+    seed: int = option(0, "Random seed; equal seeds give identical output.", min=0, max=2**31 - 1)
+    ignore: str | None = option(
+        None, "Parts of the body that are not used: arms, legs, head.", metavar="PART,...", rich_help_panel=EXPERT
+    )
 
     def settings(self, false_per_hour: float | None = None) -> TrainingSettings:
         """Raises UserError."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at, take_folder
 from zenocap.tools.service_arguments import ServiceArguments
 
@@ -15,30 +16,20 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
 
-def animator(
-    rig: RigPath,
-    host: Annotated[
-        str | None, typer.Option("--host", help="Address of the page on this machine; default: the rig's, or 127.0.0.1.")
-    ] = None,
-    port: Annotated[
-        int | None,
-        typer.Option("--port", min=0, max=65535, help="Port of the page, 0 for any free one; default: the rig's, or 8080."),
-    ] = None,
-    token: Annotated[
-        str | None,
-        typer.Option(
-            "--token",
-            help="Access token of the page; required with a --host that other machines can reach. "
-            "`new` generates and prints one.",
-        ),
-    ] = None,
-    recordings: Annotated[
-        Path | None,
-        typer.Option("--recordings", metavar="DIR", help="Folder of the takes that the page can play; default: the rig's."),
-    ] = None,
-    *,
-    arguments: ServiceArguments,
-) -> None:
+@dataclass(frozen=True)
+class AnimatorArguments:
+    """Address of the page; recordings: folder of the takes that it can play."""
+
+    host: str | None = option(None, "Address of the page on this machine; default: the rig's, or 127.0.0.1.")
+    port: int | None = option(None, "Port of the page, 0 for any free one; default: the rig's, or 8080.", min=0, max=65535)
+    token: str | None = option(
+        None,
+        "Access token of the page; required with a --host that other machines can reach. `new` generates and prints one.",
+    )
+    recordings: Path | None = option(None, "Folder of the takes that the page can play; default: the rig's.", metavar="DIR")
+
+
+def animator(rig: RigPath, *, given: AnimatorArguments, arguments: ServiceArguments) -> None:
     """Show the virtual actor of a live rig on a page at http://127.0.0.1:8080, and send its poses to the rig's outputs.
 
     Open the page in any browser. It shows the actor, the views of the cameras, the state of every service, and during the
@@ -53,12 +44,12 @@ def animator(
     with one_line_errors(), arguments.running("animator") as stopped:
         if rig.suffix == ".mcap":
             raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
-        loaded = _with_page(rig_at(rig, files=False), host, port, token)
+        loaded = _with_page(rig_at(rig, files=False), given)
         options = arguments.options(loaded, "animator")
-        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, recordings), options, stopped))
+        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, given.recordings), options, stopped))
 
 
-def _with_page(rig: Rig, host: str | None, port: int | None, token: str | None) -> Rig:
+def _with_page(rig: Rig, given: AnimatorArguments) -> Rig:
     """The rig with its page at that address, as far as it is given.  Raises UserError."""
     from secrets import token_urlsafe
 
@@ -67,10 +58,11 @@ def _with_page(rig: Rig, host: str | None, port: int | None, token: str | None) 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
 
-    token = token_urlsafe(24) if token == "new" else token
-    given = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
+    token = token_urlsafe(24) if given.token == "new" else given.token
+    values = {"host": given.host, "port": given.port, "token": token}
+    values = {name: value for name, value in values.items() if value is not None}
     try:
-        page = msgspec.convert(msgspec.to_builtins(rig.animator.page) | given, PageTable)
+        page = msgspec.convert(msgspec.to_builtins(rig.animator.page) | values, PageTable)
     except msgspec.ValidationError as error:
         raise UserError(f"page: {error}") from error
     if problem := open_page_problem(page):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -90,11 +90,9 @@ class ZenohArguments:
 
     def words(self) -> list[str]:
         """The options that differ from their defaults, as words of a command line."""
-        hints, found = get_type_hints(type(self), include_extras=True), list[str]()
+        found: list[str] = []
         for field in fields(self):
-            value = getattr(self, field.name)
-            (option,) = hints[field.name].__metadata__
-            name = next(one for one in option.param_decls if one.startswith("--"))
+            name, value = f"--{field.name.replace('_', '-')}", getattr(self, field.name)
             if value is True:
                 found.append(name)
             elif value != field.default:

@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperCommand
 from typer.models import OptionInfo
 
-COMMON, EXPERT, RESEARCH = "Common options", "Expert options", "Research options"
+PANELS = COMMON, EXPERT, RESEARCH = "Common options", "Expert options", "Research options"
 
 
 def option(default: Any, help: str, *names: str, **settings: Any) -> Any:
@@ -54,7 +54,7 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     flat = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own if one.name not in groups]
     flat += [_in_panel(parameter, panel) for group, panel in groups.values() for parameter in _parameters(group)]
     if any(panel for _, panel in groups.values()):
-        flat = [_in_panel(one, COMMON) for one in flat]
+        flat = sorted((_in_panel(one, COMMON) for one in flat), key=_place)
     names = [one.name for one in flat]
     if len(set(names)) < len(names):
         raise TypeError(f"{command.__name__}: two parameters have one name: {', '.join(names)}")
@@ -98,6 +98,13 @@ def _annotation(one: Field[Any], annotation: Any) -> Any:
         return annotation
     names = one.metadata["names"] or ((f"--{one.name.replace('_', '-')}",) if one.default is False else ())
     return Annotated[annotation, typer.Option(*names, **one.metadata["settings"])]
+
+
+def _place(parameter: inspect.Parameter) -> int:
+    """Order of the panels: arguments and common options first, options of all commands last."""
+    (option,) = getattr(parameter.annotation, "__metadata__", (None,))
+    panel = getattr(option, "rich_help_panel", None)
+    return PANELS.index(panel) if panel in PANELS else len(PANELS) if panel else 0
 
 
 def _in_panel(parameter: inspect.Parameter, panel: str | None) -> inspect.Parameter:

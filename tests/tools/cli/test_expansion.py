@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from zenocap.tools.cli.expansion import expanded
+from zenocap.tools.cli.expansion import COMMON, EXPERT, RESEARCH, add_command, expanded, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 
@@ -17,9 +17,22 @@ class Span:
     last: Annotated[int | None, typer.Option("--until", help="Last frame.")] = None
 
 
+@dataclass(frozen=True)
+class Rates:
+    fps: float = option(30.0, "Frames per second.", min=1.0)
+    loud: bool = option(False, "Say more.")
+    kept: bool = option(True, "Keep it.")
+    part_mb: float | None = option(None, "Size of a part.", "-p", "--part-mb")
+
+
+@dataclass(frozen=True)
+class MoreRates(Rates):
+    seed: int = option(0, "Random seed.")
+
+
 def run(command: object, *arguments: str) -> tuple[int, str]:
-    app = typer.Typer()
-    app.command()(expanded(command))  # type: ignore[arg-type]  # a command of any signature
+    app = typer.Typer(add_completion=False)
+    add_command(app, command)  # type: ignore[arg-type]  # a command of any signature
     result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200"})
     return result.exit_code, result.output
 
@@ -48,3 +61,45 @@ def test_two_parameters_of_one_name_are_rejected() -> None:
 
     with pytest.raises(TypeError, match="two parameters have one name"):
         expanded(twice)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ((), "MoreRates(fps=30.0, loud=False, kept=True, part_mb=None, seed=0)"),
+        (
+            ("--loud", "--no-kept", "-p", "2", "--seed", "3"),
+            "MoreRates(fps=30.0, loud=True, kept=False, part_mb=2.0, seed=3)",
+        ),
+    ],
+)
+def test_options_are_named_as_their_fields_and_inherited(arguments: tuple[str, ...], expected: str) -> None:
+    def show(*, rates: MoreRates) -> None:
+        typer.echo(f"{rates}")
+
+    assert run(show, *arguments) == (0, f"{expected}\n")
+    assert Rates(fps=5.0).part_mb is None
+
+
+@pytest.mark.parametrize("word", ["--no-loud", "--fps=0"])
+def test_a_flag_has_no_opposite_and_a_number_its_range(word: str) -> None:
+    def show(*, rates: Rates) -> None: ...
+
+    assert run(show, word)[0] == 2
+
+
+def test_panels_are_in_their_order_and_the_others_are_common() -> None:
+    def cut(
+        take: str,
+        as_json: Annotated[bool, typer.Option("--json")] = False,
+        *,
+        zenoh: ZenohArguments,
+        rates: Annotated[Rates, RESEARCH],
+        span: Annotated[Span, EXPERT],
+    ) -> None: ...
+
+    text = run(cut, "--help")[1]
+    words = ["Arguments", COMMON, "--json", "--help", EXPERT, "--from", "--until", RESEARCH, "--fps", "Zenoh", "--mode"]
+    assert sorted(words, key=text.index) == words
+    assert "─ Options ─" not in text
+    assert run(cut, "a.mcap", "--fps", "5", "-m", "client")[0] == 0

@@ -2,25 +2,30 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import TABLE, app
+from zenocap.tools.cli.expansion import EXPERT, RESEARCH
+from zenocap.tools.cli.main import GROUPS, TABLE, app
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
 NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top", "metrics")
 SIZE = (160, 120)
+MOST_OPTIONS = 10  # of a command that shows them in one panel
 
 
 def zenocap(*arguments: object) -> tuple[int, str, str]:
@@ -80,10 +85,38 @@ def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_help_lists_every_command() -> None:
-    text = zenocap("-h")[1]
-    for name in COMMANDS:
-        assert name in text
+def test_the_help_lists_every_command_in_its_group() -> None:
+    groups = re.split(r"╭─ ", zenocap("-h")[1])[2:]
+    listed = {part.split(" ─")[0]: re.findall(r"^│ ([a-z]+) ", part, re.MULTILINE) for part in groups}
+    names = [(panel, command.__name__) for panel, command in TABLE] + [(panel, name) for panel, name, _ in GROUPS]
+    assert listed == {panel: [name for of, name in names if of == panel] for panel, _ in names}
+
+
+@pytest.mark.parametrize("name", ["doctor", "top", "health", "metrics"])
+def test_similar_commands_are_told_apart_in_one_line(name: str) -> None:
+    result = runner.invoke(app, ["--help"], env={"COLUMNS": "80", "NO_COLOR": "1"})
+    (line,) = re.findall(rf"^│ {name} .*│\n│ [a-z]+ ", result.stdout, re.MULTILINE)
+    assert line
+
+
+def commands_in(group: TyperGroup, name: str = "") -> Iterator[tuple[str, TyperCommand]]:
+    """Names and commands of a group and of the groups in it."""
+    for word, command in group.commands.items():
+        if isinstance(command, TyperGroup):
+            yield from commands_in(command, f"{word} ")
+        else:
+            yield f"{name}{word}", command
+
+
+@pytest.mark.slow
+def test_commands_with_many_options_have_them_in_panels() -> None:
+    without = []
+    for name, command in commands_in(get_command(app)):
+        options = [one for one in command.params if one.param_type_name == "option" and not getattr(one, "hidden", False)]
+        panels = {getattr(one, "rich_help_panel", None) for one in options}
+        if len(options) > MOST_OPTIONS and not {EXPERT, RESEARCH} & panels:
+            without.append(name)
+    assert without == []
 
 
 @pytest.mark.slow

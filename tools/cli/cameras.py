@@ -10,7 +10,7 @@ import typer
 
 from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
-from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, JsonOption, echo, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.service_arguments import ZenohArguments
 
@@ -144,12 +144,10 @@ def _devices(folder: Path | None, as_json: bool) -> bool:
         _print_json([camera_data(one, paths.get(str(one.path)), reason if one in without else "") for one in found])
     else:
         for line in camera_lines(found):
-            _print(line)
+            echo(line)
         _print_pictures(paths)
         for one in without:
-            _print(
-                f"{one.path}: no image: another program uses the camera, or its USB port has no bandwidth left", err=True
-            )
+            echo(f"{one.path}: no image: another program uses the camera, or its USB port has no bandwidth left", err=True)
     return bool(found) and not without and not any(one.problem for one in found)
 
 
@@ -167,10 +165,10 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
         _print_json(host_data(hosts))
     else:
         for line in host_lines(hosts):
-            _print(line)
+            echo(line)
     if not any(host.cameras for host in hosts):
         advice = "run `zenocap viewer --discover` where the cameras are"
-        _print(f"no machine of this network announces a camera: {advice}", err=True)
+        echo(f"no machine of this network announces a camera: {advice}", err=True)
         return False
     return True
 
@@ -192,10 +190,10 @@ def _onvif(hosts: list[str], given: CamerasArguments, expert: OnvifArguments) ->
         _print_json(onvif_data(asked))
     else:
         for line in onvif_lines(asked):
-            _print(line)
+            echo(line)
     if not asked:
         advice = "give their addresses, or --interface with your own address on their network"
-        _print(f"no ONVIF camera answers here: {advice}; many have ONVIF switched off", err=True)
+        echo(f"no ONVIF camera answers here: {advice}; many have ONVIF switched off", err=True)
         return False
     urls = [with_user(one.device, stream, own) for one in asked for stream in one.streams]
     tried = given.as_json or not urls or _streams(urls, given.pictures, given.as_json)
@@ -216,21 +214,14 @@ def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:
         _print_json([stream_data(one, paths.get(one.address)) for one in found])
     else:
         for line in stream_lines(found):
-            _print(line)
+            echo(line)
         _print_pictures(paths)
     return all(one.size is not None for one in found)
 
 
 def _print_pictures(paths: dict[str, str]) -> None:
     for name, path in paths.items():
-        _print(f"picture of {name}: {path}")
-
-
-def _print(line: str, err: bool = False) -> None:
-    """Names come from cameras and servers."""
-    from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-
-    typer.echo(printable(line, MAX_LINE), err=err)
+        echo(f"picture of {name}: {path}")
 
 
 def _print_json(rows: list[dict[str, object]]) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
 from zenocap.tools.cli.expansion import EXPERT, option
-from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size, rig_at
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, echo, one_line_errors, parsed_size, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -85,15 +85,15 @@ def film(
         if board is not None and given.fetch:
             raise UserError("--square and --fetch: allowed: one of both, corners or videos")
         request, options = _request(rig, output, given, board, zenoh)
-        result = run_film(request, options, _print, _note)
+        result = run_film(request, options, echo, _note)
         if result.is_empty:
             _note(f"error: nothing was filmed{f': {result.reason}' if result.reason else ''}")
             raise typer.Exit(FAILED)
         for line, is_warning in lines_of(result):
-            _print(line, err=is_warning)
+            echo(line, err=is_warning)
         write_away(output, result.away())
         for line in next_lines(result, "--square MM" if board is None else " ".join(board_words(board))):
-            _print(line)
+            echo(line)
     raise typer.Exit(DONE if result.is_whole else LOSS)
 
 
@@ -125,12 +125,5 @@ def _request(
     return FilmRequest(folder, loaded, viewers, given.seconds, given.force, given.fetch, board), options
 
 
-def _print(line: str, err: bool = False) -> None:
-    """Names come from other machines."""
-    from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-
-    typer.echo(printable(line, MAX_LINE), err=err)
-
-
 def _note(line: str) -> None:
-    _print(line, err=True)
+    echo(line, err=True)

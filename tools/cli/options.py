@@ -76,6 +76,11 @@ def take_folder(rig: Rig, path: Path, folder: Path | None) -> Path:
     return Path(rig.log.folder) if path.is_dir() else rig.base / rig.log.folder
 
 
+def echo(line: str, err: bool = False) -> None:
+    """Print a line with names that others chose: of cameras, machines, files and postures."""
+    typer.echo(printable(line, MAX_LINE), err=err)
+
+
 @contextmanager
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
@@ -85,7 +90,8 @@ def one_line_errors() -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        typer.echo("\n".join(printable(line, MAX_LINE) for line in f"error: {error}".split("\n")), err=True)
+        for line in f"error: {error}".split("\n"):
+            echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
 
 

@@ -10,8 +10,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, checked_take, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, checked_take, echo, one_line_errors
 from zenocap.tools.cli.progress import progress
 
 
@@ -56,5 +55,6 @@ def verify(
         values |= {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
         typer.echo(json.dumps(values, indent=2))
     else:
-        typer.echo("\n".join(printable(line, MAX_LINE) for line in report(found, elapsed_s)))
+        for line in report(found, elapsed_s):
+            echo(line)
     raise typer.Exit(FAILED if found.failed else DONE if found.complete else LOSS)

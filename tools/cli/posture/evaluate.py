@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.expansion import RESEARCH, option
-from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, one_line_errors
+from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, echo, one_line_errors
 from zenocap.tools.cli.posture.report import draw_confusion, outcome_json, outcome_lines, write_confusion
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
 from zenocap.tools.cli.posture.tracked_sources import read_examples
@@ -88,7 +87,7 @@ def evaluate(
         typer.echo(json.dumps(content, ensure_ascii=False))
         return
     for line in outcome_lines(outcomes):
-        typer.echo(printable(line, MAX_LINE))
+        echo(line)
     if missing:
         typer.echo(f"not tested: {len(missing)} rows without angles")
 
@@ -116,7 +115,7 @@ def _evaluate_streams(manifest: Path, name: str, sources: SourceArguments, given
     for text in notes:
         typer.echo(f"note: {text}", err=True)
     for line in stream_lines(outcome):
-        typer.echo(printable(line, MAX_LINE))
+        echo(line)
 
 
 def _outcomes(examples: list[Example], settings: TrainingSettings, protocol: str, report: Report) -> list[Outcome]:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
-import typer
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from collections.abc import Mapping
@@ -20,53 +20,44 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.services import ServiceKey
 
 PANEL = "Zenoh (overrides the rig file)"
-
 Mode = Literal["peer", "client", "router"]
-ModeOption = Annotated[
-    Mode | None,
-    typer.Option("-m", "--mode", help="Session mode; a peer connects to others directly.", rich_help_panel=PANEL),
-]
-ConnectOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-e",
-        "--connect",
-        metavar="ENDPOINT",
-        help="Endpoint to connect to, such as tcp/192.168.1.2:7447; may be repeated.",
-        rich_help_panel=PANEL,
-    ),
-]
-ListenOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-l",
-        "--listen",
-        metavar="ENDPOINT",
-        help="Endpoint to listen on, such as tcp/0.0.0.0:7447; may be repeated.",
-        rich_help_panel=PANEL,
-    ),
-]
-ConfigOption = Annotated[
-    Path | None,
-    typer.Option("-c", "--config", metavar="FILE", help="Zenoh configuration file (JSON5).", rich_help_panel=PANEL),
-]
-NoMulticastOption = Annotated[
-    bool,
-    typer.Option(
-        "--no-multicast-scouting", help="Disable discovery by multicast; use endpoints only.", rich_help_panel=PANEL
-    ),
-]
 
 
 @dataclass(frozen=True)
-class ZenohArguments:
-    """The options of a command that joins a rig's network, under the names that Zenoh's own tools use."""
+class ConnectArguments:
+    """How a process reaches a network, under the names that Zenoh's own tools use."""
 
-    mode: ModeOption = None
-    connect: ConnectOption = None
-    listen: ListenOption = None
-    config: ConfigOption = None
-    no_multicast_scouting: NoMulticastOption = False
+    PANEL: ClassVar[str] = PANEL
+
+    connect: list[str] | None = option(
+        None,
+        "Endpoint to connect to, such as tcp/192.168.1.2:7447; may be repeated.",
+        "-e",
+        "--connect",
+        metavar="ENDPOINT",
+    )
+    config: Path | None = option(None, "Zenoh configuration file (JSON5).", "-c", "--config", metavar="FILE")
+
+
+@dataclass(frozen=True)
+class RouterArguments(ConnectArguments):
+    """The options of a router, whose mode is given."""
+
+    listen: list[str] | None = option(
+        None, "Endpoint to listen on, such as tcp/0.0.0.0:7447; may be repeated.", "-l", "--listen", metavar="ENDPOINT"
+    )
+    no_multicast_scouting: bool = option(False, "Disable discovery by multicast; use endpoints only.")
+
+    def router_options(self, secured: Security | None) -> ZenohOptions:
+        """Session options of a router.  Raises UserError."""
+        return replace(ZenohArguments(**vars(self), mode="router").options(), security=secured)
+
+
+@dataclass(frozen=True)
+class ZenohArguments(RouterArguments):
+    """The options of a command that joins a rig's network."""
+
+    mode: Mode | None = option(None, "Session mode; a peer connects to others directly.", "-m", "--mode")
 
     def options(self, rig: Rig | None = None, member: str = "reader") -> ZenohOptions:
         """Session options: the command line's, else those of the rig file's zenoh table.
@@ -107,7 +98,7 @@ class ServiceArguments(ZenohArguments):
     with_parent: whether the service ends when its standard input is closed.
     """
 
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False
+    with_parent: bool = option(False, "", hidden=True)
 
     @contextmanager
     def running(self, name: str) -> Iterator[Callable[[], bool]]:
@@ -122,9 +113,13 @@ class ServiceArguments(ZenohArguments):
 
 def arguments_of(options: ZenohOptions) -> ServiceArguments:
     """The arguments of a service that a process starts, and that ends with it."""
-    connect, listen = list(options.connect), list(options.listen)
     return ServiceArguments(
-        options.mode, connect, listen, options.config_file, not options.multicast_scouting, with_parent=True
+        connect=list(options.connect),
+        config=options.config_file,
+        listen=list(options.listen),
+        no_multicast_scouting=not options.multicast_scouting,
+        mode=options.mode,
+        with_parent=True,
     )
 
 
@@ -133,20 +128,6 @@ def words(service: ServiceKey, rig: Path | None, arguments: ZenohArguments, *own
     name, id = service
     which = [] if rig is None else [str(rig), *(["--id", id] if name == "viewer" else [])]
     return [sys.executable, "-P", "-m", "zenocap", name, *which, *own, *arguments.words()]
-
-
-@dataclass(frozen=True)
-class RouterArguments:
-    """The options of a router, whose mode is given."""
-
-    connect: ConnectOption = None
-    listen: ListenOption = None
-    config: ConfigOption = None
-    no_multicast_scouting: NoMulticastOption = False
-
-    def options(self, secured: Security | None) -> ZenohOptions:
-        arguments = ZenohArguments("router", self.connect, self.listen, self.config, self.no_multicast_scouting)
-        return replace(arguments.options(), security=secured)
 
 
 def security(rigs: list[Rig], member: str, generations: Mapping[str, int] | None = None) -> Security | None:

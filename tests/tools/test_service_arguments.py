@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.services import SERVICES
-from zenocap.tools.cli.expansion import expanded
 from zenocap.tools.cli.main import TABLE
+from zenocap.tools.option_groups import expanded
 from zenocap.tools.service_arguments import ServiceArguments, arguments_of, words
 
 EVERY = ServiceArguments(
-    "client", ["tcp/a:1", "tcp/b:2"], ["tcp/c:3"], Path("zenoh.json5"), no_multicast_scouting=True, with_parent=True
+    ["tcp/a:1", "tcp/b:2"], Path("zenoh.json5"), ["tcp/c:3"], no_multicast_scouting=True, mode="client", with_parent=True
 )
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at, take_folder
+from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ServiceArguments
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once

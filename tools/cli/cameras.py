@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, echo, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import LOSS, RigPath, one_line_errors, rig_at
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.bus.access import Member

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.take_poses import Poses

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -24,6 +23,7 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Exported, ExportOptions

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, echo, one_line_errors, parsed_size, rig_at
+from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

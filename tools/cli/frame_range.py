@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from zenocap.tools.cli.expansion import option
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.formats.pose_track import Bound

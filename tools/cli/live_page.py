@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import parsed_size, rig_at
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, size_of
-from zenocap.tools.service_arguments import ConfigOption, ConnectOption
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
+from zenocap.tools.service_arguments import ConnectArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.load_test.plan import Plan
@@ -72,20 +72,12 @@ class LoadResearch:
     )
 
 
-@dataclass(frozen=True)
-class LoadNetwork:
-    """A running network to use, in place of one of its own."""
-
-    connect: ConnectOption = None
-    config: ConfigOption = None
-
-
 def load(
     *,
     given: LoadArguments,
     expert: Annotated[LoadExpert, EXPERT],
     research: Annotated[LoadResearch, RESEARCH],
-    running: LoadNetwork,
+    running: ConnectArguments,
 ) -> None:
     """Measure how many frames, viewers and rigs this machine and its network can process, and the bottleneck.
 
@@ -124,7 +116,7 @@ def load(
         raise typer.Exit(status)
 
 
-def _plan(given: LoadArguments, expert: LoadExpert, research: LoadResearch, running: LoadNetwork) -> Plan:
+def _plan(given: LoadArguments, expert: LoadExpert, research: LoadResearch, running: ConnectArguments) -> Plan:
     """Raises typer.BadParameter."""
     from zenocap.tools.load_test.plan import Plan, PlanError, checked
 

@@ -39,11 +39,11 @@ from zenocap.tools.cli import (
     viewer,
 )
 from zenocap.tools.cli.calibrate.commands import calibrate
-from zenocap.tools.cli.expansion import add_command
 from zenocap.tools.cli.models import models
 from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior
 from zenocap.tools.cli.suggestions import CommandGroup
+from zenocap.tools.option_groups import add_command
 
 UNWRITTEN = 120  # exit status, as of Python, where the last output could not be written
 OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, LOSS, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JsonOption, one_line_errors, size_of
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.plan.costs import Costs

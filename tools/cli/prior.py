@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import RESEARCH, add_command, option
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import RESEARCH, add_command, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.body.anatomy import Anatomy

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import one_line_errors, take_folder
 from zenocap.tools.cli.suggestions import check_rig_path
+from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -22,6 +21,7 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.services.animator.render.film import RenderOptions

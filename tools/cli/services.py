@@ -91,7 +91,7 @@ def router(
     with one_line_errors(), stop_signals() as stopped:
         secured_rigs = [rig_at(rig, files=False) for rig in rigs or ()]
         run_router(
-            lambda revocations: zenoh.options(security(secured_rigs, "router", revocations.generations)),
+            lambda revocations: zenoh.router_options(security(secured_rigs, "router", revocations.generations)),
             stopped,
             router_files(secured_rigs),
         )

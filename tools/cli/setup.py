@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size
 from zenocap.tools.cli.setup_cameras import ask_cameras, save_cameras
+from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import RawOption, one_line_errors
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.services.animator.comparison import Comparison

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, LOSS, camera_list, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.common.formats.export_format import ExportFormat, format_of
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH
 from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackResearch, configured_rig
+from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.recordings.track import Tracked

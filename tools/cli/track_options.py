@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import Method, Variant, camera_list, parsed_size, rig_at
 from zenocap.tools.cli.suggestions import WrongArgument
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.common.rig.services import MAIN
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ServiceArguments, words
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once

@@ -24,9 +24,14 @@ class Network:
 
     def words(self) -> list[str]:
         """Options of a command."""
-        config = Path(self.config) if self.config else None
-        endpoints = list(self.connect), list(self.listen)
-        return ZenohArguments(self.mode or None, *endpoints, config, not self.multicast_scouting).words()
+        arguments = ZenohArguments(
+            connect=list(self.connect),
+            config=Path(self.config) if self.config else None,
+            listen=list(self.listen),
+            no_multicast_scouting=not self.multicast_scouting,
+            mode=self.mode or None,
+        )
+        return arguments.words()
 
     @classmethod
     def of(cls, given: ZenohArguments) -> Network:

@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH
 from zenocap.tools.cli.main import GROUPS, TABLE, app
+from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]

@@ -12,10 +12,10 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.camera.lens import Lens

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import option
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from pathlib import Path

@@ -13,7 +13,7 @@ from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
 from zenocap.tools.cli.calibrate.walk import walk
-from zenocap.tools.cli.expansion import add_command
+from zenocap.tools.option_groups import add_command
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
 COMMANDS: tuple[Callable[..., None], ...] = (board, detect, walk, lines, scene, print_board, drift, check, convert)

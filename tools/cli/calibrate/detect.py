@@ -11,9 +11,9 @@ import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.calibration.board import Board

@@ -7,8 +7,8 @@ from pathlib import Path
 import typer
 
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.option_groups import option
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import typer
 
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.live_page import FpsOption, ImageArguments, PageArguments
 from zenocap.tools.cli.options import one_line_errors
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.camera.line_calibration import Measurements

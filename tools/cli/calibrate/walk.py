@@ -19,9 +19,9 @@ from zenocap.tools.cli.calibrate.output import (
     status_of,
     writing,
 )
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.calibration.walk.calibration import WalkCalibration

@@ -10,9 +10,9 @@ from typing import Annotated, Literal, NoReturn
 
 import typer
 
-from zenocap.tools.cli.expansion import option
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import RESEARCH, option
 from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, echo, one_line_errors
 from zenocap.tools.cli.posture.report import draw_confusion, outcome_json, outcome_lines, write_confusion
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
 from zenocap.tools.cli.posture.tracked_sources import read_examples
 from zenocap.tools.cli.posture.training_options import ManifestPath, SourceArguments, TrainingArguments
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import RESEARCH, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.training.cross_validation import Outcome

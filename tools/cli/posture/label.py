@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.live_page import DEFAULT_PORT, page_table
 from zenocap.tools.cli.options import JointsOption, JsonOption, one_line_errors
 from zenocap.tools.cli.posture.label_terminal import label_in_terminal
+from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, RESEARCH, option
 from zenocap.tools.cli.options import JsonOption, OutputOption, check_folder, one_line_errors
 from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
 from zenocap.tools.cli.posture.training_options import ManifestPath, SourceArguments, TrainingArguments
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from collections.abc import Sequence

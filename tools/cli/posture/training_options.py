@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.expansion import EXPERT, option
 from zenocap.tools.cli.options import JointsOption, Method
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.services.recognizer.training.examples import TrainingSettings

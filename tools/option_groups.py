@@ -5,7 +5,7 @@ parameters for the fields of that dataclass, and the command is called with the 
 keep typer, its start-up time and its help texts; cyclopts and tyro nest dataclasses but would replace all of them.
 
 `Annotated[Options, EXPERT]` puts the fields into a panel of the help; then options without a panel are in that of the
-common ones.
+common ones.  A dataclass with a PANEL is in that one, wherever it is used.
 """
 
 import inspect
@@ -53,7 +53,7 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
         return command
     flat = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own if one.name not in groups]
     flat += [_in_panel(parameter, panel) for group, panel in groups.values() for parameter in _parameters(group)]
-    if any(panel for _, panel in groups.values()):
+    if any(panel in PANELS for _, panel in groups.values()):
         flat = sorted((_in_panel(one, COMMON) for one in flat), key=_place)
     names = [one.name for one in flat]
     if len(set(names)) < len(names):
@@ -75,7 +75,9 @@ def _group(annotation: object) -> tuple[type, str | None] | None:
     """The dataclass of a parameter, and its panel; None for a parameter that is an option itself."""
     (panel,) = getattr(annotation, "__metadata__", (None,))
     inner = getattr(annotation, "__origin__", annotation)
-    return (inner, panel) if isinstance(inner, type) and is_dataclass(inner) else None
+    if not (isinstance(inner, type) and is_dataclass(inner)):
+        return None
+    return inner, panel or getattr(inner, "PANEL", None)
 
 
 def _parameters(group: type) -> list[inspect.Parameter]:

@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from zenocap.tools.cli.expansion import COMMON, EXPERT, RESEARCH, add_command, expanded, option
+from zenocap.tools.option_groups import COMMON, EXPERT, RESEARCH, add_command, expanded, option
 from zenocap.tools.service_arguments import ZenohArguments
 
 

@@ -26,6 +26,10 @@ RigPath = Annotated[
     Path,
     typer.Argument(metavar="RIG", help="Rig file (TOML), or folder with calibration.toml and videos/.", show_default=False),
 ]
+RigPaths = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False),
+]
 TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
 OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
 RawOption = Annotated[

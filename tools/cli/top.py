@@ -1,21 +1,15 @@
 """The command that watches a network: top."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import JsonOption, one_line_errors, rig_at
+from zenocap.tools.cli.options import JsonOption, RigPaths, one_line_errors, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
 
 
 def top(
-    rigs: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False
-        ),
-    ] = None,
+    rigs: RigPaths = None,
     once: Annotated[bool, typer.Option("--once", help="Print the table once and exit.")] = False,
     json: JsonOption = False,
     *,

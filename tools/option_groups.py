@@ -9,10 +9,10 @@ common ones.  A dataclass with a PANEL is in that one, wherever it is used.
 """
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import MISSING, Field, field, fields, is_dataclass
-from typing import Annotated, Any, get_type_hints
+from dataclasses import MISSING, field, fields, is_dataclass
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -51,10 +51,14 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     groups = {one.name: found for one in own if (found := _group(one.annotation))}
     if not groups:
         return command
-    flat = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own if one.name not in groups]
-    flat += [_in_panel(parameter, panel) for group, panel in groups.values() for parameter in _parameters(group)]
-    if any(panel in PANELS for _, panel in groups.values()):
-        flat = sorted((_in_panel(one, COMMON) for one in flat), key=_place)
+    common = COMMON if any(panel in PANELS for _, panel in groups.values()) else None
+    flat = [
+        one.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=_in_panel(one.annotation, common))
+        for one in own
+        if one.name not in groups
+    ]
+    flat += [parameter for group, panel in groups.values() for parameter in _parameters(group, panel or common)]
+    flat.sort(key=_place)
     names = [one.name for one in flat]
     if len(set(names)) < len(names):
         raise TypeError(f"{command.__name__}: two parameters have one name: {', '.join(names)}")
@@ -80,26 +84,20 @@ def _group(annotation: object) -> tuple[type, str | None] | None:
     return inner, panel or getattr(inner, "PANEL", None)
 
 
-def _parameters(group: type) -> list[inspect.Parameter]:
-    """One keyword parameter per field of the dataclass, with the field's annotation and default."""
-    annotations = get_type_hints(group, include_extras=True)
-    return [
-        inspect.Parameter(
-            one.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if one.default is MISSING else one.default,
-            annotation=_annotation(one, annotations[one.name]),
-        )
-        for one in fields(group)
-    ]
-
-
-def _annotation(one: Field[Any], annotation: Any) -> Any:
-    """The type of a field with its option."""
-    if not one.metadata:
-        return annotation
-    names = one.metadata["names"] or ((f"--{one.name.replace('_', '-')}",) if one.default is False else ())
-    return Annotated[annotation, typer.Option(*names, **one.metadata["settings"])]
+def _parameters(group: type, panel: str | None) -> Iterator[inspect.Parameter]:
+    """One keyword parameter per field of the dataclass, with the field's type, option and default."""
+    annotations: dict[str, Any] = {}
+    for base in reversed(group.__mro__):
+        annotations |= inspect.get_annotations(base, eval_str=True)
+    for one in fields(group):
+        annotation, settings = annotations[one.name], one.metadata.get("settings")
+        if settings is None:
+            annotation = _in_panel(annotation, panel)
+        else:
+            names = one.metadata["names"] or ((f"--{one.name.replace('_', '-')}",) if one.default is False else ())
+            annotation = Annotated[annotation, typer.Option(*names, **{"rich_help_panel": panel} | settings)]
+        default = inspect.Parameter.empty if one.default is MISSING else one.default
+        yield inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 def _place(parameter: inspect.Parameter) -> int:
@@ -109,11 +107,11 @@ def _place(parameter: inspect.Parameter) -> int:
     return PANELS.index(panel) if panel in PANELS else len(PANELS) if panel else 0
 
 
-def _in_panel(parameter: inspect.Parameter, panel: str | None) -> inspect.Parameter:
-    """The parameter in that panel of the help; as it is without a panel, or if it is an argument or has one."""
-    for option in getattr(parameter.annotation, "__metadata__", ()):
+def _in_panel(annotation: Any, panel: str | None) -> Any:
+    """The option in that panel of the help; as it is without a panel, or if it is an argument or has one."""
+    for option in getattr(annotation, "__metadata__", ()):
         if panel and isinstance(option, OptionInfo) and not option.rich_help_panel:
             option = copy(option)
             option.rich_help_panel = panel
-            return parameter.replace(annotation=Annotated[parameter.annotation.__origin__, option])
-    return parameter
+            return Annotated[annotation.__origin__, option]
+    return annotation

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.services import SERVICES
-from zenocap.tools.cli.main import TABLE
+from zenocap.tools.cli.main import command_at
 from zenocap.tools.option_groups import expanded
 from zenocap.tools.service_arguments import ServiceArguments, arguments_of, words
 
@@ -56,6 +56,5 @@ def test_a_command_line_names_service_rig_and_viewer() -> None:
 
 
 def test_every_service_takes_the_arguments_of_services() -> None:
-    commands = {command.__name__: command for _, command in TABLE}
     for kind in SERVICES:
-        assert "ServiceArguments" in commands[kind.name].__annotations__.values(), kind.name
+        assert "ServiceArguments" in command_at(kind.name).__annotations__.values(), kind.name

@@ -17,12 +17,13 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
+from tests.support.command_line import app
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import GROUPS, TABLE, app
+from zenocap.tools.cli.main import COMMANDS, program
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 runner = CliRunner()
-COMMANDS = [command.__name__ for _, command in TABLE]
+NAMES = [name for group in COMMANDS.values() for name in group]
 NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top", "metrics")
 SIZE = (160, 120)
 MOST_OPTIONS = 10  # of a command that shows them in one panel
@@ -92,8 +93,10 @@ def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
 def test_the_help_lists_every_command_in_its_group() -> None:
     groups = re.split(r"╭─ ", zenocap("-h")[1])[2:]
     listed = {part.split(" ─")[0]: re.findall(r"^│ ([a-z]+) ", part, re.MULTILINE) for part in groups}
-    names = [(panel, command.__name__) for panel, command in TABLE] + [(panel, name) for panel, name, _ in GROUPS]
-    assert listed == {panel: [name for of, name in names if of == panel] for panel, _ in names}
+    assert {panel: set(names) for panel, names in listed.items()} == {
+        panel: set(names) for panel, names in COMMANDS.items()
+    }
+    assert sum(map(len, listed.values())) == len(NAMES)
 
 
 @pytest.mark.parametrize("name", ["doctor", "top", "health", "metrics"])
@@ -101,6 +104,15 @@ def test_similar_commands_are_told_apart_in_one_line(name: str) -> None:
     result = runner.invoke(app, ["--help"], env={"COLUMNS": "80", "NO_COLOR": "1"})
     (line,) = re.findall(rf"^│ {name} .*│\n│ [a-z]+ ", result.stdout, re.MULTILINE)
     assert line
+
+
+@pytest.mark.parametrize(
+    ("words", "names"), [(["top"], ["top"]), (["posture", "info"], ["posture"]), (["fly"], NAMES), ([], NAMES)]
+)
+def test_a_command_is_made_without_the_others(words: list[str], names: list[str]) -> None:
+    made = program(words)
+    found = [one.name for one in (*made.registered_commands, *made.registered_groups)]
+    assert sorted(map(str, found)) == sorted(names)
 
 
 @pytest.mark.slow
@@ -194,7 +206,8 @@ def test_a_closed_output_is_no_error(redirection: str) -> None:
 
 @pytest.mark.slow
 def test_help_imports_no_heavy_modules() -> None:
-    code = "import sys, zenocap.tools.cli.main; print(sorted({'numba', 'zenoh', 'scipy', 'mcap'} & set(sys.modules)))"
+    start = "import sys; from zenocap.tools.cli.main import program; program();"
+    code = f"{start} print(sorted({{'numba', 'zenoh', 'scipy', 'mcap'}} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

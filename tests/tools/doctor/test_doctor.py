@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.rig.test_security import demo_with
+from tests.support.command_line import app
 from zenocap.common.bus.access import Member
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
@@ -20,7 +21,6 @@ from zenocap.common.rig.sources import Device, Images
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import service_info
 from zenocap.tools.certificates.folder import certify
-from zenocap.tools.cli.main import app
 from zenocap.tools.doctor.machine_probe import (
     certified,
     look_at_certificates,

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.support.command_line import app
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.main import app
 from zenocap.tools.load_test.costs import Cost, MachineUse
 from zenocap.tools.load_test.latency import Figures
 from zenocap.tools.load_test.measurement import Measurement

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import zenocap
 from tests.support.arms_takes import arms_rig, both_ways_take, forward_take
+from tests.support.command_line import app
 from tests.tools.verify.test_verify import changed, totals, with_message
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -26,7 +27,6 @@ from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.topics import TOPICS
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import Setup
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.both_ways import (
     BACKWARDS,
     CHOOSING,

@@ -15,6 +15,7 @@ from tests.common.formats import test_csv
 from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
 from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.command_line import app
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
 from zenocap.common.arrays import Floats
@@ -25,7 +26,6 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import PER_METRE
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.rig.rig import load_rig
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.export import ExportOptions, export
 from zenocap.tools.recordings.track import at_working_size, track
 

@@ -8,12 +8,12 @@ from typer.testing import CliRunner
 
 import zenocap
 from tests.support.arms_takes import both_ways_take, forward_take, reversed_take
+from tests.support.command_line import app
 from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.info import info
 from zenocap.tools.recordings.mirror import mirror
 from zenocap.tools.recordings.retrack import retrack, take_like

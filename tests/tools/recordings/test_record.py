@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.command_line import app
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import bdp
@@ -28,7 +29,6 @@ from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP, Topic
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.record import RecordingSelection, own_id, parse_selection, run_recorder, topics_named
 
 

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import zenocap
+from tests.support.command_line import app
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import messages as m
 from zenocap.common.camera.calibration_files import write_calibration
@@ -19,7 +20,6 @@ from zenocap.common.vision.mask_codec import unpack
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.take_videos import videos_of
 
 pytestmark = pytest.mark.slow

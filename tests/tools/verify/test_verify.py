@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.golden.make import make_arms
+from tests.support.command_line import app
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -18,7 +19,6 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
-from zenocap.tools.cli.main import app
 from zenocap.tools.verify.recompute import verify
 from zenocap.tools.verify.result import Reason, Verification, difference
 

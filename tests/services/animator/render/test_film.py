@@ -8,13 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.command_line import app
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.video.film_writer import Codec
 from zenocap.services.animator.render.camera_path import Shot
 from zenocap.services.animator.render.film import Rendered, RenderOptions, render
-from zenocap.tools.cli.main import app
 
 COUNT, LOST = 30, tuple(range(10, 20))  # longer than the 0.25 s that are interpolated
 SMALL = (160, 96)

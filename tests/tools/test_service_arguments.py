@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.services import SERVICES
 from zenocap.tools.cli.main import command_at
+from zenocap.tools.cli.viewer import _assigned_command
 from zenocap.tools.option_groups import expanded
 from zenocap.tools.service_arguments import ServiceArguments, arguments_of, words
 
@@ -58,3 +59,12 @@ def test_a_command_line_names_service_rig_and_viewer() -> None:
 def test_every_service_takes_the_arguments_of_services() -> None:
     for kind in SERVICES:
         assert "ServiceArguments" in command_at(kind.name).__annotations__.values(), kind.name
+
+
+def test_the_viewer_of_an_assignment_connects_where_its_host_does_and_to_it() -> None:
+    host = ServiceArguments(["tcp/a:1"], listen=["tcp/0.0.0.0:7", "tcp/[::]:8"], mode="router")
+    line = _assigned_command(host, Path("films"), True, Path("a.json"))
+    assert line[4:] == [
+        "viewer", "--assigned", "a.json", "--films", "films", "--allow-fetch", "--connect", "tcp/a:1",
+        "--connect", "tcp/127.0.0.1:7", "--connect", "tcp/[::1]:8", "--mode", "client", "--with-parent",
+    ]  # fmt: skip

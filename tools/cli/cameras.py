@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -139,15 +140,11 @@ def _devices(folder: Path | None, as_json: bool) -> bool:
         images = {str(one.path): camera_image(one) for one in found if not one.problem}
         paths = written_pictures(folder, {name: image for name, image in images.items() if image is not None})
         without = [one for one in found if not one.problem and str(one.path) not in paths]
-    if as_json:
-        reason = "no image: another program uses the camera, or its USB port has no bandwidth left"
-        _print_json([camera_data(one, paths.get(str(one.path)), reason if one in without else "") for one in found])
-    else:
-        for line in camera_lines(found):
-            echo(line)
-        _print_pictures(paths)
-        for one in without:
-            echo(f"{one.path}: no image: another program uses the camera, or its USB port has no bandwidth left", err=True)
+    reason = "no image: another program uses the camera, or its USB port has no bandwidth left"
+    rows = [camera_data(one, paths.get(str(one.path)), reason if one in without else "") for one in found]
+    _print(rows, [*camera_lines(found), *_pictures(paths)], as_json)
+    for one in () if as_json else without:
+        echo(f"{one.path}: {reason}", err=True)
     return bool(found) and not without and not any(one.problem for one in found)
 
 
@@ -161,11 +158,7 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
     options = zenoh.options()
     with progress("listening for cameras"), FilmSession.open(options, lambda: time.monotonic() > end_s) as session:
         hosts = announced(session)
-    if as_json:
-        _print_json(host_data(hosts))
-    else:
-        for line in host_lines(hosts):
-            echo(line)
+    _print(host_data(hosts), host_lines(hosts), as_json)
     if not any(host.cameras for host in hosts):
         advice = "run `zenocap viewer --discover` where the cameras are"
         echo(f"no machine of this network announces a camera: {advice}", err=True)
@@ -186,11 +179,7 @@ def _onvif(hosts: list[str], given: CamerasArguments, expert: OnvifArguments) ->
     devices = [OnvifDevice(device_address(host)) for host in hosts]
     with progress("looking for ONVIF cameras"):
         asked = asked_devices(devices or found_devices(expert.interface), own, tls)
-    if given.as_json:
-        _print_json(onvif_data(asked))
-    else:
-        for line in onvif_lines(asked):
-            echo(line)
+    _print(onvif_data(asked), onvif_lines(asked), given.as_json)
     if not asked:
         advice = "give their addresses, or --interface with your own address on their network"
         echo(f"no ONVIF camera answers here: {advice}; many have ONVIF switched off", err=True)
@@ -210,21 +199,20 @@ def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:
     paths: dict[str, str] = {}
     if folder is not None:
         paths = written_pictures(folder, {one.address: one.image for one in found if one.image is not None})
-    if as_json:
-        _print_json([stream_data(one, paths.get(one.address)) for one in found])
-    else:
-        for line in stream_lines(found):
-            echo(line)
-        _print_pictures(paths)
+    rows = [stream_data(one, paths.get(one.address)) for one in found]
+    _print(rows, [*stream_lines(found), *_pictures(paths)], as_json)
     return all(one.size is not None for one in found)
 
 
-def _print_pictures(paths: dict[str, str]) -> None:
-    for name, path in paths.items():
-        echo(f"picture of {name}: {path}")
+def _pictures(paths: dict[str, str]) -> list[str]:
+    return [f"picture of {name}: {path}" for name, path in paths.items()]
 
 
-def _print_json(rows: list[dict[str, object]]) -> None:
+def _print(rows: list[dict[str, object]], lines: Iterable[str], as_json: bool) -> None:
     import json
 
-    typer.echo(json.dumps(rows, indent=2))
+    if as_json:
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    for line in lines:
+        echo(line)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
+from zenocap.tools.cli.calibrate.output import POOR, CalibrationOption, ForceOption, check_new, finish, show, writing
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
-from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
 
@@ -103,12 +102,8 @@ def board(
             raise UserError("no videos: allowed: a folder with videos, the videos, or --live")
         result = _calibrated(films, described, known, given.floor or (), delays=expert.delays)
         write(result, output)
-    if given.as_json:
-        typer.echo(json.dumps(report_data(result) | {"written": str(output)}, indent=2))
-    else:
-        show_verdict([*report(result), f"written: {output}"], verdict(result))
-        typer.echo(f"next: zenocap calibrate check {output}")
-    raise typer.Exit(status_of(verdict(result)))
+    data = report_data(result) if given.as_json else None
+    finish(output, [*report(result), f"written: {output}"], verdict(result), data)
 
 
 def _calibrated(
@@ -163,11 +158,11 @@ class LiveCalibration:
             typer.echo("nothing was calibrated", err=True)
             return FAILED
         typer.echo(f"next: zenocap calibrate check {self.output}")
-        return status_of(verdict(mode.result))
+        return POOR if verdict(mode.result)[0] == "poor" else DONE
 
     def _written(self, found: BoardCalibration) -> str:
         from zenocap.tools.calibration.board_report import report, verdict
 
         write(found, self.output)
-        show_verdict([*report(found), f"written: {self.output}"], verdict(found))
+        show([*report(found), f"written: {self.output}"], verdict(found))
         return str(self.output)

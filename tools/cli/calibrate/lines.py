@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
 from zenocap.tools.cli.live_page import FpsOption, ImageArguments, PageArguments
 from zenocap.tools.cli.options import one_line_errors
@@ -125,16 +125,14 @@ def lines(
     with one_line_errors():
         check_new(output, given.force)
         if given.live:
-            raise typer.Exit(_live(measurements, given, page, typed))
+            _live(measurements, given, page, typed)
         measured = _measured(measurements, typed)
         solved = calibrate_lines(measured)
         with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in solved})
     found = [sensitivity(measured, number, camera) for number, camera in enumerate(solved, start=1)]
     report = [line for camera, effects in zip(solved, found, strict=True) for line in solution_report(camera, effects)]
-    word = verdict(measured, solved, found)
-    show_verdict([*report, f"written: {output}"], word)
-    raise typer.Exit(status_of(word))
+    raise typer.Exit(show([*report, f"written: {output}"], verdict(measured, solved, found)))
 
 
 def _measured(texts: Sequence[str] | None, typed: MeasurementArguments) -> Measurements:
@@ -149,8 +147,8 @@ def _measured(texts: Sequence[str] | None, typed: MeasurementArguments) -> Measu
     return read_measurements(file)
 
 
-def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArguments, typed: MeasurementArguments) -> int:
-    """Measure and calibrate on a page; returns the exit status.  Raises UserError, typer.BadParameter."""
+def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArguments, typed: MeasurementArguments) -> NoReturn:
+    """Measure and calibrate on a page, and end the command.  Raises UserError, typer.BadParameter."""
     from zenocap.tools.live.points_lines import LinePoints
 
     if typed.given:
@@ -158,4 +156,4 @@ def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArgument
     path, sources = file_and_cameras(texts, "lines.toml")
     task = lambda names: LinePoints(names, path, given.output)  # noqa: E731
     images = ImageArguments(given.live_size, given.fps)
-    return run_points(sources, images, page, "zenocap calibrate lines --live", task, given.output)
+    run_points(sources, images, page, "zenocap calibrate lines --live", task, given.output)

@@ -1,9 +1,10 @@
 """What commands of `zenocap calibrate` that write a file share."""
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -39,13 +40,22 @@ def writing(output: Path) -> Iterator[None]:
         raise UserError(f"{output}: cannot be written: {error.strerror}") from error
 
 
-def show_verdict(lines: Sequence[str], verdict: tuple[str, Sequence[str]]) -> None:
-    """Print the report of a calibration.  verdict: word and reasons."""
+def show(lines: Sequence[str], verdict: tuple[str, Sequence[str]]) -> int:
+    """Print the report of a calibration, with its verdict: word and reasons; returns the exit status."""
     word, reasons = verdict
     typer.echo("\n".join(lines))
     typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
+    return POOR if word == "poor" else DONE
 
 
-def status_of(verdict: tuple[str, Sequence[str]]) -> int:
-    """Exit status of a calibration with that verdict."""
-    return POOR if verdict[0] == "poor" else DONE
+def finish(
+    output: Path, lines: Sequence[str], verdict: tuple[str, Sequence[str]], data: Mapping[str, object] | None = None
+) -> NoReturn:
+    """Print the report of the calibration in `output`, or its data as JSON, and end the command."""
+    if data is None:
+        status = show(lines, verdict)
+        typer.echo(f"next: zenocap calibrate check {output}")
+    else:
+        status = POOR if verdict[0] == "poor" else DONE
+        typer.echo(json.dumps({**data, "written": str(output)}, indent=2))
+    raise typer.Exit(status)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.calibrate.output import show_verdict, status_of
+from zenocap.tools.cli.calibrate.output import finish
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import FAILED
 
@@ -74,8 +74,8 @@ def run_points(
     program: str,
     make_task: Callable[[list[str]], PointsTask],
     output: Path,
-) -> int:
-    """Serve the page until Finish; returns the exit status, FAILED when nothing was saved.  Raises UserError.
+) -> NoReturn:
+    """Serve the page until Finish, and end the command, with status FAILED when nothing was saved.  Raises UserError.
 
     make_task: of the names of the cameras.
     """
@@ -89,8 +89,6 @@ def run_points(
     mode.close()
     if mode.solution is None:
         typer.echo("nothing was saved", err=True)
-        return FAILED
-    verdict = mode.solution.verdict, mode.solution.reasons
-    show_verdict([*mode.solution.report, f"written: {', '.join(mode.written)}"], verdict)
-    typer.echo(f"next: zenocap calibrate check {output}")
-    return status_of(verdict)
+        raise typer.Exit(FAILED)
+    solution = mode.solution
+    finish(output, [*solution.report, f"written: {', '.join(mode.written)}"], (solution.verdict, solution.reasons))

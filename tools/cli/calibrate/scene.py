@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show_verdict, status_of, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, finish, show, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments
 from zenocap.tools.cli.options import JsonOption, one_line_errors
@@ -86,23 +85,20 @@ def scene(
     output = given.output
     with one_line_errors():
         if given.live:
-            raise typer.Exit(_live(points, given, images, page))
+            _live(points, given, images, page)
         file = one_file(points, "give a TOML of points; --example prints one")
         check_new(output, given.force)
         placed = placed_cameras(read_scene(file), given.known())
         with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in placed})
-    verdict = scene_verdict(placed)
     if given.as_json:
-        typer.echo(json.dumps(scene_data(placed) | {"written": str(output)}, indent=2))
-    else:
-        report = [line for one in placed for line in scene_report(one)]
-        show_verdict([*report, f"written: {output}"], verdict)
-    raise typer.Exit(status_of(verdict))
+        finish(output, (), scene_verdict(placed), scene_data(placed))
+    report = [line for one in placed for line in scene_report(one)]
+    raise typer.Exit(show([*report, f"written: {output}"], scene_verdict(placed)))
 
 
-def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArguments, page: PageArguments) -> int:
-    """Place the points on a page; returns the exit status.  Raises UserError, typer.BadParameter."""
+def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArguments, page: PageArguments) -> NoReturn:
+    """Place the points on a page, and end the command.  Raises UserError, typer.BadParameter."""
     from zenocap.tools.live.points_scene import ScenePoints
 
     check_new(given.output, given.force)
@@ -111,4 +107,4 @@ def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArgum
         raise typer.BadParameter("--json: allowed: without --live")
     path, sources = file_and_cameras(texts, "points.toml")
     task = lambda names: ScenePoints(names, path, given.output, known)  # noqa: E731
-    return run_points(sources, images, page, "zenocap calibrate scene --live", task, given.output)
+    run_points(sources, images, page, "zenocap calibrate scene --live", task, given.output)

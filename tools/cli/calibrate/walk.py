@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,15 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import (
-    CalibrationOption,
-    ForceOption,
-    LensesOption,
-    check_new,
-    show_verdict,
-    status_of,
-    writing,
-)
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
@@ -58,12 +49,8 @@ def walk(folder: WalkFolder, *, given: WalkArguments) -> None:
 
     with one_line_errors():
         found, offsets = _calibrated(folder, given)
-    if given.as_json:
-        typer.echo(json.dumps(report_data(found) | {"written": str(given.output)}, indent=2))
-    else:
-        show_verdict([*report(found), f"written: {given.output}", *offsets], verdict(found))
-        typer.echo(f"next: zenocap calibrate check {given.output}")
-    raise typer.Exit(status_of(verdict(found)))
+    data = report_data(found) if given.as_json else None
+    finish(given.output, [*report(found), f"written: {given.output}", *offsets], verdict(found), data)
 
 
 def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, list[str]]:

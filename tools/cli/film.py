@@ -29,8 +29,7 @@ RigOrCameras = Annotated[
     ),
 ]
 FolderOption = Annotated[
-    Path,
-    typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.", show_default=False),
+    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.", show_default=False)
 ]
 
 

@@ -13,10 +13,7 @@ NAMES = ("router", *(kind.name for kind in SERVICES))
 
 def health(
     rig: RigPath,
-    service: Annotated[
-        str,
-        typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False),
-    ],
+    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False)],
     id: Annotated[str, typer.Option("--id", help="Id of the viewer.")] = MAIN,
     within: Annotated[float, typer.Option("--within", min=0.1, max=60.0, help="Seconds that it may take.")] = 5.0,
     *,

@@ -50,12 +50,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object,
 
 
 def rig_at(
-    path: Path,
-    *,
-    files: bool,
-    method: str | None = None,
-    variant: str | None = None,
-    cameras: Sequence[str] | None = None,
+    path: Path, *, files: bool, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
 ) -> Rig:
     """Load a rig.  files: whether its videos must be on this machine.  cameras: see `load_rig`.
 

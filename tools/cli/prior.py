@@ -26,7 +26,6 @@ NAMES_SHOWN = 6
 
 prior = typer.Typer(help="Motion priors, trained on motion capture or takes.", no_args_is_help=True)
 
-
 Motions = Annotated[
     list[Path],
     typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
@@ -59,11 +58,7 @@ class PriorResearch:
 
 
 def train(
-    motions: Motions,
-    output: OutputOption,
-    *,
-    given: PriorArguments,
-    research: Annotated[PriorResearch, RESEARCH],
+    motions: Motions, output: OutputOption, *, given: PriorArguments, research: Annotated[PriorResearch, RESEARCH]
 ) -> None:
     """Train a motion prior: regions of similar poses, a subspace for each, and transition probabilities.
 

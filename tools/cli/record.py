@@ -23,7 +23,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 PLAIN_S = 10  # seconds from line to line where there is no terminal
 
-
 What = Annotated[
     str,
     typer.Argument(
@@ -71,13 +70,7 @@ class PartArguments:
         )
 
 
-def record(
-    what: What,
-    *,
-    given: RecordArguments,
-    parts: Annotated[PartArguments, EXPERT],
-    zenoh: ZenohArguments,
-) -> None:
+def record(what: What, *, given: RecordArguments, parts: Annotated[PartArguments, EXPERT], zenoh: ZenohArguments) -> None:
     """Record the messages of a rig from any machine on its network, in addition to the integrator's take or instead of it.
 
     A rig file provides the rig's name, its Zenoh options and the files that are attached to the take; a name or a key

@@ -19,8 +19,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
 Takes = Annotated[
-    list[Path],
-    typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False),
+    list[Path], typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False)
 ]
 
 

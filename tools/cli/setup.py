@@ -26,7 +26,6 @@ TITLES: dict[str, str] = {
 LEAVE = "left: the same command goes on here"
 StepOption = Literal["cameras", "look", "calibration", "rig", "take"]
 
-
 Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.", show_default=False)]
 NamedCameras = Annotated[
     list[str] | None,

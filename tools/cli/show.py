@@ -18,7 +18,6 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 DEFAULT_PORT = 8080
 MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
 
-
 ShownTake = Annotated[
     Path,
     typer.Argument(

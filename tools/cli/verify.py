@@ -16,8 +16,7 @@ from zenocap.tools.cli.progress import progress
 
 def verify(
     takes: Annotated[
-        list[Path],
-        typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False),
+        list[Path], typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False)
     ],
     tolerance: Annotated[
         float,

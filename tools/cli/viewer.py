@@ -18,7 +18,6 @@ from zenocap.tools.service_arguments import ServiceArguments, words
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
-
 OptionalRig = Annotated[
     Path | None,
     typer.Argument(

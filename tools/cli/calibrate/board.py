@@ -24,7 +24,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.live.camera import LiveCamera
     from zenocap.tools.live.page import Mode
 
-
 Films = Annotated[
     list[str] | None,
     typer.Argument(

@@ -42,11 +42,7 @@ class DetectArguments:
 
 
 def detect(
-    films: Films,
-    *,
-    square: SquareOption,
-    given: DetectArguments,
-    board_options: Annotated[BoardArguments, EXPERT],
+    films: Films, *, square: SquareOption, given: DetectArguments, board_options: Annotated[BoardArguments, EXPERT]
 ) -> None:
     """Detect a printed board in the films of this machine, and write the corners for a calibration on another machine.
 

@@ -62,11 +62,7 @@ class SceneArguments:
 
 
 def scene(
-    points: FileAndCameras = None,
-    *,
-    given: SceneArguments,
-    images: ImageArguments,
-    page: Annotated[PageArguments, EXPERT],
+    points: FileAndCameras = None, *, given: SceneArguments, images: ImageArguments, page: Annotated[PageArguments, EXPERT]
 ) -> None:
     """Calibrate each camera from points of the room whose places are known, four or more with a lens file.
 

@@ -18,8 +18,7 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.calibration.walk.calibration import WalkCalibration
 
 WalkFolder = Annotated[
-    Path,
-    typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False),
+    Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False)
 ]
 
 

@@ -2,7 +2,9 @@
 
 from typer.testing import CliRunner
 
-from zenocap.tools.cli.main import app
+from zenocap.tools.cli.main import program
+
+app = program()
 
 
 def zenocap(*arguments: object) -> tuple[int, str, str]:

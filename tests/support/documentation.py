@@ -7,8 +7,8 @@ from functools import cache
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
+from tests.support.command import app
 from tests.support.places import ROOT
-from zenocap.tools.cli.main import app
 
 PAGES = (
     ROOT / "README.md",

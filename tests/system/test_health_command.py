@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from tests.support.command import app
 from tests.system.test_zenoh_bus import client, free_endpoint
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.cli.main import app
 
 pytestmark = pytest.mark.nightly
 RIG = "healthtest"

@@ -9,7 +9,7 @@ import psutil
 import pytest
 from typer.testing import CliRunner
 
-from zenocap.tools.cli.main import app
+from tests.support.command import app
 
 pytestmark = pytest.mark.nightly  # it measures what this machine can do, which other load changes
 

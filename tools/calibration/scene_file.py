@@ -144,6 +144,23 @@ def scene_verdict(cameras: Sequence[PlacedCamera]) -> tuple[str, list[str]]:
     return ("unchecked" if reasons else "good"), reasons
 
 
+def scene_data(cameras: Sequence[PlacedCamera]) -> dict[str, object]:
+    """Verdict and cameras as builtins."""
+    word, reasons = scene_verdict(cameras)
+    rows = [
+        {
+            "name": one.camera.name,
+            "position_m": one.camera.centre.tolist(),
+            "focal_px": float(one.camera.matrix[0, 0]),
+            "residuals_px": dict(zip(one.points, one.residuals_px.tolist(), strict=True)),
+            "expected_error_m": one.error_m,
+            "remarks": list(one.remarks),
+        }
+        for one in cameras
+    ]
+    return {"verdict": word, "reasons": reasons, "cameras": rows}
+
+
 def _key(name: str) -> str:
     return name if BARE_KEY.fullmatch(name) else json.dumps(name)
 

@@ -1,39 +1,35 @@
 """The command that shows a live rig: animator."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.option_groups import option
+from zenocap.tools.service_arguments import ServiceArguments
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
 
 
-def animator(
-    rig: RigPath,
-    host: Annotated[
-        str | None, typer.Option("--host", help="Address of the page on this machine; default: the rig's, or 127.0.0.1.")
-    ] = None,
-    port: Annotated[
-        int | None,
-        typer.Option("--port", min=0, max=65535, help="Port of the page, 0 for any free one; default: the rig's, or 8080."),
-    ] = None,
-    token: Annotated[
-        str | None,
-        typer.Option(
-            "--token",
-            help="Access token of the page; required with a --host that other machines can reach. "
-            "`new` generates and prints one.",
-        ),
-    ] = None,
-    recordings: Annotated[
-        Path | None,
-        typer.Option("--recordings", metavar="DIR", help="Folder of the takes that the page can play; default: the rig's."),
-    ] = None,
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+@dataclass(frozen=True)
+class AnimatorArguments:
+    """Address of the page; recordings: folder of the takes that it can play."""
+
+    host: str | None = option(None, "Address of the page on this machine; default: the rig's, or 127.0.0.1.")
+    port: int | None = option(None, "Port of the page, 0 for any free one; default: the rig's, or 8080.", min=0, max=65535)
+    token: str | None = option(
+        None,
+        "Access token of the page; required with a --host that other machines can reach. `new` generates and prints one.",
+    )
+    recordings: Path | None = option(None, "Folder of the takes that the page can play; default: the rig's.", metavar="DIR")
+
+
+def animator(rig: RigPath, *, given: AnimatorArguments, arguments: ServiceArguments) -> None:
     """Show the virtual actor of a live rig on a page at http://127.0.0.1:8080, and send its poses to the rig's outputs.
 
     Open the page in any browser. It shows the actor, the views of the cameras, the state of every service, and during the
@@ -42,31 +38,33 @@ def animator(
 
     Example: `zenocap animator studio.toml`
     """
-    from dataclasses import replace
+    from zenocap.common.errors import UserError
+    from zenocap.services.animator.shell import run_animator
+
+    with one_line_errors(), arguments.running("animator") as stopped:
+        if rig.suffix == ".mcap":
+            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
+        loaded = _with_page(rig_at(rig, files=False), given)
+        options = arguments.options(loaded, "animator")
+        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, given.recordings), options, stopped))
+
+
+def _with_page(rig: Rig, given: AnimatorArguments) -> Rig:
+    """The rig with its page at that address, as far as it is given.  Raises UserError."""
     from secrets import token_urlsafe
 
     import msgspec
 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.services.animator.shell import run_animator
 
-    logs.configure("animator")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
-        if rig.suffix == ".mcap":
-            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
-        loaded = rig_at(rig, files=False)
-        token = token_urlsafe(24) if token == "new" else token
-        given = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
-        try:
-            page = msgspec.convert(msgspec.to_builtins(loaded.animator.page) | given, PageTable)
-        except msgspec.ValidationError as error:
-            raise UserError(f"page: {error}") from error
-        problem = open_page_problem(page)
-        if problem:
-            raise UserError(f"animator.page.host = {page.host!r}: {problem}")
-        loaded = replace(loaded, animator=msgspec.structs.replace(loaded.animator, page=page))
-        options = zenoh.options(loaded, "animator")
-        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, recordings), options, stopped))
+    token = token_urlsafe(24) if given.token == "new" else given.token
+    values = {"host": given.host, "port": given.port, "token": token}
+    values = {name: value for name, value in values.items() if value is not None}
+    try:
+        page = msgspec.convert(msgspec.to_builtins(rig.animator.page) | values, PageTable)
+    except msgspec.ValidationError as error:
+        raise UserError(f"page: {error}") from error
+    if problem := open_page_problem(page):
+        raise UserError(f"animator.page.host = {page.host!r}: {problem}")
+    return replace(rig, animator=msgspec.structs.replace(rig.animator, page=page))

@@ -2,53 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from zenocap.tools.cli.options import LOSS, RigPath, one_line_errors, rig_at
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.bus.access import Member
     from zenocap.common.rig.rig import Rig
 
 
-def certs(
-    rig: RigPath,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="The folder; default: the rig's own, else certs beside it."),
-    ] = None,
-    host: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--host",
-            metavar="NAME=HOST",
-            help="Host name or address of the member NAME, such as router=192.168.1.10; may be repeated.",
-        ),
-    ] = None,
-    service: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--service", metavar="NAME", help="Only this member, such as viewer-1, operator or replay; may be repeated."
-        ),
-    ] = None,
-    days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730,
-    renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False,
-    renew_within: Annotated[
-        int | None,
-        typer.Option("--renew-within", metavar="DAYS", min=1, help="Replace those that expire within this time (days)."),
-    ] = None,
-    revoke: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--revoke",
-            metavar="NAME",
-            help="Revoke all certificates of this member so far, and make it a new one; may be repeated.",
-        ),
-    ] = None,
-) -> None:
+@dataclass(frozen=True)
+class CertsArguments:
+    """output: folder of the certificates."""
+
+    output: Path | None = option(
+        None, "The folder; default: the rig's own, else certs beside it.", "-o", "--output", metavar="DIR"
+    )
+    host: list[str] | None = option(
+        None, "Host name or address of the member NAME, such as router=192.168.1.10; may be repeated.", metavar="NAME=HOST"
+    )
+    service: list[str] | None = option(
+        None, "Only this member, such as viewer-1, operator or replay; may be repeated.", metavar="NAME"
+    )
+    days: int = option(730, "Validity (days).", min=1, max=3650)
+    renew: bool = option(False, "Replace existing certificates and keys.")
+    renew_within: int | None = option(None, "Replace those that expire within this time (days).", metavar="DAYS", min=1)
+    revoke: list[str] | None = option(
+        None, "Revoke all certificates of this member so far, and make it a new one; may be repeated.", metavar="NAME"
+    )
+
+
+def certs(rig: RigPath, *, given: CertsArguments) -> None:
     """Create a certificate authority and certificates for the services, router, readers and recorders of a rig.
 
     Run it once on one machine and copy the listed files to each machine. Existing files are kept: run it again when a
@@ -69,14 +58,15 @@ def certs(
         from zenocap.tools.certificates.report import report
 
         one = rig_at(rig, files=False)
-        folder = output or one.security or one.base / "certs"
-        if revoke:
-            _revoke(one, folder, revoke, days)
+        folder = given.output or one.security or one.base / "certs"
+        if given.revoke:
+            _revoke(one, folder, given.revoke, given.days)
             return
-        members = _chosen(one, service or (), "--service") if service else needed_members(one)
-        hosts_of_members = _hosts(one, members, host or ())
-        within = None if renew_within is None else timedelta(days=renew_within)
-        made = certify(folder, one.name, hosts_of_members, datetime.now(UTC), days, renew=renew, renew_within=within)
+        members = _chosen(one, given.service, "--service") if given.service else needed_members(one)
+        hosts_of_members = _hosts(one, members, given.host or ())
+        within = None if given.renew_within is None else timedelta(days=given.renew_within)
+        now = datetime.now(UTC)
+        made = certify(folder, one.name, hosts_of_members, now, given.days, renew=given.renew, renew_within=within)
         if not made:
             raise UserError("no member to create a certificate for")
     Console().print(report(one.name, rig, folder, made, secured=one.security is not None), soft_wrap=True)
@@ -160,9 +150,9 @@ def _hosts(rig: Rig, members: tuple[Member, ...], options: list[str] | tuple[str
     hosts = {member.name: ["localhost", "127.0.0.1", "::1"] for member in members}
     for endpoint in rig.zenoh.connect:
         hosts.get(called, []).append(host_of(endpoint))
-    for option in options:
-        name, equals, host = option.partition("=")
+    for one in options:
+        name, equals, host = one.partition("=")
         if not equals or not host or name not in hosts:
-            raise UserError(f"--host {option}: allowed: NAME=HOST, NAME one of {', '.join(hosts)}")
+            raise UserError(f"--host {one}: allowed: NAME=HOST, NAME one of {', '.join(hosts)}")
         hosts[name].append(host)
     return {member: tuple(dict.fromkeys(hosts[member.name])) for member in members}

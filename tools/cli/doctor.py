@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, RigPath, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
@@ -31,12 +31,12 @@ def doctor(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Find faults of a rig on this machine and its network, with a remedy for each.
+    """Find what is wrong with a rig, and how to mend it.
 
-    Checks the rig file, the connection to router and services, differing rig files and versions, clocks, rejected messages,
-    cameras, their images as running viewers measure them, videos and their size, calibration, disk, ports, certificates,
-    and kernels that are not compiled yet. Changes nothing and may run beside the rig. Exit status 1 when a fault was found;
-    warnings do not count.
+    On this machine and its network, before the rig runs or while it does. Checks the rig file, the connection to router and
+    services, differing rig files and versions, clocks, rejected messages, cameras, their images as running viewers measure
+    them, videos and their size, calibration, disk, ports, certificates, and kernels that are not compiled yet. Changes
+    nothing. Exit status 1 when a fault was found; warnings do not count.
 
     Example: `zenocap doctor studio.toml --service viewer-1`
     """

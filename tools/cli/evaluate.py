@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,50 +12,57 @@ import typer
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.common.formats.trajectories import Trajectories
-    from zenocap.tools.recordings.evaluate import Accuracy
+    from zenocap.common.formats.take_poses import Poses
+    from zenocap.tools.recordings.evaluate import ScoredFrames
 
-SAME_RATE = 0.02  # relative difference up to which two durations are equal; chosen by hand
-CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres; the first one's are compared by default
-ANGLES = (".mot", ".bvh", ".trc", ".c3d", ".mcap")
+CENTRES = ".trc"  # suffix of files whose joint centres are compared by default; of others, joint angles
 
 
-def evaluate(
-    take: TakePath,
+@dataclass(frozen=True)
+class EvaluateArguments:
+    """truth: file to compare with.  every, offset: frames that are paired.  angles: None as usual for the truth."""
+
     truth: Annotated[
         Path,
         typer.Option(
             metavar="FILE",
             help="Ground truth: joint centres or markers (.trc, .c3d), skeleton (.bvh), OpenSim coordinates (.mot), or a "
             "take (.mcap).",
-            show_default=False,
         ),
-    ],
-    every: Annotated[int, typer.Option(min=1, help="Score every Nth frame, for a take at 1/N of the truth's rate.")] = 1,
-    offset: Annotated[int, typer.Option(help="Frame number of the take minus that of the truth.")] = 0,
-    angles: Annotated[
-        bool | None,
-        typer.Option(
-            "--angles/--centres",
-            help="Compare joint angles, or joint centres; default: centres for .trc, angles for the others.",
-            show_default=False,
-        ),
-    ] = None,
-    joints: Annotated[
-        Literal["zenocap", "halpe"],
-        typer.Option(help="Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."),
-    ] = "zenocap",
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the angles over time (PNG, JPG, PDF, SVG).", show_default=False),
-    ] = None,
-    raw: RawOption = False,
-    as_json: JsonOption = False,
-    *,
-    span: FrameRange,
-) -> None:
+    ]
+    every: int = option(1, "Score every Nth frame, for a take at 1/N of the truth's rate.", min=1)
+    offset: int = option(0, "Frame number of the take minus that of the truth.")
+    angles: bool | None = option(
+        None,
+        "Compare joint angles, or joint centres; default: centres for .trc, angles for the others.",
+        "--angles/--centres",
+    )
+    joints: Literal["zenocap", "halpe"] = option(
+        "zenocap", "Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."
+    )
+    plot: Path | None = option(None, "Draw the angles over time (PNG, JPG, PDF, SVG).", metavar="FILE")
+    raw: RawOption = False
+    as_json: JsonOption = False
+
+    def use_angles(self) -> bool:
+        """Whether joint angles are compared.  Raises typer.BadParameter for options that do not fit."""
+        suffix = self.truth.suffix.lower()
+        found = suffix != CENTRES if self.angles is None else self.angles
+        if self.plot is not None and not found:
+            raise typer.BadParameter(
+                f"--plot {self.plot}: draws joint angles: allowed: with --angles, or a truth of another format"
+            )
+        if self.joints != "zenocap" and (found or suffix == ".mcap"):
+            raise typer.BadParameter(
+                f"--joints {self.joints}: convention of joint centres: allowed: with a .trc or --centres of a .bvh"
+            )
+        return found
+
+
+def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> None:
     """Measure the error of a take's joint centres or joint angles against ground truth, or compare two takes.
 
     Joint centres: mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS
@@ -71,83 +78,48 @@ def evaluate(
     Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
     """
     first, last = span.bounds()
-    suffix = truth.suffix.lower()
-    use_angles = suffix != CENTRES[0] if angles is None else angles
-    if plot is not None and not use_angles:
-        raise typer.BadParameter(f"--plot {plot}: draws joint angles: allowed: with --angles, or a truth of another format")
-    if joints != "zenocap" and (use_angles or suffix == ".mcap"):
-        raise typer.BadParameter(
-            f"--joints {joints}: convention of joint centres: allowed: with a .trc or --centres of a .bvh"
-        )
+    use_angles = given.use_angles()
     with one_line_errors(), progress(f"reading {take}"):
-        from zenocap.common.errors import UserError
-        from zenocap.common.formats.import_format import import_suffixes
         from zenocap.common.formats.take_poses import read_poses, summary_of
-        from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+        from zenocap.tools.recordings.angle_report import check_picture
+        from zenocap.tools.recordings.evaluate import ScoredFrames, check_truth
 
-        allowed = dict.fromkeys((*(ANGLES if use_angles else CENTRES), *import_suffixes()))
-        if suffix not in allowed:
-            quantity = "joint angles" if use_angles else "joint centres"
-            raise UserError(f"--truth {truth}: suffix {truth.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")
-        if plot is not None:
-            from zenocap.tools.recordings.angle_report import check_picture
-
-            check_picture(plot)
-        poses = read_poses(checked_take(take), raw=raw)
-        selection = ScoredFrames(first, last, every, offset)
-        if use_angles:
-            from zenocap.tools.recordings.angle_report import angle_lines
-            from zenocap.tools.recordings.evaluate_angles import angle_accuracy
-
-            found, curves = angle_accuracy(poses.track(), truth, selection, take)
-            if plot is not None:
-                from zenocap.tools.recordings.angle_report import draw_angles
-
-                draw_angles(plot, curves, found, (truth.name, take.name))
-            result, lines = asdict(found), angle_lines(found)
-        else:
-            from zenocap.common.formats.motion_files import read_centres
-
-            track, centres = poses.trajectories(joints), read_centres(truth)
-            scored = accuracy(track, centres, selection)
-            if note := pairing_note(track, centres, every, offset):
-                typer.echo(f"note: {note}", err=True)
-            result, lines = asdict(scored), _centre_lines(scored)
-        cuts = [cut for cut in (poses.cut, summary_of(truth).cut if suffix == ".mcap" else None) if cut]
-    for line in [json.dumps(result)] if as_json else lines:
+        check_truth(given.truth, angles=use_angles)
+        if given.plot is not None:
+            check_picture(given.plot)
+        poses = read_poses(checked_take(take), raw=given.raw)
+        selection = ScoredFrames(first, last, given.every, given.offset)
+        result, lines = (_angles if use_angles else _centres)(poses, take, given, selection)
+        cuts = [poses.cut, summary_of(given.truth).cut if given.truth.suffix.lower() == ".mcap" else None]
+    for line in [json.dumps(result)] if given.as_json else lines:
         typer.echo(line)
-    for cut in cuts:
+    for cut in filter(None, cuts):
         typer.echo(f"lost: {cut}", err=True)
-    raise typer.Exit(LOSS if cuts else DONE)
+    raise typer.Exit(LOSS if any(cuts) else DONE)
 
 
-def pairing_note(take: Trajectories, truth: Trajectories, every: int, offset: int) -> str:
-    """What is wrong with joint centres that are paired by frame number; empty where nothing is.
+def _angles(
+    poses: Poses, take: Path, given: EvaluateArguments, selection: ScoredFrames
+) -> tuple[dict[str, object], list[str]]:
+    """Errors of joint angles, for programs and for people; drawn where that is asked for.  Raises UserError."""
+    from zenocap.tools.recordings.angle_report import angle_lines, draw_angles
+    from zenocap.tools.recordings.evaluate_angles import angle_accuracy
 
-    every: step in frames of the truth.  offset: frame number of the take minus that of the truth.
-    """
-    import numpy as np
-
-    shared = sorted({int(frame) - offset for frame in take.frames} & {int(frame) for frame in truth.frames})
-    if len(shared) < 2:
-        return ""
-    ends = [int(np.searchsorted(truth.frames, frame)) for frame in (shared[0], shared[-1])]
-    own = [int(np.searchsorted(take.frames, frame + offset)) for frame in (shared[0], shared[-1])]
-    truth_s, take_s = np.diff(truth.times_s[ends]).item(), np.diff(take.times_s[own]).item()
-    if abs(take_s - truth_s) > SAME_RATE * truth_s:
-        return (
-            f"frames {shared[0]} to {shared[-1]} last {take_s:.2f} s in the take and {truth_s:.2f} s in the truth: frames "
-            "of equal numbers are compared, so these figures mean nothing; use a truth of the same rate, or --angles"
-        )
-    step = int(np.median(np.diff(take.frames)))
-    if step > every:
-        return f"the take has every {step}. frame of the truth, and the others count as lost: give --every {step}"
-    return ""
+    found, curves = angle_accuracy(poses.track(), given.truth, selection, take)
+    if given.plot is not None:
+        draw_angles(given.plot, curves, found, (given.truth.name, take.name))
+    return asdict(found), angle_lines(found)
 
 
-def _centre_lines(found: Accuracy) -> list[str]:
-    lines = [f"{name:10} {getattr(found, name)}" for name in ("frames", "joints")]
-    for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
-        lines.append(f"{name:10} {getattr(found, name):.2f}")
-    per_joint = "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items())
-    return [*lines, f"joints mm  {per_joint}"]
+def _centres(
+    poses: Poses, take: Path, given: EvaluateArguments, selection: ScoredFrames
+) -> tuple[dict[str, object], list[str]]:
+    """Errors of joint centres, for programs and for people.  Raises UserError."""
+    from zenocap.common.formats.motion_files import read_centres
+    from zenocap.tools.recordings.evaluate import accuracy, centre_lines, pairing_note
+
+    track, centres = poses.trajectories(given.joints), read_centres(given.truth)
+    found = accuracy(track, centres, selection)
+    if note := pairing_note(track, centres, given.every, given.offset):
+        typer.echo(f"note: {note}", err=True)
+    return asdict(found), centre_lines(found)

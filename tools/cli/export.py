@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,65 +23,59 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.recordings.export import Exported, ExportOptions
+
+
+@dataclass(frozen=True)
+class ExportArguments:
+    """to: name of a format.  fps: rate to resample to."""
+
+    to: str | None = option(
+        None,
+        "Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
+        "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
+        "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation. "
+        "Installed packages may bring others.",
+        metavar="|".join(FORMATS.own),
+    )
+    fps: float | None = option(
+        None, "Resample to this rate (frames per second, FPS); default: the frames of the take.", min=0.1, max=1000
+    )
+    axes: Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"] = option("y-up", "World axes, see below.")
+    units: Literal["m", "cm", "mm"] | None = option(None, "Unit of length; default: m, but cm in bvh and mm in c3d.")
+
+
+@dataclass(frozen=True)
+class ExportExpert:
+    """What the rows hold, and how they are filtered."""
+
+    angles: Literal["deg", "rad"] = option("deg", "Unit of the joint angles in csv, parquet and npz.")
+    joints: Literal["zenocap", "isb", "coco", "halpe"] = option("zenocap", "Convention of the joint centres, see below.")
+    spine: bool = option(False, "With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
+    bones: Literal["zenocap", "vrm"] = option("zenocap", "Names of the bones in glb and usd, see below.")
+    smooth: str = option(
+        "off", "Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off.", metavar="HZ|off"
+    )
+    model: Path | None = option(
+        None, "With --to opensim: generic model to scale, such as Rajagopal's.", metavar="MODEL.osim"
+    )
+    raw: RawOption = False
+    min_confidence: float = option(
+        0.0, "Leave out points of a limb whose confidence is less; not in bvh and mot.", min=0, max=1
+    )
+    remote: RemoteOption = False
 
 
 def export(
     take: TakePath,
     output: OutputOption,
-    to: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(FORMATS.own),
-            help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
-            "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation. "
-            "Installed packages may bring others.",
-        ),
-    ] = None,
-    fps: Annotated[
-        float | None,
-        typer.Option(
-            min=0.1, max=1000, help="Resample to this rate (frames per second, FPS); default: the frames of the take."
-        ),
-    ] = None,
-    axes: Annotated[
-        Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"], typer.Option(help="World axes, see below.")
-    ] = "y-up",
-    units: Annotated[
-        Literal["m", "cm", "mm"] | None,
-        typer.Option(help="Unit of length; default: m, but cm in bvh and mm in c3d."),
-    ] = None,
-    angles: Annotated[
-        Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv, parquet and npz.")
-    ] = "deg",
-    joints: Annotated[
-        Literal["zenocap", "isb", "coco", "halpe"],
-        typer.Option(help="Convention of the joint centres, see below."),
-    ] = "zenocap",
-    spine: Annotated[
-        bool, typer.Option("--spine", help="With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
-    ] = False,
-    bones: Annotated[
-        Literal["zenocap", "vrm"], typer.Option(help="Names of the bones in glb and usd, see below.")
-    ] = "zenocap",
-    smooth: Annotated[
-        str,
-        typer.Option(
-            metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
-        ),
-    ] = "off",
-    model: Annotated[
-        Path | None,
-        typer.Option(metavar="MODEL.osim", help="With --to opensim: generic model to scale, such as Rajagopal's."),
-    ] = None,
-    raw: RawOption = False,
-    min_confidence: Annotated[
-        float,
-        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less; not in bvh and mot."),
-    ] = 0.0,
-    remote: RemoteOption = False,
     *,
+    given: ExportArguments,
     span: FrameRange,
+    expert: Annotated[ExportExpert, EXPERT],
 ) -> None:
     """Export the poses of a take: BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ, MOT, for Blender, Unity, OpenSim and others.
 
@@ -118,32 +114,45 @@ def export(
 
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
-    start, end = span.bounds()
-    cutoff_hz = smoothing("--smooth", smooth)
-    form = chosen_format(output, to)
-    with one_line_errors(), progress(f"exporting {take}", remote=remote):
-        from zenocap.tools.recordings.export import ExportOptions
+    form = chosen_format(output, given.to)
+    options = _options(form, given, span, expert)
+    with one_line_errors(), progress(f"exporting {take}", remote=expert.remote):
         from zenocap.tools.recordings.export import export as run_export
 
-        options = ExportOptions(
-            form.name, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model, spine
-        )
         written = run_export(checked_take(take), output, options)
-    axes = "opensim" if form.model else axes
+    axes = "opensim" if form.model else given.axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
-    if written.empty:
-        typer.echo(f"note: {written.empty} frames without pose: {form.empty}", err=True)
-    if written.left_out:
-        lacking = "the model has no arms" if form.model else f"the take's body has {missing_parts(written.left_out)}"
-        typer.echo(f"note: {lacking}: left out: {', '.join(written.left_out)}", err=True)
-    if written.unsmoothed[0]:
-        stretches, frames = written.unsmoothed
-        typer.echo(f"note: too short to smooth, unchanged: stretches {stretches}, frames {frames}", err=True)
+    for note in _notes(form, written):
+        typer.echo(f"note: {note}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)
+
+
+def _options(form: ExportFormat, given: ExportArguments, span: FrameRange, expert: ExportExpert) -> ExportOptions:
+    """Raises typer.BadParameter."""
+    from zenocap.tools.recordings.export import ExportOptions
+
+    first, last = span.bounds()
+    cutoff_hz = smoothing("--smooth", expert.smooth)
+    return ExportOptions(
+        form.name, first, last, given.fps, given.axes, given.units, expert.angles, expert.joints, cutoff_hz, expert.raw,
+        expert.min_confidence, expert.bones, expert.model, expert.spine,
+    )  # fmt: skip
+
+
+def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
+    """What a file lacks, in words."""
+    if written.empty:
+        yield f"{written.empty} frames without pose: {form.empty}"
+    if written.left_out:
+        lacking = "the model has no arms" if form.model else f"the take's body has {missing_parts(written.left_out)}"
+        yield f"{lacking}: left out: {', '.join(written.left_out)}"
+    if written.unsmoothed[0]:
+        stretches, frames = written.unsmoothed
+        yield f"too short to smooth, unchanged: stretches {stretches}, frames {frames}"
 
 
 def chosen_format(output: Path, to: str | None) -> ExportFormat:

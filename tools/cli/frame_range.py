@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
+
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.formats.pose_track import Bound
@@ -16,13 +18,10 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 class FrameRange:
     """The options `--from` and `--until`: frame numbers, or seconds since frame 0; both ends belong to the range."""
 
-    first: Annotated[
-        str | None,
-        typer.Option("--from", metavar="FRAME|TIMEs", help="First frame, such as 120, or its time, such as 2.5s."),
-    ] = None
-    last: Annotated[
-        str | None, typer.Option("--until", metavar="FRAME|TIMEs", help="Last frame (inclusive), or its time.")
-    ] = None
+    first: str | None = option(
+        None, "First frame, such as 120, or its time, such as 2.5s.", "--from", metavar="FRAME|TIMEs"
+    )
+    last: str | None = option(None, "Last frame (inclusive), or its time.", "--until", metavar="FRAME|TIMEs")
 
     def bounds(self) -> tuple[Bound | None, Bound | None]:
         """First and last; None for an end that is not given.  Raises typer.BadParameter."""

@@ -6,25 +6,23 @@ import typer
 
 from zenocap.common.rig.services import MAIN, OF_RIGS, file_name
 from zenocap.tools.cli.options import DONE, FAILED, RigPath, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 NAMES = ("router", *OF_RIGS)
 
 
 def health(
     rig: RigPath,
-    service: Annotated[
-        str,
-        typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False),
-    ],
+    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False)],
     id: Annotated[str, typer.Option("--id", help="Id of the viewer.")] = MAIN,
     within: Annotated[float, typer.Option("--within", min=0.1, max=60.0, help="Seconds that it may take.")] = 5.0,
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Check over the network that one service works: it replies once it has handled all messages received so far.
+    """Check whether one service works, for watchdogs and containers.
 
-    A router works when it accepts a client. Exit status 0 when the service works, 1 without a reply.
+    The service replies over the network once it has handled all messages received so far; a router works when it accepts a
+    client. Exit status 0 when it works, 1 without a reply.
 
     Example: `zenocap health studio.toml viewer --id 1`
     """

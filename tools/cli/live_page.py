@@ -3,40 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import rig_at
+from zenocap.tools.cli.options import parsed_size, rig_at
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable
     from zenocap.tools.live.camera import LiveCamera
-    from zenocap.tools.live.page import Mode
+    from zenocap.tools.live.page import LivePage, Mode
 
 DEFAULT_PORT = 8090  # beside 8080 of the rig's page
 
-HostOption = Annotated[str, typer.Option("--host", help="With --live: address of the page on this machine.")]
-PortOption = Annotated[
-    int | None,
-    typer.Option(
-        "--port", min=0, max=65535, help=f"With --live: port, 0 for any free one; default: {DEFAULT_PORT} or a free one."
-    ),
-]
-TokenOption = Annotated[
-    str | None,
-    typer.Option(
-        "--token",
-        help="With --live: access token; required with a --host that other machines can reach. `new` generates one.",
-        show_default=False,
-    ),
-]
-SizeOption = Annotated[
-    str, typer.Option(metavar="WxH", help="With --live: size of the images (px) that is requested; a rig file has its own.")
-]
 FpsOption = Annotated[
     float, typer.Option(min=1.0, max=240.0, help="With --live: frames/s that are requested; a rig file has its own.")
 ]
+
+
+@dataclass(frozen=True)
+class PageArguments:
+    """Address of the page of --live."""
+
+    host: str = option("127.0.0.1", "With --live: address of the page on this machine.")
+    port: int | None = option(
+        None, f"With --live: port, 0 for any free one; default: {DEFAULT_PORT} or a free one.", min=0, max=65535
+    )
+    token: str | None = option(
+        None, "With --live: access token; required with a --host that other machines can reach. `new` generates one."
+    )
+
+    def table(self) -> PageTable:
+        """Raises UserError."""
+        return page_table(self.host, self.port, self.token)
+
+
+@dataclass(frozen=True)
+class ImageArguments:
+    """Images that are requested of cameras without a rig file."""
+
+    size: str = option(
+        "1280x720", "With --live: size of the images (px) that is requested; a rig file has its own.", metavar="WxH"
+    )
+    fps: FpsOption = 30.0
 
 
 def page_table(host: str, port: int | None, token: str | None) -> PageTable:
@@ -63,8 +75,7 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
 def run_page(
     texts: Sequence[str],
-    size: str,
-    fps: float,
+    images: ImageArguments,
     table: PageTable,
     program: str,
     make_mode: Callable[[Sequence[LiveCamera], int], Mode],
@@ -76,24 +87,28 @@ def run_page(
     texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.
     make_mode: of the cameras, and the capture time of the first frame of files, ns.
     """
-    from pathlib import Path
-
     from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.cli.track import parsed_size
     from zenocap.tools.live.camera import LiveCamera, first_epoch_ns
-    from zenocap.tools.live.page import LivePage, wait_for_images
+    from zenocap.tools.live.page import LivePage
     from zenocap.tools.live.parameters import FILE_DELAY_S
     from zenocap.tools.live.sources import live_viewers
 
     logs.configure("cameras")
-    viewers, notes = live_viewers(texts, parsed_size(size), fps, lambda path: rig_at(Path(path), files=False))
+    viewers, notes = live_viewers(texts, parsed_size(images.size), images.fps, lambda path: rig_at(Path(path), files=False))
     for note in notes:
         typer.echo(note, err=True)
     epoch_ns = first_epoch_ns(FILE_DELAY_S)
     cameras = [LiveCamera(viewer, epoch_ns, loop=loop) for viewer in viewers]
     mode = make_mode(cameras, epoch_ns)
-    page = LivePage(cameras, table, program, mode)
+    _serve(LivePage(cameras, table, program, mode), cameras)
+    return mode
+
+
+def _serve(page: LivePage, cameras: Sequence[LiveCamera]) -> None:
+    """Serve the page, with the cameras open, until Ctrl-C or its end.  Raises UserError."""
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.live.page import wait_for_images
+
     with stop_signals() as stopped:
         try:
             page.open()
@@ -107,4 +122,3 @@ def run_page(
             for camera in cameras:
                 camera.stop()
             page.close()
-    return mode

@@ -1,103 +1,83 @@
 """The command that measures the capacity of a machine and its network: load."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import JsonOption, one_line_errors
-from zenocap.tools.cli.zenoh_arguments import ConfigOption, ConnectOption
+from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, size_of
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
+from zenocap.tools.service_arguments import ConnectArguments
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.measure.load_plan import Plan
 
 WIDTH = 150  # of tables where there is no terminal
-WHAT, HOW, WHERE = "Load", "Measurement", "Network"
+
+
+@dataclass(frozen=True)
+class LoadArguments:
+    """The load, and how it is measured."""
+
+    viewers: int = option(2, "Number of viewers per rig.", min=2)
+    rigs: int = option(1, "Number of rigs, each with its integrator.", min=1)
+    rate: float = option(30.0, "Frames per second (FPS) of each viewer.", min=1.0)
+    size: str = option("160x120", "Image size (px).", metavar="WxH")
+    method: Literal["two-view", "hybrid"] | None = option(
+        None, "Tracking method; default: two-view for two viewers, else hybrid."
+    )
+    seconds: float = option(10.0, "Measured time for each load (s).", min=1.0)
+    ramp: Literal["rate", "viewers", "rigs"] | None = option(
+        None, "Quantity to double until the load is no longer held; then the limit is found by bisection."
+    )
+    soak: float | None = option(
+        None, "Run a soak test: do memory, handles and latency stay flat?", metavar="MINUTES", min=0.1
+    )
+    output: Path = option(Path("load"), "Folder for JSON, CSV and PNG.", "-o", "--output", metavar="DIR")
+    json: JsonOption = False
+
+
+@dataclass(frozen=True)
+class LoadExpert:
+    """Parts of the measurement, and the network."""
+
+    log: bool = option(False, "Let integrators write takes, which are deleted.")
+    settle: float = option(3.0, "Warm-up time before measuring (s).", min=0.0)
+    restart_every: float = option(
+        60.0, "Interval at which a soak test kills a viewer (s); 0 for never.", metavar="SECONDS", min=0.0
+    )
+    mesh: bool = option(False, "Connect peers without a router, as `zenocap up` does.")
+    part: Literal["all", "viewers", "integrators"] = option(
+        "all", "Part of the load to start here; the other runs on another machine."
+    )
+    name: str = option("load", "Prefix of the rigs' names: NAME-1, NAME-2, ...")
+
+
+@dataclass(frozen=True)
+class LoadResearch:
+    """Loads that no rig has."""
+
+    silhouettes: bool = option(
+        False, "Replace the viewers by stand-ins, which publish recorded messages and compute nothing."
+    )
+    subscribers: int = option(0, "Number of additional processes per rig that subscribe to every topic.", min=0)
+    subscriber_priority: Literal["low", "normal"] = option(
+        "low", "Priority of the additional subscribers: low, as the animator's, or normal, as that of other programs."
+    )
+    until: Literal["pose", "silhouette"] = option(
+        "pose", "Result that completes a frame set; with silhouette no pose is computed."
+    )
 
 
 def load(
-    viewers: Annotated[int, typer.Option(min=2, help="Number of viewers per rig.", rich_help_panel=WHAT)] = 2,
-    rigs: Annotated[int, typer.Option(min=1, help="Number of rigs, each with its integrator.", rich_help_panel=WHAT)] = 1,
-    rate: Annotated[
-        float, typer.Option(min=1.0, help="Frames per second (FPS) of each viewer.", rich_help_panel=WHAT)
-    ] = 30.0,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Image size (px).", rich_help_panel=WHAT)] = "160x120",
-    method: Annotated[
-        Literal["two-view", "hybrid"] | None,
-        typer.Option(
-            help="Tracking method; default: two-view for two viewers, else hybrid.",
-            show_default=False,
-            rich_help_panel=WHAT,
-        ),
-    ] = None,
-    silhouettes: Annotated[
-        bool,
-        typer.Option(
-            "--silhouettes",
-            help="Replace the viewers by stand-ins, which publish recorded messages and compute nothing.",
-            rich_help_panel=WHAT,
-        ),
-    ] = False,
-    subscribers: Annotated[
-        int,
-        typer.Option(
-            min=0, help="Number of additional processes per rig that subscribe to every topic.", rich_help_panel=WHAT
-        ),
-    ] = 0,
-    subscriber_priority: Annotated[
-        Literal["low", "normal"],
-        typer.Option(
-            help="Priority of the additional subscribers: low, as the animator's, or normal, as that of other programs.",
-            rich_help_panel=WHAT,
-        ),
-    ] = "low",
-    log: Annotated[
-        bool, typer.Option("--log", help="Let integrators write takes, which are deleted.", rich_help_panel=WHAT)
-    ] = False,
-    until: Annotated[
-        Literal["pose", "silhouette"],
-        typer.Option(help="Result that completes a frame set; with silhouette no pose is computed.", rich_help_panel=HOW),
-    ] = "pose",
-    seconds: Annotated[float, typer.Option(min=1.0, help="Measured time for each load (s).", rich_help_panel=HOW)] = 10.0,
-    settle: Annotated[float, typer.Option(min=0.0, help="Warm-up time before measuring (s).", rich_help_panel=HOW)] = 3.0,
-    ramp: Annotated[
-        Literal["rate", "viewers", "rigs"] | None,
-        typer.Option(
-            help="Quantity to double until the load is no longer held; then the limit is found by bisection.",
-            rich_help_panel=HOW,
-        ),
-    ] = None,
-    soak: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MINUTES",
-            min=0.1,
-            help="Run a soak test: do memory, handles and latency stay flat?",
-            rich_help_panel=HOW,
-        ),
-    ] = None,
-    restart_every: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS",
-            min=0.0,
-            help="Interval at which a soak test kills a viewer (s); 0 for never.",
-            rich_help_panel=HOW,
-        ),
-    ] = 60.0,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for JSON, CSV and PNG.", rich_help_panel=HOW)
-    ] = Path("load"),
-    json: JsonOption = False,
-    connect: ConnectOption = None,
-    config: ConfigOption = None,
-    mesh: Annotated[
-        bool, typer.Option("--mesh", help="Connect peers without a router, as `zenocap up` does.", rich_help_panel=WHERE)
-    ] = False,
-    part: Annotated[
-        Literal["all", "viewers", "integrators"],
-        typer.Option(help="Part of the load to start here; the other runs on another machine.", rich_help_panel=WHERE),
-    ] = "all",
-    name: Annotated[
-        str, typer.Option(help="Prefix of the rigs' names: NAME-1, NAME-2, ...", rich_help_panel=WHERE)
-    ] = "load",
+    *,
+    given: LoadArguments,
+    expert: Annotated[LoadExpert, EXPERT],
+    research: Annotated[LoadResearch, RESEARCH],
+    running: ConnectArguments,
 ) -> None:
     """Measure how many frames, viewers and rigs this machine and its network can process, and the bottleneck.
 
@@ -112,52 +92,56 @@ def load(
     from rich.console import Console
 
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.measure.load_plan import Plan, PlanError, checked
 
-    try:
-        plan = checked(
-            Plan(
-                viewers, rigs, rate, _size(size), method or ("two-view" if viewers == 2 and until == "pose" else "hybrid"),
-                until, silhouettes, subscribers, seconds, settle, mesh, log, part, name,
-                subscriber_priority,
-            )
-        )  # fmt: skip
-        if mesh and connect:
-            raise PlanError("--mesh --connect: allowed: one of them")
-        if part != "all" and not connect:
-            raise PlanError(f"--part {part}: allowed: with --connect, to where the other part is")
-        if soak is not None and ramp is not None:
-            raise PlanError("--soak --ramp: allowed: one of them")
-    except PlanError as error:
-        raise typer.BadParameter(str(error)) from None
+    plan = _plan(given, expert, research, running)
     try:
         from zenocap.tools.measure.load_processes import LoadNetwork
         from zenocap.tools.measure.load_session import prepared, run_load, run_soak, serve
     except ModuleNotFoundError as error:
         typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
-        raise typer.Exit(1) from None
-    out = Console(quiet=json)
+        raise typer.Exit(FAILED) from None
+    out = Console(quiet=given.json)
     if not out.is_terminal:
-        out = Console(quiet=json, width=WIDTH)
-    progress = Console(stderr=True)
+        out = Console(quiet=given.json, width=WIDTH)
     with one_line_errors(), stop_signals() as stopped:
-        with prepared(plan, LoadNetwork(tuple(connect or ()), config), stopped, progress) as session:
-            if part == "integrators":
+        network = LoadNetwork(tuple(running.connect or ()), running.config)
+        with prepared(plan, network, stopped, Console(stderr=True)) as session:
+            if expert.part == "integrators":
                 raise typer.Exit(serve(plan, session, out))
-            if soak is not None:
-                status, written = run_soak(plan, soak, restart_every, session, output, out)
+            if given.soak is not None:
+                status, written = run_soak(plan, given.soak, expert.restart_every, session, given.output, out)
             else:
-                status, written = run_load(plan, ramp, session, output, out)
-        if json:
+                status, written = run_load(plan, given.ramp, session, given.output, out)
+        if given.json:
             typer.echo(written.decode(), nl=False)
         raise typer.Exit(status)
 
 
-def _size(text: str) -> tuple[int, int]:
-    """Raises PlanError."""
-    from zenocap.tools.measure.load_plan import PlanError
+def _plan(given: LoadArguments, expert: LoadExpert, research: LoadResearch, running: ConnectArguments) -> Plan:
+    """Raises typer.BadParameter."""
+    from zenocap.tools.measure.load_plan import Plan, PlanError, checked
 
-    width, _, height = text.partition("x")
-    if not (width.isdecimal() and height.isdecimal() and 16 <= int(width) <= 4096 and 16 <= int(height) <= 4096):
-        raise PlanError(f"--size {text!r}: allowed: WIDTHxHEIGHT, each 16 to 4096, such as 160x120")
-    return int(width), int(height)
+    size, until = size_of(given.size, 16, 4096), research.until
+    method = given.method or ("two-view" if given.viewers == 2 and until == "pose" else "hybrid")
+    wrong = {
+        "--mesh --connect: allowed: one of them": expert.mesh and running.connect,
+        f"--part {expert.part}: allowed: with --connect, to where the other part is": expert.part != "all"
+        and not running.connect,
+        "--soak --ramp: allowed: one of them": given.soak is not None and given.ramp is not None,
+    }
+    if size is None:
+        raise typer.BadParameter(f"--size {given.size!r}: allowed: WIDTHxHEIGHT, each 16 to 4096, such as 160x120")
+    try:
+        plan = checked(
+            Plan(
+                given.viewers, given.rigs, given.rate, size, method, until, research.silhouettes,
+                research.subscribers, given.seconds, expert.settle, expert.mesh, expert.log, expert.part, expert.name,
+                research.subscriber_priority,
+            )
+        )  # fmt: skip
+    except PlanError as error:
+        raise typer.BadParameter(str(error)) from None
+    for text, is_wrong in wrong.items():
+        if is_wrong:
+            raise typer.BadParameter(text)
+    return plan

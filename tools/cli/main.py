@@ -4,103 +4,45 @@ import atexit
 import os
 import sys
 import threading
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from importlib import import_module
 from typing import Annotated, NoReturn
 
 import typer
 
-from zenocap.tools.cli import (
-    animator,
-    cameras,
-    certs,
-    doctor,
-    evaluate,
-    export,
-    film,
-    health,
-    load,
-    metrics,
-    mirror,
-    plan,
-    recognizer,
-    record,
-    render,
-    replay,
-    services,
-    setup,
-    show,
-    sync,
-    takes,
-    top,
-    traces,
-    track,
-    up,
-    verify,
-    viewer,
-)
-from zenocap.tools.cli.calibrate.commands import calibrate
-from zenocap.tools.cli.expansion import expanded
-from zenocap.tools.cli.models import models
-from zenocap.tools.cli.posture.commands import posture
-from zenocap.tools.cli.prior import prior
-from zenocap.tools.cli.suggestions import Commands
+from zenocap.tools.cli.suggestions import CommandGroup
+from zenocap.tools.option_groups import add_command
 
 UNWRITTEN = 120  # exit status, as of Python, where the last output could not be written
 OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router
-
-app = typer.Typer(
-    name="zenocap",
-    cls=Commands,
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="""Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
+# Module in this folder of each command, or group of commands, by what its user does.
+COMMANDS: Mapping[str, Mapping[str, str]] = {
+    "Set up cameras and machines": {
+        "setup": "setup", "cameras": "cameras", "calibrate": "calibrate.commands", "plan": "plan", "certs": "certs",
+        "models": "models", "warmup": "up",
+    },
+    "Record takes": {
+        "demo": "up", "up": "up", "film": "film", "sync": "sync", "track": "track", "record": "record",
+    },
+    "Look at takes, and convert them": {"show": "show", "render": "render", "export": "export", "replay": "replay"},
+    "Judge takes, and repair them": {
+        "info": "takes", "evaluate": "evaluate", "verify": "verify", "mirror": "mirror", "recover": "takes",
+    },
+    "Operate rigs, service by service": {
+        "doctor": "doctor", "top": "top", "health": "health", "metrics": "metrics", "traces": "traces", "viewer": "viewer",
+        "integrator": "services", "tracker": "services", "recognizer": "recognizer", "animator": "animator",
+        "router": "services",
+    },
+    "Research": {"load": "load", "prior": "prior", "posture": "posture.commands"},
+}  # fmt: skip
+HELP = """Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
 
     `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap setup studio`, or `zenocap cameras`,
     `zenocap calibrate`, a rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and
     others `zenocap export`.
 
-    Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
-)
-
-ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "Single services", "Videos and takes", "Set-up"
-NETWORK = "Network"
-TABLE = (
-    (ON_THIS_MACHINE, up.demo),
-    (ON_THIS_MACHINE, up.up),
-    (SERVICES, viewer.viewer),
-    (SERVICES, services.integrator),
-    (SERVICES, services.tracker),
-    (SERVICES, recognizer.recognizer),
-    (SERVICES, animator.animator),
-    (SERVICES, services.router),
-    (SERVICES, record.record),
-    (NETWORK, top.top),
-    (NETWORK, metrics.metrics),
-    (NETWORK, traces.traces),
-    (NETWORK, load.load),
-    (NETWORK, plan.plan),
-    (NETWORK, health.health),
-    (FILES, film.film),
-    (FILES, sync.sync),
-    (FILES, track.track),
-    (FILES, show.show),
-    (FILES, render.render),
-    (FILES, export.export),
-    (FILES, takes.info),
-    (FILES, mirror.mirror),
-    (FILES, takes.recover),
-    (FILES, replay.replay),
-    (FILES, verify.verify),
-    (FILES, evaluate.evaluate),
-    (BEFORE, setup.setup),
-    (BEFORE, cameras.cameras),
-    (BEFORE, doctor.doctor),
-    (BEFORE, certs.certs),
-    (BEFORE, up.warmup),
-)
+    Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss."""
 # The extra that installs an optional module.
 EXTRAS = {
     "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots",
@@ -109,12 +51,36 @@ EXTRAS = {
     "xxhash": "ros",
 }  # fmt: skip
 NOT_IN_ALL = ("lsl", "tables")
-for panel, command in TABLE:
-    app.command(command.__name__, rich_help_panel=panel)(expanded(command))
-app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
-app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
-app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
-app.add_typer(models, name="models", rich_help_panel=BEFORE)
+
+
+def command_at(name: str) -> Callable[..., None] | typer.Typer:
+    """A command, or a group of commands.  Raises KeyError for another name."""
+    places = {name: module for group in COMMANDS.values() for name, module in group.items()}
+    found: Callable[..., None] | typer.Typer = getattr(import_module(f"zenocap.tools.cli.{places[name]}"), name)
+    return found
+
+
+def program(words: Sequence[str] = ()) -> typer.Typer:
+    """The command line; where the words begin with a command, with that one alone, for importing all takes time."""
+    app = typer.Typer(
+        name="zenocap",
+        cls=CommandGroup,
+        no_args_is_help=True,
+        add_completion=False,
+        rich_markup_mode="markdown",
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        help=HELP,
+    )
+    app.callback()(common_options)
+    places = [(panel, name) for panel, group in COMMANDS.items() for name in group]
+    for panel, name in [one for one in places if one[1] in words[:1]] or places:
+        match command_at(name):
+            case typer.Typer() as commands:
+                app.add_typer(commands, name=name, rich_help_panel=panel)
+            case command:
+                add_command(app, command, panel=panel)
+    return app
 
 
 def _print_version(wanted: bool) -> None:
@@ -125,7 +91,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def common_options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
@@ -154,7 +119,7 @@ def leave(status: int) -> NoReturn:
 
 def main() -> None:
     try:
-        app()
+        program(sys.argv[1:])()
     except SystemExit as end:
         if isinstance(end.code, str):
             raise  # the interpreter prints it

@@ -1,30 +1,25 @@
 """The command that exports figures of a network to Prometheus: metrics."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import DONE, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.cli.options import DONE, RigPaths, one_line_errors, rig_at
+from zenocap.tools.service_arguments import ZenohArguments
 
 
 def metrics(
-    rigs: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False
-        ),
-    ] = None,
+    rigs: RigPaths = None,
     host: Annotated[str, typer.Option("--host", help="Local address to listen on; 0.0.0.0 for all.")] = "127.0.0.1",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="TCP port of /metrics; 0 for any free one.")] = 9464,
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Serve figures of one rig or several to Prometheus: rates, latencies, losses, clocks, phases, disk.
+    """Serve the figures of `top` to Prometheus, for graphs and alerts.
 
-    Runs on any machine of the network and publishes nothing. With rig files, services that are missing are exported as not
-    up; without them, rigs and services are found on the network, up to a limit. It runs until Ctrl-C.
+    Of one rig or several: rates, latencies, losses, clocks, phases, disk. Runs on any machine of the network and publishes
+    nothing. With rig files, services that are missing are exported as not up; without them, rigs and services are found on
+    the network, up to a limit. It runs until Ctrl-C.
 
     Examples: `zenocap metrics studio.toml`, `zenocap metrics -e tcp/192.168.1.10:7447 --host 0.0.0.0`
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -10,28 +11,24 @@ import typer
 
 from zenocap.tools.cli.options import DONE, LOSS, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 
-def mirror(
-    take: TakePath,
+@dataclass(frozen=True)
+class MirrorArguments:
+    """since, until: times since frame 0, in words."""
+
     since: Annotated[
-        str,
-        typer.Option(
-            "--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.", show_default=False
-        ),
-    ],
-    until: Annotated[
-        str | None,
-        typer.Option("--to", metavar="SECONDS", help="Time from which on they are as before; default: the end."),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: TAKE-mirrored.mcap beside it."),
-    ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
-    ] = None,
-) -> None:
+        str, typer.Option("--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.")
+    ]
+    until: str | None = option(None, "Time from which on they are as before; default: the end.", "--to", metavar="SECONDS")
+    output: Path | None = option(
+        None, "Take to write; default: TAKE-mirrored.mcap beside it.", "-o", "--output", metavar="FILE"
+    )
+    jobs: int | None = option(None, "Number of cores to use; the output does not depend on it; default: all.", min=1)
+
+
+def mirror(take: TakePath, *, given: MirrorArguments) -> None:
     """Exchange front and back, and left and right, from a time on, and track the take again from there.
 
     For a take in which the tracker took the back of the person for the front. It runs again on the silhouettes of the take;
@@ -42,8 +39,8 @@ def mirror(
 
     Example: `zenocap mirror walk.mcap --from 12.4`
     """
-    from_s, until_s = seconds("--from", since), None if until is None else seconds("--to", until)
-    output = take.with_name(f"{take.stem}-mirrored{take.suffix}") if output is None else output
+    from_s, until_s = seconds("--from", given.since), None if given.until is None else seconds("--to", given.until)
+    output = take.with_name(f"{take.stem}-mirrored{take.suffix}") if given.output is None else given.output
     with one_line_errors():
         from zenocap.tools.recordings.mirror import TRACKING
         from zenocap.tools.recordings.mirror import mirror as run_mirror
@@ -57,7 +54,7 @@ def mirror(
                     state.restart(activity, total)
                 state.update(done, total)
 
-            found = run_mirror(take, output, from_s, until_s, on_progress, jobs or available_cores())
+            found = run_mirror(take, output, from_s, until_s, on_progress, given.jobs or available_cores())
     end = "the end" if found.until_s is None else f"{found.until_s:.3f} s"
     both = " tracked both ways" if found.both_ways else ""
     typer.echo(f"{output}: {found.poses} poses{both}, exchanged from {found.from_s:.3f} s to {end}")

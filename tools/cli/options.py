@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_t
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
+PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
 Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
 Variant = Literal["improved", "paper"]  # of the method two-view
@@ -23,6 +25,10 @@ Variant = Literal["improved", "paper"]  # of the method two-view
 RigPath = Annotated[
     Path,
     typer.Argument(metavar="RIG", help="Rig file (TOML), or folder with calibration.toml and videos/.", show_default=False),
+]
+RigPaths = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False),
 ]
 TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
 OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
@@ -40,17 +46,11 @@ JointsOption = Annotated[
     ),
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Record no take.")]
-WithParentOption = Annotated[bool, typer.Option("--with-parent", hidden=True)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 
 def rig_at(
-    path: Path,
-    *,
-    files: bool,
-    method: str | None = None,
-    variant: str | None = None,
-    cameras: Sequence[str] | None = None,
+    path: Path, *, files: bool, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
 ) -> Rig:
     """Load a rig.  files: whether its videos must be on this machine.  cameras: see `load_rig`.
 
@@ -75,6 +75,11 @@ def take_folder(rig: Rig, path: Path, folder: Path | None) -> Path:
     return Path(rig.log.folder) if path.is_dir() else rig.base / rig.log.folder
 
 
+def echo(line: str, err: bool = False) -> None:
+    """Print a line with names that others chose: of cameras, machines, files and postures."""
+    typer.echo(printable(line, MAX_LINE), err=err)
+
+
 @contextmanager
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
@@ -84,8 +89,48 @@ def one_line_errors() -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        typer.echo("\n".join(printable(line, MAX_LINE) for line in f"error: {error}".split("\n")), err=True)
+        for line in f"error: {error}".split("\n"):
+            echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def check_folder(path: Path | None) -> None:
+    """Raise UserError where the folder of a file to write is missing."""
+    if path is not None and not path.parent.is_dir():
+        raise UserError(f"{path}: there is no folder {path.parent}: allowed: a file in a folder that exists")
+
+
+def check_plot(path: Path | None) -> None:
+    """Raise UserError for a picture of --plot that cannot be drawn, before anything is computed."""
+    from importlib.util import find_spec
+
+    if path is None:
+        return
+    if path.suffix not in PICTURES:
+        raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(PICTURES)}")
+    if find_spec("matplotlib") is None:
+        raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'")
+    check_folder(path)
+
+
+def camera_list(text: str | None) -> list[str] | None:
+    """Names of cameras in a text with commas; None: all."""
+    return None if text is None else [name for part in text.split(",") if (name := part.strip())]
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """(width, height) px of "160x120".  Raises typer.BadParameter."""
+    size = size_of(text)
+    if size is None:
+        raise typer.BadParameter(f"--size {text!r}: allowed: WIDTHxHEIGHT of 16 px or more, such as 160x120")
+    return size
+
+
+def size_of(text: str, least: int = 16, most: int = 99_999) -> tuple[int, int] | None:
+    """(width, height) px of "160x120"; None for another text, or sides out of the range."""
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    sides = (int(found[1]), int(found[2])) if found else (0, 0)
+    return sides if least <= min(sides) and max(sides) <= most else None
 
 
 def smoothing(option: str, text: str) -> float | None:

@@ -1,61 +1,49 @@
 """The command that says what an installation needs: plan."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.options import JsonOption, one_line_errors
+from zenocap.tools.cli.options import JsonOption, one_line_errors, size_of
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.measure.unit_costs import Costs
 
-WHAT, COSTS = "Installation", "Costs"
+
+@dataclass(frozen=True)
+class PlanArguments:
+    """The installation."""
+
+    cameras: int = option(4, "Number of cameras, of all rigs.", min=2)
+    fps: float = option(30.0, "Frames per second.", min=1.0, max=1000.0)
+    size: str = option("640x480", "Image size (px).", metavar="WxH")
+    method: Literal["two-view", "hybrid"] = option("hybrid", "Tracking method.")
+    rigs: int = option(1, "Number of rigs, of equal size.", min=1)
+    pages: int = option(1, "Open pages of each rig.", min=0)
+    cores: int | None = option(None, "Cores of one machine.", min=1)
+    json: JsonOption = False
 
 
-def plan(
-    cameras: Annotated[int, typer.Option(min=2, help="Number of cameras, of all rigs.", rich_help_panel=WHAT)] = 4,
-    fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames per second.", rich_help_panel=WHAT)] = 30.0,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Image size (px).", rich_help_panel=WHAT)] = "640x480",
-    method: Annotated[
-        Literal["two-view", "hybrid"], typer.Option(help="Tracking method.", rich_help_panel=WHAT)
-    ] = "hybrid",
-    rigs: Annotated[int, typer.Option(min=1, help="Number of rigs, of equal size.", rich_help_panel=WHAT)] = 1,
-    pages: Annotated[int, typer.Option(min=0, help="Open pages of each rig.", rich_help_panel=WHAT)] = 1,
-    routers: Annotated[
-        int,
-        typer.Option(
-            min=0, help="Routers that share the rigs, below one more; 0: one machine or a mesh.", rich_help_panel=WHAT
-        ),
-    ] = 0,
-    cores: Annotated[
-        int | None, typer.Option(min=1, help="Cores of one machine.", show_default=False, rich_help_panel=WHAT)
-    ] = None,
-    log: Annotated[bool, typer.Option("--log/--no-log", help="Whether takes are written.", rich_help_panel=WHAT)] = True,
-    foxglove: Annotated[
-        bool, typer.Option("--foxglove/--no-foxglove", help="Takes with channels for Foxglove.", rich_help_panel=WHAT)
-    ] = True,
-    costs: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Costs of a machine; default: of two cores of a small server.",
-            show_default=False,
-            rich_help_panel=COSTS,
-        ),
-    ] = None,
-    measure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Measure the costs on this machine in two minutes, write them, and use them.",
-            show_default=False,
-            rich_help_panel=COSTS,
-        ),
-    ] = None,
-    json: JsonOption = False,
-) -> None:
+@dataclass(frozen=True)
+class PlanExpert:
+    """Its network and log, and the costs of a machine."""
+
+    routers: int = option(0, "Routers that share the rigs, below one more; 0: one machine or a mesh.", min=0)
+    log: bool = option(True, "Whether takes are written.", "--log/--no-log")
+    foxglove: bool = option(True, "Takes with channels for Foxglove.", "--foxglove/--no-foxglove")
+    costs: Path | None = option(None, "Costs of a machine; default: of two cores of a small server.", metavar="FILE")
+    measure: Path | None = option(
+        None, "Measure the costs on this machine in two minutes, write them, and use them.", metavar="FILE"
+    )
+
+
+def plan(*, given: PlanArguments, expert: Annotated[PlanExpert, EXPERT]) -> None:
     """Cores, memory, network and disk that an installation needs, from measured costs.
 
     Nothing is started, except with --measure, which needs `pip install 'zenocap[load]'` and a quiet machine. Costs are of
@@ -71,21 +59,26 @@ def plan(
     from zenocap.tools.measure.unit_costs import read_costs
 
     with one_line_errors():
-        given = Installation(
-            cameras, fps, _size(size), method, rigs, pages, log=log, foxglove=foxglove, routers=routers, cores=cores
-        )
-        checked(given)
-        known = DEFAULT if costs is None else read_costs(costs)
-        if measure is not None:
-            known = _measured(known, given.size, measure)
-        if json:
-            typer.echo(msgspec.json.format(msgspec.json.encode({"installation": given, "demand": demand(given, known)})))
+        size = size_of(given.size, 16, 8192)
+        if size is None:
+            raise UserError(f"--size {given.size!r}: allowed: WIDTHxHEIGHT, each 16 to 8192, such as 640x480")
+        planned = Installation(
+            given.cameras, given.fps, size, given.method, given.rigs, given.pages, log=expert.log,
+            foxglove=expert.foxglove, routers=expert.routers, cores=given.cores,
+        )  # fmt: skip
+        checked(planned)
+        known = DEFAULT if expert.costs is None else read_costs(expert.costs)
+        if expert.measure is not None:
+            known = _measured(known, size, expert.measure)
+        if given.json:
+            content = msgspec.json.encode({"installation": planned, "demand": demand(planned, known)})
+            typer.echo(msgspec.json.format(content))
             return
-        for line in lines_of(given, known):
+        for line in lines_of(planned, known):
             typer.echo(line)
 
 
-def _measured(costs: "Costs", size: tuple[int, int], path: Path) -> "Costs":
+def _measured(costs: Costs, size: tuple[int, int], path: Path) -> Costs:
     """Measure the costs, and write them to `path`.  Raises UserError, BusError and OSError."""
     from rich.console import Console
 
@@ -99,11 +92,3 @@ def _measured(costs: "Costs", size: tuple[int, int], path: Path) -> "Costs":
         found = measured(costs, size, session.measure)
     write_costs(path, found)
     return found
-
-
-def _size(text: str) -> tuple[int, int]:
-    """Width and height.  Raises UserError."""
-    width, _, height = text.partition("x")
-    if not (width.isdecimal() and height.isdecimal() and 16 <= int(width) <= 8192 and 16 <= int(height) <= 8192):
-        raise UserError(f"--size {text!r}: allowed: WIDTHxHEIGHT, each 16 to 8192, such as 640x480")
-    return int(width), int(height)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import asdict
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, one_line_errors
+from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import RESEARCH, add_command, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.body.anatomy import Anatomy
@@ -25,40 +26,39 @@ NAMES_SHOWN = 6
 
 prior = typer.Typer(help="Motion priors, trained on motion capture or takes.", no_args_is_help=True)
 
+Motions = Annotated[
+    list[Path],
+    typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
+]
 
-@prior.command()
+
+@dataclass(frozen=True)
+class PriorArguments:
+    """held: motion for validation.  frames: in words."""
+
+    held: list[Path] | None = option(
+        None, "Validation motion, by which the number of regions is chosen; may be repeated.", metavar="FILE"
+    )
+    frames: str | None = option(None, "Only these frames of every MOTION, such as 0-99.", metavar="FIRST-LAST")
+    mirror: bool = option(True, "Add a copy of every motion with left and right exchanged.")
+    plot: Path | None = option(None, "Plot the reconstruction errors (.png, .svg, .pdf).", metavar="FIG")
+    joints: JointsOption = None
+    as_json: JsonOption = False
+
+
+@dataclass(frozen=True)
+class PriorResearch:
+    """Size of the prior, and how it is learnt."""
+
+    regions: int | None = option(None, "Number of regions; default: chosen, 5 to 80.", min=1, max=500, metavar="M")
+    dims: int = option(3, "Dimensions of each region's subspace.", min=1, max=10)
+    anatomy: Literal["fourteen-parts", "ten-parts"] = option("fourteen-parts", "Body model that will be tracked.")
+    rate: float = option(60.0, "Frames per second that motions are resampled to.", min=1, max=1000)
+    seed: int = option(0, "Random seed; equal seeds give identical output.", min=0)
+
+
 def train(
-    motions: Annotated[
-        list[Path],
-        typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
-    ],
-    output: OutputOption,
-    held: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Validation motion, by which the number of regions is chosen; may be repeated.",
-            show_default=False,
-        ),
-    ] = None,
-    regions: Annotated[
-        int | None, typer.Option(min=1, max=500, metavar="M", help="Number of regions; default: chosen, 5 to 80.")
-    ] = None,
-    dims: Annotated[int, typer.Option(min=1, max=10, help="Dimensions of each region's subspace.")] = 3,
-    anatomy: Annotated[
-        Literal["fourteen-parts", "ten-parts"], typer.Option(help="Body model that will be tracked.")
-    ] = "fourteen-parts",
-    rate: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second that motions are resampled to.")] = 60.0,
-    frames: Annotated[
-        str | None, typer.Option(metavar="FIRST-LAST", help="Only these frames of every MOTION, such as 0-99.")
-    ] = None,
-    mirror: Annotated[bool, typer.Option(help="Add a copy of every motion with left and right exchanged.")] = True,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give identical output.")] = 0,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FIG", help="Plot the reconstruction errors (.png, .svg, .pdf).")
-    ] = None,
-    joints: JointsOption = None,
-    as_json: JsonOption = False,
+    motions: Motions, output: OutputOption, *, given: PriorArguments, research: Annotated[PriorResearch, RESEARCH]
 ) -> None:
     """Train a motion prior: regions of similar poses, a subspace for each, and transition probabilities.
 
@@ -68,36 +68,32 @@ def train(
 
     Example: `zenocap prior train walk1.bvh walk2.bvh --held walk3.bvh -o walk.prior --plot errors.png`
     """
-    wanted = None if frames is None else parsed_frames(frames)
+    wanted = None if given.frames is None else parsed_frames(given.frames)
     with one_line_errors():
         from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
         from zenocap.common.body.coordinates import coordinates_of
-        from zenocap.common.errors import UserError
         from zenocap.common.formats.file_warnings import grouped_warnings
         from zenocap.common.formats.joint_map import read_joint_map
         from zenocap.services.tracker.prior.file import write_prior
-        from zenocap.services.tracker.prior.training import Plan
+        from zenocap.services.tracker.prior.training import Plan, draw_errors
         from zenocap.services.tracker.prior.training import train as run_train
 
-        for path in (output, *([] if plot is None else [plot])):
-            if not path.parent.is_dir():
-                raise UserError(f"{path}: there is no folder {path.parent}: allowed: a file in a folder that exists")
-        draw = None if plot is None else _drawing(plot)
-        body = {"fourteen-parts": FOURTEEN_PARTS, "ten-parts": TEN_PARTS}[anatomy]
-        names = None if joints is None else read_joint_map(joints)
-        plan = Plan(dims, rate, mirror, seed, regions)
+        check_folder(output)
+        check_plot(given.plot)
+        body = {"fourteen-parts": FOURTEEN_PARTS, "ten-parts": TEN_PARTS}[research.anatomy]
+        names = None if given.joints is None else read_joint_map(given.joints)
+        plan = Plan(research.dims, research.rate, given.mirror, research.seed, research.regions)
         with progress("learning", "steps") as state:
             with grouped_warnings():
                 learnt_from = [_recording(path, body, wanted, names) for path in motions]
-                held_out = [_recording(path, body, None, names) for path in held or ()]
+                held_out = [_recording(path, body, None, names) for path in given.held or ()]
             found = run_train(coordinates_of(body), learnt_from, held_out, plan, state.update)
         write_prior(output, found)
-        if draw is not None:
-            draw(found)
-    _show(output, found, as_json)
+        if given.plot is not None:
+            draw_errors(given.plot, found)
+    _show(output, found, given.as_json)
 
 
-@prior.command()
 def info(
     file: Annotated[
         str, typer.Argument(metavar="PRIOR", help="A file, or the name of a shipped prior.", show_default=False)
@@ -180,15 +176,5 @@ def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: Joint
     return Recording(motion.name, motion.rate, motion.coordinates)
 
 
-def _drawing(path: Path) -> Callable[[Prior], None]:
-    """Raises UserError where drawing is not installed or the file's kind not known."""
-    from zenocap.common.errors import UserError
-
-    kinds = (".png", ".svg", ".pdf")
-    if path.suffix not in kinds:
-        raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(kinds)}")
-    try:
-        from zenocap.services.tracker.prior.training import draw_errors
-    except ImportError:
-        raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'") from None
-    return lambda prior: draw_errors(path, prior)
+for command in (train, info):
+    add_command(prior, command)

@@ -19,7 +19,7 @@ BAR_AFTER_S = 2.0  # work shorter than this shows no bar
 REFRESH_S = 0.2  # between updates of the bar, and between lines for programs
 
 
-class Progress:
+class WorkProgress:
     """State of the work, updated by it.  unit: what `done` and `total` count; "bytes" are printed as megabytes."""
 
     def __init__(self, activity: str, unit: str = "frames", total: int | None = None) -> None:
@@ -72,7 +72,9 @@ class Progress:
 
 
 @contextmanager
-def progress(activity: str, unit: str = "frames", total: int | None = None, *, remote: bool = False) -> Iterator[Progress]:
+def progress(
+    activity: str, unit: str = "frames", total: int | None = None, *, remote: bool = False
+) -> Iterator[WorkProgress]:
     """Show the progress of the enclosed work, which updates the object that is returned.
 
     activity: the work, such as "tracking".  A thread draws, so that work without updates, such as compilation, shows too.
@@ -80,7 +82,7 @@ def progress(activity: str, unit: str = "frames", total: int | None = None, *, r
     """
     from rich.console import Console
 
-    console, state, ended = Console(stderr=True), Progress(activity, unit, total), Event()
+    console, state, ended = Console(stderr=True), WorkProgress(activity, unit, total), Event()
     show = _json_lines if remote else _bar if console.is_terminal else _lines
     thread = Thread(target=show, args=(state, ended, console), daemon=True)
     thread.start()
@@ -91,17 +93,17 @@ def progress(activity: str, unit: str = "frames", total: int | None = None, *, r
         thread.join()
 
 
-def _lines(state: Progress, ended: Event, _: Console) -> None:
+def _lines(state: WorkProgress, ended: Event, _: Console) -> None:
     while not ended.wait(LINE_S):
         typer.echo(state.line(), err=True)
 
 
-def _json_lines(state: Progress, ended: Event, _: Console) -> None:
+def _json_lines(state: WorkProgress, ended: Event, _: Console) -> None:
     while not ended.wait(REFRESH_S):
         typer.echo(json.dumps({"done": state.done, "total": state.total}), err=True)
 
 
-def _bar(state: Progress, ended: Event, console: Console) -> None:
+def _bar(state: WorkProgress, ended: Event, console: Console) -> None:
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bars
 

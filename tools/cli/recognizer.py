@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import WithParentOption, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.service_arguments import ServiceArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
@@ -29,9 +29,8 @@ def recognizer(
     commands: Annotated[
         bool, typer.Option("--commands/--no-commands", help="Whether postures trigger the commands of the rigs.")
     ] = True,
-    with_parent: WithParentOption = False,
     *,
-    zenoh: ZenohArguments,
+    arguments: ServiceArguments,
 ) -> None:
     """Run the posture recognizer of one or more rigs: publishes each posture with its start and end.
 
@@ -40,16 +39,13 @@ def recognizer(
 
     Example: `zenocap recognizer studio.toml lab.toml`
     """
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.recognizer.shell import run_recognizers
 
-    logs.configure("recognizer")
-    if zenoh.listen and len(rigs) > 1:
+    if arguments.listen and len(rigs) > 1:
         raise typer.BadParameter("--listen with several rigs: allowed: `listen` in the zenoh table of each")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+    with one_line_errors(), arguments.running("recognizer") as stopped:
         found = [with_recognizer(rig_at(rig, files=False), model, commands=commands) for rig in rigs]
-        options = [zenoh.options(rig, "recognizer") for rig in found]
+        options = [arguments.options(rig, "recognizer") for rig in found]
         raise typer.Exit(run_recognizers(list(zip(found, options, strict=True)), stopped))
 
 

@@ -1,6 +1,11 @@
 """The command that records the messages of a rig: record."""
 
+from __future__ import annotations
+
 import sys
+import time
+from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,54 +13,64 @@ import typer
 
 from zenocap.tools.cli.options import one_line_errors, take_folder
 from zenocap.tools.cli.suggestions import check_rig_path
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.option_groups import EXPERT, option
+from zenocap.tools.service_arguments import ZenohArguments
 
-if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.recordings.record import RecordingProgress
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.recording.parts import PartLimits
+    from zenocap.common.rig.file import LogTable
+    from zenocap.tools.recordings.record import RecordingProgress, RecordingSelection
 
 PLAIN_S = 10  # seconds from line to line where there is no terminal
 
+What = Annotated[
+    str,
+    typer.Argument(
+        metavar="RIG", help="Rig file or folder, name of a rig, or key expression such as 'zenocap/studio/viewer/**'."
+    ),
+]
 
-def record(
-    what: Annotated[
-        str,
-        typer.Argument(
-            metavar="RIG", help="Rig file or folder, name of a rig, or key expression such as 'zenocap/studio/viewer/**'."
-        ),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE|DIR",
-            help="Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
-        ),
-    ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.1, help="Recording time (s); default: until Ctrl-C.", show_default=False),
-    ] = None,
-    topics: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--topics", metavar="NAME", help="Topic to record, such as universal_bap; default: all; may be repeated."
-        ),
-    ] = None,
-    part_mb: Annotated[
-        float | None,
-        typer.Option("--part-mb", min=0, help="Size at which a new file begins (MB); 0 for never; default: the rig's own."),
-    ] = None,
-    part_minutes: Annotated[
-        float | None,
-        typer.Option(
-            "--part-minutes", min=0, help="Time after which a new file begins (min); 0 for never; default: the rig's own."
-        ),
-    ] = None,
-    id: Annotated[str | None, typer.Option("--id", help="Id of this recorder; default: this machine's name.")] = None,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+
+@dataclass(frozen=True)
+class RecordArguments:
+    """seconds: None until Ctrl-C."""
+
+    output: Path | None = option(
+        None,
+        "Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
+        "-o",
+        "--output",
+        metavar="FILE|DIR",
+    )
+    seconds: float | None = option(None, "Recording time (s); default: until Ctrl-C.", min=0.1)
+    topics: list[str] | None = option(
+        None, "Topic to record, such as universal_bap; default: all; may be repeated.", metavar="NAME"
+    )
+    id: str | None = option(None, "Id of this recorder; default: this machine's name.")
+
+
+@dataclass(frozen=True)
+class PartArguments:
+    """Sizes at which a new file begins."""
+
+    part_mb: float | None = option(
+        None, "Size at which a new file begins (MB); 0 for never; default: the rig's own.", min=0
+    )
+    part_minutes: float | None = option(
+        None, "Time after which a new file begins (min); 0 for never; default: the rig's own.", min=0
+    )
+
+    def limits(self, table: LogTable) -> PartLimits:
+        """table: the rig's own."""
+        from zenocap.common.recording.parts import PartLimits
+
+        return PartLimits.of(
+            table.part_mb if self.part_mb is None else self.part_mb,
+            table.part_minutes if self.part_minutes is None else self.part_minutes,
+        )
+
+
+def record(what: What, *, given: RecordArguments, parts: Annotated[PartArguments, EXPERT], zenoh: ZenohArguments) -> None:
     """Record the messages of a rig from any machine on its network, in addition to the integrator's take or instead of it.
 
     A rig file provides the rig's name, its Zenoh options and the files that are attached to the take; a name or a key
@@ -64,13 +79,9 @@ def record(
 
     Example: `zenocap record studio --seconds 600 --part-minutes 10 -e tcp/192.168.1.10:7447`
     """
-    import time
-
-    from zenocap.common.recording.parts import PartLimits, take_path
     from zenocap.common.rig.file import LogTable
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.common.topics import checked_name
     from zenocap.tools.recordings.record import own_id, parse_selection, run_recorder, topics_named
 
     logs.configure("recorder")
@@ -78,29 +89,44 @@ def record(
         if Path(what).suffix in (".mcap", ".toml") or Path(what).is_dir():
             check_rig_path(Path(what))
         selection = parse_selection(what)
-        own = own_id() if id is None else id
-        try:
-            checked_name("--id", own)
-        except ValueError as error:
-            raise typer.BadParameter(str(error)) from None
-        table = selection.file.log if selection.file else LogTable()
-        limits = PartLimits.of(
-            table.part_mb if part_mb is None else part_mb, table.part_minutes if part_minutes is None else part_minutes
-        )
-        folder = take_folder(selection.file, Path(what), None) if selection.file else Path(table.folder)
-        if output is not None and output.suffix != ".mcap":
-            folder, output = output, None
-        take = output or take_path(selection.name, folder, time.time_ns())
+        own = own_id() if given.id is None else _checked_id(given.id)
+        limits = parts.limits(selection.file.log if selection.file else LogTable())
+        take = _take(selection, what, given.output)
         options = zenoh.options(selection.file, "recorder")
-        started_s = time.monotonic()
-
-        def ended() -> bool:
-            return stopped() or (seconds is not None and time.monotonic() - started_s >= seconds)
-
+        end_s = inf if given.seconds is None else time.monotonic() + given.seconds
         status = run_recorder(
-            selection, options, take, own, topics_named(topics or ()), limits, ended, _Line(str(take)).show
+            selection,
+            options,
+            take,
+            own,
+            topics_named(given.topics or ()),
+            limits,
+            lambda: stopped() or time.monotonic() >= end_s,
+            _Line(str(take)).show,
         )
     raise typer.Exit(status)
+
+
+def _checked_id(text: str) -> str:
+    """Raises typer.BadParameter."""
+    from zenocap.common.topics import checked_name
+
+    try:
+        checked_name("--id", text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    return text
+
+
+def _take(selection: RecordingSelection, what: str, output: Path | None) -> Path:
+    """Path of the take: `output`, or a new name in that folder, else in the rig's."""
+    from zenocap.common.recording.parts import take_path
+    from zenocap.common.rig.file import LogTable
+
+    if output is not None and output.suffix == ".mcap":
+        return output
+    own = take_folder(selection.file, Path(what), None) if selection.file else Path(LogTable().folder)
+    return take_path(selection.name, output or own, time.time_ns())
 
 
 class _Line:
@@ -110,7 +136,7 @@ class _Line:
         self._take = take
         self._seconds = 0
 
-    def show(self, progress: "RecordingProgress") -> None:
+    def show(self, progress: RecordingProgress) -> None:
         parts = f", {progress.parts} files" if progress.parts > 1 else ""
         free = f", {progress.free_bytes / 1e9:.1f} GB free" if progress.free_bytes is not None else ""
         text = (

@@ -1,86 +1,73 @@
 """The command that publishes the messages of takes again: replay."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import checked_take, one_line_errors
-from zenocap.tools.cli.zenoh_arguments import PANEL, ZenohArguments
+from zenocap.tools.cli.options import RemoteOption, checked_take, one_line_errors
+from zenocap.tools.option_groups import EXPERT, option
+from zenocap.tools.service_arguments import PANEL, ZenohArguments
 
-WHAT, HOW = "Messages", "Playback"
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.bus.zenoh_session import ZenohOptions
+    from zenocap.tools.replay.shell import ReplayOptions
+
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
+Takes = Annotated[
+    list[Path], typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False)
+]
+
+
+@dataclass(frozen=True)
+class ReplayArguments:
+    """How the takes are played, and which of their messages."""
+
+    rate: float = option(
+        1.0,
+        "Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
+        "-r",
+        "--rate",
+        min=0,
+        max=1000,
+    )
+    loop: bool = option(False, "Repeat without end; times and frame numbers keep rising.")
+    topics: list[str] | None = option(None, f"Keys to publish: {EXPRESSION}; may be repeated.", metavar="EXPR")
+    exclude: list[str] | None = option(None, "Keys to leave out; may be repeated.", "-x", "--exclude", metavar="EXPR")
+    rig: str | None = option(None, "Publish as the rig of this name.", metavar="NAME")
+    pause: bool = option(False, "Start paused; space continues.")
+    now: bool = option(
+        False, "Move times to the present: for live services that have received later times, and to show latency."
+    )
+
+
+@dataclass(frozen=True)
+class ReplayExpert:
+    """remap: other keys.  delay: before the start, s."""
+
+    remap: list[str] | None = option(
+        None, "Rename keys, such as viewer/1:=viewer/3, also inside messages; may be repeated.", metavar="OLD:=NEW"
+    )
+    delay: float = option(1.0, "Time for discovery before the start (s).", min=0, max=3600, metavar="SECONDS")
+    remote: RemoteOption = False
+    certificates: Path | None = option(
+        None,
+        "Certificates for a secured rig, from `zenocap certs RIG --service replay`; needs --mode client.",
+        metavar="DIR",
+        rich_help_panel=PANEL,
+    )
 
 
 def replay(
-    takes: Annotated[
-        list[Path],
-        typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False),
-    ],
-    rate: Annotated[
-        float,
-        typer.Option(
-            "-r",
-            "--rate",
-            min=0,
-            max=1000,
-            help="Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
-            rich_help_panel=HOW,
-        ),
-    ] = 1.0,
-    loop: Annotated[
-        bool, typer.Option("--loop", help="Repeat without end; times and frame numbers keep rising.", rich_help_panel=HOW)
-    ] = False,
-    topics: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--topics", metavar="EXPR", help=f"Keys to publish: {EXPRESSION}; may be repeated.", rich_help_panel=WHAT
-        ),
-    ] = None,
-    exclude: Annotated[
-        list[str] | None,
-        typer.Option("-x", "--exclude", metavar="EXPR", help="Keys to leave out; may be repeated.", rich_help_panel=WHAT),
-    ] = None,
-    remap: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--remap",
-            metavar="OLD:=NEW",
-            help="Rename keys, such as viewer/1:=viewer/3, also inside messages; may be repeated.",
-            rich_help_panel=WHAT,
-        ),
-    ] = None,
-    rig: Annotated[
-        str | None,
-        typer.Option(
-            "--rig", metavar="NAME", help="Publish as the rig of this name.", rich_help_panel=WHAT, show_default=False
-        ),
-    ] = None,
-    pause: Annotated[bool, typer.Option("--pause", help="Start paused; space continues.", rich_help_panel=HOW)] = False,
-    now: Annotated[
-        bool,
-        typer.Option(
-            "--now",
-            help="Move times to the present: for live services that have received later times, and to show latency.",
-            rich_help_panel=HOW,
-        ),
-    ] = False,
-    delay: Annotated[
-        float,
-        typer.Option("--delay", min=0, max=3600, metavar="SECONDS", help="Time for discovery before the start (s)."),
-    ] = 1.0,
-    remote: Annotated[bool, typer.Option("--remote", hidden=True)] = False,
-    certificates: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Certificates for a secured rig, from `zenocap certs RIG --service replay`; needs --mode client.",
-            rich_help_panel=PANEL,
-        ),
-    ] = None,
+    takes: Takes,
     *,
+    given: ReplayArguments,
     span: FrameRange,
+    expert: Annotated[ReplayExpert, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
     """Publish the messages of takes on the network: the same bytes on the same keys, at the recorded intervals.
@@ -94,35 +81,46 @@ def replay(
 
     Example: `zenocap replay monday.mcap`, or `zenocap replay monday.mcap --topics 'viewer/**'` for a live integrator
     """
-    from dataclasses import replace
-
     from rich.console import Console
 
-    from zenocap.common.bus.access import REPLAY
-    from zenocap.common.rig.security import security_in
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
 
-    first, last = span.bounds()
     with one_line_errors(), stop_signals() as stopped:
-        from zenocap.tools.replay.remap import Remapping, parsed_remap
-        from zenocap.tools.replay.selection import ReplaySelection
-        from zenocap.tools.replay.shell import ReplayOptions, run_replay
+        from zenocap.tools.replay.shell import run_replay
 
         for take in takes:
             checked_take(take)
-        try:
-            selection = ReplaySelection(tuple(topics or ()), tuple(exclude or ()))
-            remapping = Remapping(tuple(map(parsed_remap, remap or ())), rig)
-        except ValueError as error:
-            raise typer.BadParameter(str(error)) from error
-        console = Console()
+        options = _options(given, span, expert)
         logs.configure("replay")
-        options = ReplayOptions(selection, remapping, first, last, rate, loop, pause, now, delay, remote)
-        session = zenoh.options()
-        if certificates is not None:
-            session = replace(session, security=security_in(certificates, REPLAY))
+        session = _session(zenoh, expert.certificates)
         try:
-            raise typer.Exit(run_replay(takes, options, session, stopped, console))
+            raise typer.Exit(run_replay(takes, options, session, stopped, Console()))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
+
+
+def _options(given: ReplayArguments, span: FrameRange, expert: ReplayExpert) -> ReplayOptions:
+    """Raises typer.BadParameter."""
+    from zenocap.tools.replay.remap import Remapping, parsed_remap
+    from zenocap.tools.replay.selection import ReplaySelection
+    from zenocap.tools.replay.shell import ReplayOptions
+
+    first, last = span.bounds()
+    try:
+        selection = ReplaySelection(tuple(given.topics or ()), tuple(given.exclude or ()))
+        remapping = Remapping(tuple(map(parsed_remap, expert.remap or ())), given.rig)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    return ReplayOptions(
+        selection, remapping, first, last, given.rate, given.loop, given.pause, given.now, expert.delay, expert.remote
+    )
+
+
+def _session(zenoh: ZenohArguments, certificates: Path | None) -> ZenohOptions:
+    """Raises UserError."""
+    from zenocap.common.bus.access import REPLAY
+    from zenocap.common.rig.security import security_in
+
+    options = zenoh.options()
+    return options if certificates is None else replace(options, security=security_in(certificates, REPLAY))

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import DONE, NoLogOption, RigPath, WithParentOption, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import RouterArguments, ZenohArguments, security
+from zenocap.tools.cli.options import DONE, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
+from zenocap.tools.service_arguments import RouterArguments, ServiceArguments, security
 
 
 def integrator(
@@ -18,9 +18,8 @@ def integrator(
         typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: a new name of rig and time."),
     ] = None,
     no_log: NoLogOption = False,
-    with_parent: WithParentOption = False,
     *,
-    zenoh: ZenohArguments,
+    arguments: ServiceArguments,
 ) -> None:
     """Run the integrator of a rig: pair the viewers' sightings, assign their roles, fuse their angles to the pose.
 
@@ -32,31 +31,23 @@ def integrator(
     import time
 
     from zenocap.common.recording.parts import free_name, take_path
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.integrator.shell import run_integrator
     from zenocap.tools.parameters import service_parameters
 
-    logs.configure("integrator")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+    with one_line_errors(), arguments.running("integrator") as stopped:
         one = rig_at(rig, files=False)
-        options = zenoh.options(one, "integrator")
+        options = arguments.options(one, "integrator")
         take = None
         if output is not None:
-            take = free_name(output) if with_parent else output
+            take = free_name(output) if arguments.with_parent else output
         elif one.log.enabled and not no_log:
             take = take_path(one.name, take_folder(one, rig, None), time.time_ns())
         # A take that was requested must be written; a default one, or the launcher's, must not stop the tracking.
-        must_log = output is not None and not with_parent
+        must_log = output is not None and not arguments.with_parent
         raise typer.Exit(run_integrator(one, options, take, stopped, service_parameters(one), must_log=must_log))
 
 
-def tracker(
-    rig: RigPath,
-    with_parent: WithParentOption = False,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
     """Run the tracker of a rig with method hybrid: from the viewers' silhouettes to the pose and its uncertainty.
 
     It uses the silhouettes of two or more of the rig's viewers, which may come and go. The body is measured while the
@@ -66,17 +57,13 @@ def tracker(
     """
     from zenocap.common.errors import UserError
     from zenocap.common.rig.methods import method_of, tracker_methods
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.tracker.shell import run_tracker
 
-    logs.configure("tracker")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+    with one_line_errors(), arguments.running("tracker") as stopped:
         one = rig_at(rig, files=False)
         if not method_of(one.method).has_tracker:
             raise UserError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(tracker_methods())}")
-        options = zenoh.options(one, "tracker")
-        raise typer.Exit(run_tracker(one, options, stopped))
+        raise typer.Exit(run_tracker(one, arguments.options(one, "tracker"), stopped))
 
 
 def router(
@@ -104,7 +91,7 @@ def router(
     with one_line_errors(), stop_signals() as stopped:
         secured_rigs = [rig_at(rig, files=False) for rig in rigs or ()]
         run_router(
-            lambda revocations: zenoh.options(security(secured_rigs, "router", revocations.generations)),
+            lambda revocations: zenoh.router_options(security(secured_rigs, "router", revocations.generations)),
             stopped,
             router_files(secured_rigs),
         )

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size
 from zenocap.tools.cli.setup_cameras import ask_cameras, save_cameras
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.option_groups import option
+from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.setup.network import Network
     from zenocap.tools.setup.state import Step
 
 TITLES: dict[str, str] = {
@@ -25,26 +26,25 @@ TITLES: dict[str, str] = {
 LEAVE = "left: the same command goes on here"
 StepOption = Literal["cameras", "look", "calibration", "rig", "take"]
 
+Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.", show_default=False)]
+NamedCameras = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.", show_default=False),
+]
 
-def setup(
-    folder: Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.", show_default=False)],
-    cameras: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.", show_default=False),
-    ] = None,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the images (px) that is requested.")] = "1280x720",
-    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Frames/s that are requested.")] = 30.0,
-    again: Annotated[
-        StepOption | None, typer.Option(help="Begin again with this step; what the later ones left stays.")
-    ] = None,
-    status: Annotated[bool, typer.Option("--status", help="Print what is done, and end.")] = False,
-    seconds: Annotated[
-        float | None,
-        typer.Option(min=1.0, help="Length of the first take (s); default: until Ctrl-C.", show_default=False),
-    ] = None,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+
+@dataclass(frozen=True)
+class SetupArguments:
+    """size, fps: of the images that are requested.  again: step to begin with.  seconds: of the first take."""
+
+    size: str = option("1280x720", "Size of the images (px) that is requested.", metavar="WxH")
+    fps: float = option(30.0, "Frames/s that are requested.", min=1.0, max=240.0)
+    again: StepOption | None = option(None, "Begin again with this step; what the later ones left stays.")
+    status: bool = option(False, "Print what is done, and end.")
+    seconds: float | None = option(None, "Length of the first take (s); default: until Ctrl-C.", min=1.0)
+
+
+def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments, zenoh: ZenohArguments) -> None:
     """Set up a rig of cameras, step by step: cameras, focus and light, calibration, rig file, first take.
 
     Every step says what to do, runs the command for it and shows what came out; a step can be repeated. Ctrl-D leaves; the
@@ -61,26 +61,18 @@ def setup(
     `zenocap setup studio --status`
     """
     from zenocap.common.errors import UserError
-    from zenocap.tools.cli.track import parsed_size
-    from zenocap.tools.setup.network import OPEN
     from zenocap.tools.setup.state import STEPS, next_step
 
     with one_line_errors():
         if folder.exists() and not folder.is_dir():
             raise UserError(f"{folder}: a file: allowed: a folder, which may be new")
-        if status:
+        if given.status:
             raise typer.Exit(_status(folder))
-        if cameras:
-            save_cameras(folder, cameras, parsed_size(size), fps, _network(zenoh))
-        step = again or next_step(folder)
-        if step != "cameras" and not cameras and _network(zenoh) != OPEN:
-            raise UserError("Zenoh options: allowed: with the first step, which keeps them, or with --again cameras")
-        if again and again != "cameras":
-            _check_reached(folder, again)
+        step = _first_step(folder, cameras, given, zenoh)
         while step is not None:
             typer.echo(f"\nStep {STEPS.index(step) + 1} of {len(STEPS)}: {TITLES[step]}")
             try:
-                _run(step, folder, parsed_size(size), fps, seconds, zenoh)
+                _run(step, folder, given, zenoh)
             except (typer.Abort, EOFError):
                 typer.echo(f"\n{LEAVE}: zenocap setup {folder}")
                 raise typer.Exit(FAILED) from None
@@ -91,6 +83,23 @@ def setup(
             step = following
         _finished(folder)
     raise typer.Exit(DONE)
+
+
+def _first_step(folder: Path, cameras: list[str] | None, given: SetupArguments, zenoh: ZenohArguments) -> Step | None:
+    """The step to begin with, None when all are done; given cameras are saved.  Raises UserError."""
+    from zenocap.common.errors import UserError
+    from zenocap.tools.setup.network import OPEN, Network
+    from zenocap.tools.setup.state import next_step
+
+    network = Network.of(zenoh)
+    if cameras:
+        save_cameras(folder, cameras, parsed_size(given.size), given.fps, network)
+    step = given.again or next_step(folder)
+    if step != "cameras" and not cameras and network != OPEN:
+        raise UserError("Zenoh options: allowed: with the first step, which keeps them, or with --again cameras")
+    if given.again and given.again != "cameras":
+        _check_reached(folder, given.again)
+    return step
 
 
 def _status(folder: Path) -> int:
@@ -113,21 +122,13 @@ def _check_reached(folder: Path, step: Step) -> None:
         raise UserError(f"--again {step}: {reached} is not done: allowed: {', '.join(STEPS[: STEPS.index(reached) + 1])}")
 
 
-def _network(zenoh: ZenohArguments) -> Network:
-    from zenocap.tools.setup.network import Network
-
-    config = "" if zenoh.config is None else str(zenoh.config.resolve())
-    return Network(
-        zenoh.mode or "", tuple(zenoh.connect or ()), tuple(zenoh.listen or ()), config, not zenoh.no_multicast_scouting
-    )
-
-
-def _run(step: Step, folder: Path, size: tuple[int, int], fps: float, seconds: float | None, zenoh: ZenohArguments) -> None:
+def _run(step: Step, folder: Path, given: SetupArguments, zenoh: ZenohArguments) -> None:
     from zenocap.tools.cli.setup_steps import calibrate, look, take, write_rig
+    from zenocap.tools.setup.network import Network
     from zenocap.tools.setup.state import read_cameras
 
     if step == "cameras":
-        ask_cameras(folder, size, fps, _network(zenoh), zenoh)
+        ask_cameras(folder, parsed_size(given.size), given.fps, Network.of(zenoh), zenoh)
         return
     known = read_cameras(folder)
     assert known is not None
@@ -139,7 +140,7 @@ def _run(step: Step, folder: Path, size: tuple[int, int], fps: float, seconds: f
         case "rig":
             write_rig(folder, known)
         case "take":
-            take(folder, seconds)
+            take(folder, given.seconds)
 
 
 def _finished(folder: Path) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+    from zenocap.tools.service_arguments import ZenohArguments
     from zenocap.tools.setup.network import Network
 
 

@@ -2,54 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.options import RawOption, one_line_errors
+from zenocap.tools.option_groups import option
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.services.animator.comparison import Comparison
 
 DEFAULT_PORT = 8080
 MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
 
+ShownTake = Annotated[
+    Path,
+    typer.Argument(
+        metavar="TAKE",
+        help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked.",
+        show_default=False,
+    ),
+]
 
-def show(
-    take: Annotated[
-        Path,
-        typer.Argument(
-            metavar="TAKE",
-            help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked.",
-            show_default=False,
-        ),
-    ],
-    videos: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            help="Folder that was tracked, whose pictures are shown; default: the one of its name beside the take.",
-        ),
-    ] = None,
-    port: Annotated[
-        int | None,
-        typer.Option(
-            min=0, max=65535, help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one."
-        ),
-    ] = None,
-    beside: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OTHER",
-            help="A second take of the same motion, shown as a translucent figure, with the distances of the joints.",
-        ),
-    ] = None,
-    offset: Annotated[
-        float,
-        typer.Option(
-            min=-MAX_OFFSET_S, max=MAX_OFFSET_S, metavar="SECONDS", help="With --beside: show OTHER so much later."
-        ),
-    ] = 0.0,
-    raw: RawOption = False,
-) -> None:
+
+@dataclass(frozen=True)
+class ShowArguments:
+    """beside: another take, shown `offset` seconds later."""
+
+    videos: Path | None = option(
+        None,
+        "Folder that was tracked, whose pictures are shown; default: the one of its name beside the take.",
+        metavar="FOLDER",
+    )
+    port: int | None = option(
+        None, f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one.", min=0, max=65535
+    )
+    beside: Path | None = option(
+        None,
+        "A second take of the same motion, shown as a translucent figure, with the distances of the joints.",
+        metavar="OTHER",
+    )
+    offset: float = option(
+        0.0, "With --beside: show OTHER so much later.", min=-MAX_OFFSET_S, max=MAX_OFFSET_S, metavar="SECONDS"
+    )
+    raw: RawOption = False
+
+
+def show(take: ShownTake, *, given: ShowArguments) -> None:
     """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
 
     The page has the virtual actor, the silhouettes, the joint angles and the recognized postures of the take, as far as
@@ -66,21 +68,18 @@ def show(
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
-        from zenocap.services.animator.show import check_take, show_take
+        from zenocap.services.animator.show import show_take
         from zenocap.tools.recordings.take_videos import take_of, videos_of
 
-        if offset and beside is None:
-            raise UserError(f"--offset {offset:g}: it moves a second take: allowed: only together with --beside OTHER")
+        if given.offset and given.beside is None:
+            raise UserError(
+                f"--offset {given.offset:g}: it moves a second take: allowed: only together with --beside OTHER"
+            )
         logs.configure("show")
         take = take_of(take)
-        pictures = videos_of(take, videos)
-        other = None if beside is None else take_of(beside)
-        compared = None
-        if other is not None:
-            from zenocap.services.animator.comparison_reader import compare
-
-            check_take(other)
-            compared = lambda stopped: compare(take, other, offset, raw=raw, stopped=stopped)  # noqa: E731
+        pictures = videos_of(take, given.videos)
+        compared = None if given.beside is None else _comparison(take, given.beside, given)
+        port = given.port
         if port is None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
@@ -90,9 +89,20 @@ def show(
                 stopped,
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
                 None if pictures is None else pictures.at,
-                raw=raw,
+                raw=given.raw,
                 compared=compared,
             )
+
+
+def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Callable[[], bool]], Comparison]:
+    """Function that reads both takes, until its argument is true.  Raises UserError."""
+    from zenocap.services.animator.comparison_reader import compare
+    from zenocap.services.animator.show import check_take
+    from zenocap.tools.recordings.take_videos import take_of
+
+    other = take_of(beside)
+    check_take(other)
+    return lambda stopped: compare(take, other, given.offset, raw=given.raw, stopped=stopped)
 
 
 def is_free(port: int) -> bool:

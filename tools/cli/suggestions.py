@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import FORMATS
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
 CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
@@ -20,7 +21,7 @@ OTHER_WORDS = {
     ("calibration", "intrinsics", "extrinsics", "chessboard"): ("calibrate",),
     ("start", "run", "live", "launch", "serve", "capture"): ("up", "demo"),
     ("process", "video", "videos", "offline", "solve", "mocap"): ("track",),
-    ("convert", "save", "blender", "bvh", "c3d", "trc", "csv", "mot", "opensim", "fbx", "download"): ("export",),
+    ("convert", "save", "blender", "fbx", "download", *FORMATS.own): ("export",),
     ("play", "playback", "player"): ("show", "replay"),
     ("view", "watch", "open", "gui", "ui", "page", "browser", "web", "viz", "visualize"): ("show", "animator"),
     ("movie", "mp4", "png", "picture", "image", "draw", "animate"): ("render",),
@@ -47,7 +48,7 @@ class WrongArgument(UserError):
     """An argument of another kind than the command needs: wrong usage, exit status 2."""
 
 
-class Commands(TyperGroup):
+class CommandGroup(TyperGroup):
     """The commands of zenocap; an unknown one is answered with similar ones, and `--help` anywhere is the help."""
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]  # of private types

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.decisions import camera_list
-from zenocap.tools.cli.options import DONE, LOSS, one_line_errors, rig_at
+from zenocap.tools.cli.options import DONE, LOSS, camera_list, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
@@ -32,27 +33,24 @@ ADVICE = (
 )
 
 
-def sync(
-    rig: RigOrTake,
-    by: Annotated[
-        Literal["auto", "sound", "flash", "silhouettes"],
-        typer.Option(help="What is compared; auto: sound; without it, the more exact of flashes and silhouettes."),
-    ] = "auto",
-    max_offset: Annotated[
-        float, typer.Option(min=0.1, max=3600, help="Largest difference of the times at which two videos begin (s).")
-    ] = 10.0,
-    seconds: Annotated[
-        float, typer.Option(min=2, max=3600, help="Length of the part of each video to use, from its beginning (s).")
-    ] = 120.0,
-    cameras: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME...",
-            help="Compare these cameras only, such as cam01,cam03; two or more. Offsets of others in sync.toml stay.",
-        ),
-    ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the offsets and write nothing.")] = False,
-) -> None:
+@dataclass(frozen=True)
+class SyncArguments:
+    """by: what is compared.  cameras: text with commas."""
+
+    by: Literal["auto", "sound", "flash", "silhouettes"] = option(
+        "auto", "What is compared; auto: sound; without it, the more exact of flashes and silhouettes."
+    )
+    max_offset: float = option(10.0, "Largest difference of the times at which two videos begin (s).", min=0.1, max=3600)
+    seconds: float = option(120.0, "Length of the part of each video to use, from its beginning (s).", min=2, max=3600)
+    cameras: str | None = option(
+        None,
+        "Compare these cameras only, such as cam01,cam03; two or more. Offsets of others in sync.toml stay.",
+        metavar="NAME,NAME...",
+    )
+    dry_run: bool = option(False, "Print the offsets and write nothing.")
+
+
+def sync(rig: RigOrTake, *, given: SyncArguments) -> None:
     """Find the times at which the videos of a folder or rig begin, and write FOLDER/sync.toml; of a rig file, print them.
 
     Sound is compared by the phases of its spectrum; a clap, speech or steps suffice. Without sound, a flash or a lamp that
@@ -73,12 +71,12 @@ def sync(
         if rig.suffix.lower() == ".mcap":
             _sync_take(rig)
         from zenocap.common.runtime import logs
-        from zenocap.tools.sync.synchronize import SyncOptions, sync_text, synchronize, write_sync
+        from zenocap.tools.sync.synchronize import SyncOptions, synchronize
 
         logs.configure("sync")
-        one = rig_at(rig, files=True, cameras=camera_list(cameras))
+        one = rig_at(rig, files=True, cameras=camera_list(given.cameras))
         with progress("comparing the videos") as state:
-            found, notes = synchronize(one, SyncOptions(by, max_offset, seconds), state.update)
+            found, notes = synchronize(one, SyncOptions(given.by, given.max_offset, given.seconds), state.update)
         for note in notes:
             typer.echo(f"note: {note}", err=True)
         for id, camera in found.items():
@@ -87,21 +85,31 @@ def sync(
         if uncertain:
             typer.echo(f"not certain: {', '.join(uncertain)}: {ADVICE}", err=True)
             raise typer.Exit(LOSS)
-        sources = " and ".join(dict.fromkeys(camera.source for camera in found.values()))
-        offsets = {id: camera.offset.offset_s for id, camera in found.items()}
-        if not rig.is_dir():
-            typer.echo("lines for the [[viewer]] tables of the rig file:")
-            for id, offset_s in offsets.items():
-                typer.echo(f"offset_s = {offset_s + 0.0:.4f}  # viewer {id}")
-        elif not dry_run:
-            names = camera_names(rig)
-            comment = f"Written by zenocap sync, from {sources}; seconds after the first camera's video began"
-            by_name = {names[id]: value for id, value in offsets.items()}
-            by_name = by_name if cameras is None else with_others(rig, by_name, list(names.values()))
-            typer.echo(f"written: {write_sync(rig, by_name, comment)}")
-        else:
-            typer.echo(sync_text(offsets, f"from {sources}; not written").rstrip())
+        _write(rig, found, given)
     raise typer.Exit(DONE)
+
+
+def _write(rig: Path, found: Mapping[str, CameraOffset], given: SyncArguments) -> None:
+    """Write the offsets into a folder of videos; print those of a rig file, or that are not to be written.
+
+    Raises UserError.
+    """
+    from zenocap.tools.sync.synchronize import sync_text, write_sync
+
+    sources = " and ".join(dict.fromkeys(camera.source for camera in found.values()))
+    offsets = {id: camera.offset.offset_s for id, camera in found.items()}
+    if not rig.is_dir():
+        typer.echo("lines for the [[viewer]] tables of the rig file:")
+        for id, offset_s in offsets.items():
+            typer.echo(f"offset_s = {offset_s + 0.0:.4f}  # viewer {id}")
+    elif given.dry_run:
+        typer.echo(sync_text(offsets, f"from {sources}; not written").rstrip())
+    else:
+        names = camera_names(rig)
+        comment = f"Written by zenocap sync, from {sources}; seconds after the first camera's video began"
+        by_name = {names[id]: value for id, value in offsets.items()}
+        by_name = by_name if given.cameras is None else with_others(rig, by_name, list(names.values()))
+        typer.echo(f"written: {write_sync(rig, by_name, comment)}")
 
 
 def _sync_take(path: Path) -> None:

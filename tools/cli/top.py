@@ -1,31 +1,26 @@
 """The command that watches a network: top."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import JsonOption, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.cli.options import JsonOption, RigPaths, one_line_errors, rig_at
+from zenocap.tools.service_arguments import ZenohArguments
 
 
 def top(
-    rigs: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False
-        ),
-    ] = None,
+    rigs: RigPaths = None,
     once: Annotated[bool, typer.Option("--once", help="Print the table once and exit.")] = False,
     json: JsonOption = False,
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Every service of one rig or several, live: rates, latencies, losses, clocks, memory, processor.
+    """Watch all services in this terminal: rates, latencies, losses.
 
-    Runs on any machine of the network and publishes nothing. Services that are gone, missing, or silent for three seconds
-    are red. `lost`: messages and frames that a service has dropped or rejected since its start; after +: in the last
-    second. It ends with q or Ctrl-C; --once and --json observe for 2.5 s, with exit status 1 when a service is red.
+    Of one rig or several; also clocks, memory and processor. Runs on any machine of the network and publishes nothing.
+    Services that are gone, missing, or silent for three seconds are red. `lost`: messages and frames that a service has
+    dropped or rejected since its start; after +: in the last second. It ends with q or Ctrl-C; --once and --json observe
+    for 2.5 s, with exit status 1 when a service is red. What is wrong, and how to mend it: `zenocap doctor`.
 
     Examples: `zenocap top studio.toml`, `zenocap top -e tcp/192.168.1.2:7447 --once`
     """

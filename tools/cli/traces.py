@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.service_arguments import ZenohArguments
 
 DEFAULT_ENDPOINT = "http://127.0.0.1:4318/v1/traces"
 

@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NoReturn
 
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.tools.option_groups import option
+from zenocap.tools.service_arguments import ZenohArguments
 
-SecondsOption = Annotated[
-    float | None, typer.Option("--seconds", min=0.1, help="Running time (s); default: until Ctrl-C.", show_default=False)
-]
-FolderOption = Annotated[
-    Path | None,
-    typer.Option("--recordings", metavar="DIR", help="Folder of the take; default: the rig's.", show_default=False),
-]
-NoPageOption = Annotated[bool, typer.Option("--no-page", help="Run without the animator and its page.")]
-PortOption = Annotated[
-    int | None,
-    typer.Option("--port", min=0, max=65535, help="TCP port of the page, 0 for any free one; default: the rig's, or 8080."),
-]
+
+@dataclass(frozen=True)
+class RunArguments:
+    """seconds: None until Ctrl-C.  port: of the page."""
+
+    seconds: float | None = option(None, "Running time (s); default: until Ctrl-C.", min=0.1)
+    recordings: Path | None = option(
+        None, "Folder of the take; default: the rig's, or recordings for the demo.", metavar="DIR"
+    )
+    no_log: NoLogOption = False
+    no_page: bool = option(False, "Run without the animator and its page.")
+    port: int | None = option(
+        None, "TCP port of the page, 0 for any free one; default: the rig's, or 8080.", min=0, max=65535
+    )
 
 
 def demo(
-    seconds: SecondsOption = None,
-    recordings: Annotated[
-        Path | None, typer.Option("--recordings", metavar="DIR", help="Folder of the take; default: recordings.")
-    ] = None,
-    no_log: NoLogOption = False,
-    no_page: NoPageOption = False,
-    port: PortOption = None,
+    *,
+    given: RunArguments,
     method: Annotated[
         Literal["auto", "two-view"],
         typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
@@ -47,22 +46,11 @@ def demo(
     """
     from zenocap.common.rig.rig import demo_rig_file
 
-    with one_line_errors():
-        loopback = ZenohArguments(no_multicast_scouting=True)
-        folder = recordings or Path("recordings")
-        _run(demo_rig_file(method), seconds, folder, loopback, log=not no_log, page=not no_page, port=port)
+    folder = given.recordings or Path("recordings")
+    _run(demo_rig_file(method), replace(given, recordings=folder), ZenohArguments(no_multicast_scouting=True))
 
 
-def up(
-    rig: RigPath,
-    seconds: SecondsOption = None,
-    recordings: FolderOption = None,
-    no_log: NoLogOption = False,
-    no_page: NoPageOption = False,
-    port: PortOption = None,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+def up(rig: RigPath, *, given: RunArguments, zenoh: ZenohArguments) -> None:
     """Run every service of a rig on this machine, restart those that fail, and record a take.
 
     The services are processes that communicate over loopback; with --listen the integrator accepts connections from other
@@ -72,20 +60,10 @@ def up(
 
     Example: `zenocap up studio.toml`
     """
-    with one_line_errors():
-        _run(rig, seconds, recordings, zenoh, log=not no_log, page=not no_page, port=port)
+    _run(rig, given, zenoh)
 
 
-def _run(
-    path: Path,
-    seconds: float | None,
-    recordings: Path | None,
-    zenoh: ZenohArguments,
-    *,
-    log: bool,
-    page: bool,
-    port: int | None,
-) -> None:
+def _run(path: Path, given: RunArguments, zenoh: ZenohArguments) -> NoReturn:
     import time
 
     from rich.console import Console
@@ -95,12 +73,15 @@ def _run(
     from zenocap.tools.cli.certs import renew_certificates
     from zenocap.tools.launcher.shell import run_rig
 
-    rig = rig_at(path, files=True)
-    renew_certificates(rig)
-    options = zenoh.options(rig)
-    take = take_path(rig.name, take_folder(rig, path, recordings), time.time_ns()) if rig.log.enabled and log else None
-    with stop_signals() as stopped:
-        raise typer.Exit(run_rig(rig, path, options, take, seconds, stopped, Console(), page=page, port=port))
+    with one_line_errors():
+        rig = rig_at(path, files=True)
+        renew_certificates(rig)
+        options = zenoh.options(rig)
+        is_logged = rig.log.enabled and not given.no_log
+        take = take_path(rig.name, take_folder(rig, path, given.recordings), time.time_ns()) if is_logged else None
+        page, port = not given.no_page, given.port
+        with stop_signals() as stopped:
+            raise typer.Exit(run_rig(rig, path, options, take, given.seconds, stopped, Console(), page=page, port=port))
 
 
 def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:

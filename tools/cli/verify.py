@@ -10,15 +10,13 @@ from typing import Annotated
 
 import typer
 
-from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, checked_take, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, checked_take, echo, one_line_errors
 from zenocap.tools.cli.progress import progress
 
 
 def verify(
     takes: Annotated[
-        list[Path],
-        typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False),
+        list[Path], typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False)
     ],
     tolerance: Annotated[
         float,
@@ -56,5 +54,6 @@ def verify(
         values |= {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
         typer.echo(json.dumps(values, indent=2))
     else:
-        typer.echo("\n".join(printable(line, MAX_LINE) for line in report(found, elapsed_s)))
+        for line in report(found, elapsed_s):
+            echo(line)
     raise typer.Exit(FAILED if found.failed else DONE if found.complete else LOSS)

@@ -2,61 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import WithParentOption, one_line_errors, rig_at
-from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+from zenocap.common.rig.services import MAIN
+from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.option_groups import EXPERT, option
+from zenocap.tools.service_arguments import ServiceArguments, words
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
+OptionalRig = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[RIG]",
+        help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class ViewerArguments:
+    """A viewer of a rig, or the cameras of this machine."""
+
+    id: str | None = option(None, "Id of the viewer in the rig file.")
+    discover: bool = option(
+        False, "Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
+    )
+    camera: list[str] | None = option(
+        None,
+        "With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
+        metavar="NAME=SOURCE",
+    )
+    machine: str | None = option(None, "With --discover: name of this machine; default: its host name.", metavar="NAME")
+
+
+@dataclass(frozen=True)
+class FilmingArguments:
+    """Options of the films that are recorded for `zenocap film`, and hidden ones of the processes that zenocap starts."""
+
+    films: Path | None = option(
+        None, "Folder of the films of `zenocap film`; default: films beside the rig file, or here.", metavar="FOLDER"
+    )
+    allow_fetch: bool = option(False, "Let `zenocap film --fetch` copy films from here without certificates.")
+    epoch_ns: int | None = option(None, "", hidden=True)
+    assigned: Path | None = option(None, "Saved assignment of a --discover process.", hidden=True)
+
 
 def viewer(
-    rig: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[RIG]",
-            help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
-            show_default=False,
-        ),
-    ] = None,
-    id: Annotated[str | None, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)] = None,
-    discover: Annotated[
-        bool,
-        typer.Option(
-            "--discover", help="Announce the cameras of this machine; let `zenocap film` record and `zenocap up` use them."
-        ),
-    ] = False,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=SOURCE",
-            help="With --discover, or for a rig's discover:MACHINE/NAME: a further camera or stream; may be repeated.",
-        ),
-    ] = None,
-    machine: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
-    ] = None,
-    films: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="Folder of the films of `zenocap film`; default: films beside the rig file, or here."
-        ),
-    ] = None,
-    allow_fetch: Annotated[
-        bool,
-        typer.Option("--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."),
-    ] = False,
-    epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None,
-    assigned: Annotated[Path | None, typer.Option(hidden=True, help="Saved assignment of a --discover process.")] = None,
-    with_parent: WithParentOption = False,
+    rig: OptionalRig = None,
     *,
-    zenoh: ZenohArguments,
+    given: ViewerArguments,
+    filming: Annotated[FilmingArguments, EXPERT],
+    arguments: ServiceArguments,
 ) -> None:
     """Run one viewer of a rig: from the images of a camera to silhouettes, sightings and joint angles.
 
@@ -69,48 +74,54 @@ def viewer(
 
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
-    from zenocap.common.runtime import logs
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.cli.calibrate.board_options import detect_command
-
+    discover, id, cameras = given.discover, given.id, given.camera or ()
     if discover and (rig is not None or id is not None):
         raise typer.BadParameter("--discover: allowed without RIG and --id")
-    if not discover and assigned is None and (rig is None or id is None):
+    if not discover and filming.assigned is None and (rig is None or id is None):
         raise typer.BadParameter("RIG and --id are missing: allowed: both, or --discover")
-    if not discover and machine:
+    if not discover and given.machine:
         raise typer.BadParameter("--machine: allowed with --discover")
-    logs.configure("cameras" if discover else f"viewer {id}" if id else "viewer")
-    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+    with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
         if discover:
-            from zenocap.services.camera.parameters import FILMS
-            from zenocap.services.camera.shell import run_host
-            from zenocap.services.viewer.sources.source import images_of
-
-            folder = films or Path(FILMS)
-            command = partial(_assigned_command, zenoh, folder, allow_fetch)
-            options = zenoh.options()
-            raise typer.Exit(
-                run_host(
-                    machine, camera or (), folder, options, stopped, images_of, allow_fetch=allow_fetch, command=command,
-                    detect=detect_command,
-                )
-            )  # fmt: skip
+            raise typer.Exit(_discovering(given.machine, cameras, filming, arguments, stopped))
         from zenocap.services.camera.endpoint import filming_of
         from zenocap.services.viewer.shell import run_viewer
+        from zenocap.tools.cli.calibrate.board_options import detect_command
 
-        if assigned is not None:
+        if filming.assigned is not None:
             from zenocap.services.camera.saved import saved_rig
 
-            one, id = saved_rig(assigned, films or Path())
-            options, epoch_ns = zenoh.options(), None
+            one, id = saved_rig(filming.assigned, filming.films or Path())
+            options, epoch_ns = arguments.options(), None
         else:
             assert rig is not None
             assert id is not None
-            one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
-            options = zenoh.options(one, f"viewer-{id}")
-        may_read = allow_fetch or options.security is not None
-        filming = filming_of(one, id, films, may_read=may_read, detect=detect_command)
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filming))
+            one = _with_own_camera(rig_at(rig, files=False), id, cameras)
+            options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
+        may_read = filming.allow_fetch or options.security is not None
+        filmed = filming_of(one, id, filming.films, may_read=may_read, detect=detect_command)
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed))
+
+
+def _discovering(
+    machine: str | None,
+    cameras: Sequence[str],
+    filming: FilmingArguments,
+    arguments: ServiceArguments,
+    stopped: Callable[[], bool],
+) -> int:
+    """Announce the cameras of this machine, film with them, and run viewers for others; the exit status."""
+    from zenocap.services.camera.parameters import FILMS
+    from zenocap.services.camera.shell import run_host
+    from zenocap.services.viewer.sources.source import images_of
+    from zenocap.tools.cli.calibrate.board_options import detect_command
+
+    folder = filming.films or Path(FILMS)
+    command = partial(_assigned_command, arguments, folder, filming.allow_fetch)
+    return run_host(
+        machine, cameras, folder, arguments.options(), stopped, images_of, allow_fetch=filming.allow_fetch, command=command,
+        detect=detect_command,
+    )  # fmt: skip
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
@@ -118,8 +129,6 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
 
     Raises UserError.
     """
-    from dataclasses import replace
-
     from zenocap.common.errors import UserError
     from zenocap.common.rig.sources import Announced
     from zenocap.services.camera.host_cameras import own_camera
@@ -133,16 +142,10 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
     return replace(rig, viewers=tuple(viewer if one is own else one for one in rig.viewers))
 
 
-def _assigned_command(zenoh: ZenohArguments, films: Path, allow_fetch: bool, file: Path) -> list[str]:
+def _assigned_command(arguments: ServiceArguments, films: Path, allow_fetch: bool, file: Path) -> list[str]:
     """Command of the viewer of a saved assignment: it connects where this process does, and to this process."""
-    import sys
-
-    near = [one.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:") for one in zenoh.listen or ()]
-    words = [sys.executable, "-P", "-m", "zenocap", "viewer", "--assigned", str(file), "--films", str(films)]
-    words += ["--with-parent", *["--allow-fetch"] * allow_fetch]
-    mode = "client" if zenoh.mode == "router" else zenoh.mode
-    words += ["--mode", mode] if mode else []
-    for endpoint in (*(zenoh.connect or ()), *near):
-        words += ["--connect", endpoint]
-    words += ["--config", str(zenoh.config)] if zenoh.config else []
-    return [*words, *["--no-multicast-scouting"] * zenoh.no_multicast_scouting]
+    near = [one.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:") for one in arguments.listen or ()]
+    connect, mode = [*(arguments.connect or ()), *near], "client" if arguments.mode == "router" else arguments.mode
+    arguments = replace(arguments, mode=mode, connect=connect, listen=None, with_parent=True)
+    own = ["--assigned", str(file), "--films", str(films), *["--allow-fetch"] * allow_fetch]
+    return words(("viewer", MAIN), None, arguments, *own)

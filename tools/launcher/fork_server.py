@@ -27,7 +27,7 @@ from zenocap.tools.launcher.child_processes import Process, Spawn, spawn
 
 COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
 ROOM = 4096  # bytes of the command line of a forked service
-COMMAND_LINE = "zenocap.tools.cli.main:main"  # by name: it starts this server itself
+PROGRAM = "zenocap.tools.cli.main"  # by name: it starts this server itself
 STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
 UNKNOWN = 1  # exit status of a service whose fork server ended before
@@ -254,9 +254,11 @@ def main() -> None:
     """Entry point of the server.  Arguments: descriptor of its connection, services, parts, and room for command lines."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in IGNORED}
     connection = socket.socket(fileno=int(sys.argv[1]))
-    command_line = cast("Callable[[], None]", attribute(COMMAND_LINE))  # imported before anything is forked
+    command_line = cast("Callable[[], None]", attribute(f"{PROGRAM}:main"))  # imported before anything is forked
+    command_at = cast("Callable[[str], object]", attribute(f"{PROGRAM}:command_at"))
     for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
+        command_at(name)
     for part in filter(is_compiled, sys.argv[3].split()):
         _load(part)
     arguments = serve(connection)

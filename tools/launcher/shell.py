@@ -43,6 +43,7 @@ from zenocap.tools.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
 from zenocap.tools.launcher.rig_status import RigStatus
 from zenocap.tools.launcher.statement import Statement, frame_lines, new_takes, statement
+from zenocap.tools.service_arguments import arguments_of, words
 from zenocap.tools.warmup.processes import compile_parts
 
 DONE, FAILED, LOSS = 0, 1, 3
@@ -84,10 +85,8 @@ def run_rig(
     places = _places(options, len(starting) + 2, reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
-        arguments = [sys.executable, "-P", "-m", "zenocap", name, str(rig_argument), "--with-parent"]
-        own = {"viewer": ["--id", id], "integrator": _log_arguments(take), "animator": _page_arguments(take, port)}
-        arguments += own.get(name, [])
-        commands.append((title((name, id)), [*arguments, *_zenoh_arguments(place)]))
+        own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
+        commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
     with (
         fork_server({name for name, _ in starting}) as start,
         ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
@@ -303,16 +302,6 @@ def _member(options: ZenohOptions, place: Peer, *, multicast: bool | None) -> Ze
         connect=(*place.connect, *options.connect),
         multicast_scouting=bool(multicast),
     )
-
-
-def _zenoh_arguments(options: ZenohOptions) -> list[str]:
-    arguments = ["--mode", options.mode] if options.mode else []
-    for name, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
-        for endpoint in endpoints:
-            arguments += [name, endpoint]
-    if options.config_file:
-        arguments += ["--config", str(options.config_file)]
-    return arguments if options.multicast_scouting else [*arguments, "--no-multicast-scouting"]
 
 
 def _page_arguments(take: Path | None, port: int | None) -> list[str]:

@@ -3,23 +3,25 @@
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.rig.services import MAIN
 from zenocap.tools.launcher.child_processes import ChildProcesses, Spawn, spawn
 from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.peer_mesh import HOST, free_ports, peer_mesh
 from zenocap.tools.measure.load_plan import Plan
 from zenocap.tools.measure.resources import ProcessKey, title
+from zenocap.tools.service_arguments import ServiceArguments, ZenohArguments, arguments_of, words
 
 MANY = 8  # processes, from which loading their compiled functions once takes less time than in each; measured
-ROUTER = ("", "router", "main")
+ROUTER = ("", "router", MAIN)
 
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """One process: service, rig, and command without Zenoh's options."""
+    """One process: service, rig, and command without the options of its network."""
 
     rig: str
     service: str
@@ -69,8 +71,8 @@ class LoadProcesses:
         else:
             if not connect:
                 connect = (f"tcp/{HOST}:{free_ports(1)[0]}",)
-                options = ZenohOptions(listen=connect, config_file=config, multicast_scouting=False)
-                router = [ProcessSpec(*ROUTER, (*_zenocap("router"), *_words(options)))]
+                network = ZenohArguments(listen=[connect[0]], config=config, no_multicast_scouting=True)
+                router = [ProcessSpec(*ROUTER, tuple(words(ROUTER[1:], None, network)))]
             client = ZenohOptions("client", connect, config_file=config, multicast_scouting=False)
             places = [client] * (len(specs) + 1)
         self.own = places[-1]
@@ -87,7 +89,7 @@ class LoadProcesses:
         self.specs = {spec.title: spec for spec in (*router, *specs)}
 
     def start(self) -> None:
-        services = {spec.service for spec in self.specs.values() if spec.command[:5] == _zenocap(spec.service)}
+        services = {spec.service for spec in self.specs.values() if spec.command[3] == "zenocap"}
         self._spawn = self._server.enter_context(fork_server(services - {"router"}, self._parts))
         self._children.start()
 
@@ -122,38 +124,29 @@ class LoadProcesses:
 
 
 def _specs(plan: Plan, name: str, path: Path, takes: Path) -> list[ProcessSpec]:
+    specs: list[ProcessSpec] = []
     member = (sys.executable, "-P", "-m", "zenocap.tools.measure.stand_in")
-    specs = []
+
+    def add(service: str, id: str, *own: str) -> None:
+        command = words((service, id), path, ServiceArguments(with_parent=True), *own)
+        specs.append(ProcessSpec(name, service, id, tuple(command)))
+
     if plan.part != "viewers":
-        log = ("--output", str(takes / f"{name}.mcap")) if plan.log else ("--no-log",)
-        specs.append(ProcessSpec(name, "integrator", "main", (*_zenocap("integrator"), str(path), "--with-parent", *log)))
+        add("integrator", MAIN, *(("--output", str(takes / f"{name}.mcap")) if plan.log else ("--no-log",)))
         if plan.has_tracker:
-            specs.append(ProcessSpec(name, "tracker", "main", (*_zenocap("tracker"), str(path), "--with-parent")))
+            add("tracker", MAIN)
     if plan.part != "integrators":
         for id in plan.views:
-            real = (*_zenocap("viewer"), str(path), "--id", id, "--with-parent")
-            specs.append(
-                ProcessSpec(name, "viewer", id, (*member, "stand-in", str(path), "--id", id) if plan.stand_ins else real)
-            )
+            if plan.stand_ins:
+                specs.append(ProcessSpec(name, "viewer", id, (*member, "stand-in", str(path), "--id", id)))
+            else:
+                add("viewer", id)
         for number in range(1, plan.subscribers + 1):
             command = (*member, "subscriber", str(path), "--id", str(number), "--priority", plan.subscriber_priority)
             specs.append(ProcessSpec(name, "subscriber", str(number), command))
     return specs
 
 
-def _zenocap(command: str) -> tuple[str, ...]:
-    return sys.executable, "-P", "-m", "zenocap", command
-
-
 def _started(spec: ProcessSpec, epoch_ns: int, place: ZenohOptions) -> list[str]:
     epoch = ["--epoch-ns", str(epoch_ns)] if spec.service == "viewer" else []
-    return [*spec.command, *epoch, *_words(place)]
-
-
-def _words(place: ZenohOptions) -> list[str]:
-    """The options of a command for a session."""
-    words = ["--mode", place.mode] if place.mode else []
-    for name, endpoints in (("--connect", place.connect), ("--listen", place.listen)):
-        words += [word for endpoint in endpoints for word in (name, endpoint)]
-    words += ["--config", str(place.config_file)] if place.config_file else []
-    return [*words, "--no-multicast-scouting"]
+    return [*spec.command, *epoch, *replace(arguments_of(place), with_parent=False).words()]

@@ -5,14 +5,13 @@ The load test starts them with
 python -m zenocap.tools.measure.stand_in stand-in|subscriber RIG --id ID --epoch-ns N [Zenoh options]
 """
 
-import argparse
 import logging
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Annotated, Literal
 
+import typer
 from msgspec.structs import replace
 
 from zenocap.common.bus.protocol import Envelope
@@ -34,6 +33,8 @@ from zenocap.services.viewer.sources.rendered import there_and_back
 from zenocap.tools.measure.load_plan import Priority
 from zenocap.tools.measure.recorded_messages import RecordedMessages, messages_file, read_messages
 from zenocap.tools.measure.scene import FILM_FPS
+from zenocap.tools.option_groups import expanded
+from zenocap.tools.service_arguments import ZenohArguments
 
 logger = logging.getLogger(__name__)
 
@@ -116,32 +117,37 @@ def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions)
         return run(service, bus, clock, stopped=stopped)
 
 
-def main(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("kind", choices=("stand-in", "subscriber"))
-    parser.add_argument("rig", type=Path)
-    parser.add_argument("--id", required=True)
-    parser.add_argument("--priority", choices=get_args(Priority), default="normal")
-    parser.add_argument("--epoch-ns", type=int, default=0)
-    parser.add_argument("--mode", choices=("peer", "client"))
-    parser.add_argument("--connect", action="append", default=[])
-    parser.add_argument("--listen", action="append", default=[])
-    parser.add_argument("--config", type=Path)
-    parser.add_argument("--no-multicast-scouting", action="store_true")
-    given = parser.parse_args(arguments)
-    logs.configure(f"{given.kind} {given.id}")
-    options = ZenohOptions(
-        given.mode, tuple(given.connect), tuple(given.listen), given.config, not given.no_multicast_scouting
-    )
-    try:
-        rig = load_rig(given.rig)
-        if given.kind == "subscriber":
-            return run_subscriber(rig.name, given.id, given.priority, options)
-        return run_stand_in(rig.viewer(given.id), rig.name, given.epoch_ns, options)
-    except (UserError, OSError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return FAILED
+def _count(_: None, count: int, event: Event[DueFrame]) -> tuple[int, Sequence[Message]]:
+    return count + isinstance(event, Envelope), []
 
+
+def _received_count(count: int) -> Mapping[str, int]:
+    return {"received": count}
+
+
+def main(
+    kind: Annotated[Literal["stand-in", "subscriber"], typer.Argument()],
+    rig: Annotated[Path, typer.Argument()],
+    id: Annotated[str, typer.Option()],
+    priority: Priority = "normal",
+    epoch_ns: int = 0,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    logs.configure(f"{kind} {id}")
+    options = zenoh.options()
+    try:
+        one = load_rig(rig)
+        if kind == "subscriber":
+            raise typer.Exit(run_subscriber(one.name, id, priority, options))
+        raise typer.Exit(run_stand_in(one.viewer(id), one.name, epoch_ns, options))
+    except (UserError, OSError, ValueError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(FAILED) from None
+
+
+program = typer.Typer(add_completion=False)
+program.command()(expanded(main))
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    program()

@@ -1,15 +1,19 @@
 """`zenocap evaluate`: error of joint centres against ground truth."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
+from zenocap.common.formats.import_format import import_suffixes
+from zenocap.common.formats.motion_files import FORMATS
 from zenocap.common.formats.pose_track import Bound, inside
 from zenocap.common.formats.trajectories import Trajectories
 
 LOST_M = 0.25
+SAME_RATE = 0.02  # relative difference up to which two durations are equal; chosen by hand
 PELVIS = ("LHip", "RHip", "Neck")
 
 
@@ -39,6 +43,14 @@ class Accuracy:
     median_mm: float
     lost_pct: float
     per_joint_mm: dict[str, float]
+
+
+def check_truth(path: Path, *, angles: bool) -> None:
+    """Raise UserError for a file without joint angles, or joint centres."""
+    allowed = dict.fromkeys((*((".mot", *FORMATS) if angles else FORMATS), *import_suffixes()))
+    if path.suffix.lower() not in allowed:
+        quantity = "joint angles" if angles else "joint centres"
+        raise UserError(f"--truth {path}: suffix {path.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")
 
 
 def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) -> Accuracy:
@@ -99,3 +111,34 @@ def _world_to_pelvis(truth: Trajectories, rows: np.ndarray[tuple[int], np.dtype[
     z = np.cross(x, neck - (left + right) / 2)
     z /= np.linalg.norm(z, axis=1, keepdims=True)
     return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def pairing_note(take: Trajectories, truth: Trajectories, every: int, offset: int) -> str:
+    """What is wrong with joint centres that are paired by frame number; empty where nothing is.
+
+    every: step in frames of the truth.  offset: frame number of the take minus that of the truth.
+    """
+    shared = sorted({int(frame) - offset for frame in take.frames} & {int(frame) for frame in truth.frames})
+    if len(shared) < 2:
+        return ""
+    ends = [int(np.searchsorted(truth.frames, frame)) for frame in (shared[0], shared[-1])]
+    own = [int(np.searchsorted(take.frames, frame + offset)) for frame in (shared[0], shared[-1])]
+    truth_s, take_s = np.diff(truth.times_s[ends]).item(), np.diff(take.times_s[own]).item()
+    if abs(take_s - truth_s) > SAME_RATE * truth_s:
+        return (
+            f"frames {shared[0]} to {shared[-1]} last {take_s:.2f} s in the take and {truth_s:.2f} s in the truth: frames "
+            "of equal numbers are compared, so these figures mean nothing; use a truth of the same rate, or --angles"
+        )
+    step = int(np.median(np.diff(take.frames)))
+    if step > every:
+        return f"the take has every {step}. frame of the truth, and the others count as lost: give --every {step}"
+    return ""
+
+
+def centre_lines(found: Accuracy) -> list[str]:
+    """The errors as lines of text."""
+    lines = [f"{name:10} {getattr(found, name)}" for name in ("frames", "joints")]
+    for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
+        lines.append(f"{name:10} {getattr(found, name):.2f}")
+    per_joint = "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items())
+    return [*lines, f"joints mm  {per_joint}"]

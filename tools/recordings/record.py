@@ -110,7 +110,7 @@ def run_recorder(
         log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS)
         log.start()
         try:
-            status = _wait(selection, bus, clock, id, log, _Progress(log, parts, clock, stopped, show).ended)
+            status = _wait(selection, bus, clock, id, log, _Watching(log, parts, clock, stopped, show).ended)
         finally:
             end = log.close()
     if status:
@@ -121,7 +121,7 @@ def run_recorder(
     return LOSS if end.incomplete else 0
 
 
-class _Progress:
+class _Watching:
     """Decides when to end, and shows the state."""
 
     def __init__(

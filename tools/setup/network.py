@@ -1,18 +1,22 @@
 """Zenoh options of a set-up, kept in its folder and in the rig file."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MODES
+from zenocap.tools.service_arguments import ZenohArguments
 
 
 @dataclass(frozen=True)
 class Network:
     """As the table `[zenoh]` of a rig file.  mode: empty for the default.  config: absolute path, empty for none."""
 
-    mode: str = ""
+    mode: Literal["", "peer", "client", "router"] = ""
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     config: str = ""
@@ -20,12 +24,21 @@ class Network:
 
     def words(self) -> list[str]:
         """Options of a command."""
-        found = ["--mode", self.mode] if self.mode else []
-        for name, endpoints in (("--connect", self.connect), ("--listen", self.listen)):
-            for endpoint in endpoints:
-                found += [name, endpoint]
-        found += ["--config", self.config] if self.config else []
-        return [*found, *["--no-multicast-scouting"] * (not self.multicast_scouting)]
+        arguments = ZenohArguments(
+            connect=list(self.connect),
+            config=Path(self.config) if self.config else None,
+            listen=list(self.listen),
+            no_multicast_scouting=not self.multicast_scouting,
+            mode=self.mode or None,
+        )
+        return arguments.words()
+
+    @classmethod
+    def of(cls, given: ZenohArguments) -> Network:
+        """The options of a command."""
+        config = "" if given.config is None else str(given.config.resolve())
+        endpoints = tuple(given.connect or ()), tuple(given.listen or ())
+        return cls(given.mode or "", *endpoints, config, not given.no_multicast_scouting)
 
     def lines(self) -> list[str]:
         """The table `[zenoh]`; empty for the defaults."""

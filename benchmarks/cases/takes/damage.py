@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from benchmarks.cases.takes.mixture import tracked_take
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common.recording.reader import Recorded, Take
-from zenocap.tools.cli.main import app
+from zenocap.tools.cli.main import program
 
 Damaging = Callable[[bytes, random.Random], bytes]
 
@@ -155,7 +155,7 @@ class Judge:
 
 def in_process(*arguments: str) -> tuple[int, str]:
     """Exit status and output of a command run in this process."""
-    result = CliRunner().invoke(app, list(arguments))
+    result = CliRunner().invoke(program(), list(arguments))
     failed = result.exception is not None and not isinstance(result.exception, SystemExit)
     return result.exit_code, f"Traceback {result.exception!r}" if failed else result.output
 

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.recording.test_tracker_take import messages_of, with_attachments
+from tests.support.command import app
 from tests.support.command_receivers import http_receiver
 from tests.support.recognizer_cases import small_model
 from tests.support.stored import stored_files
@@ -22,7 +23,6 @@ from zenocap.common.rig.recognizer import RecognizerSpec
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.track import Tracked, track
 from zenocap.tools.verify.recompute import verify
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.support.command import app
 from tests.support.tracker_stand_in import POSE, cameras, stand_in
 from zenocap.common import messages as m
 from zenocap.common.arrays import Image
@@ -22,7 +23,6 @@ from zenocap.common.rig.sources import Actor, VideoFile
 from zenocap.common.rig.tracker import TrackerOverrides, TrackerSpec
 from zenocap.common.runtime.service import TooManyFailures
 from zenocap.services.viewer import segmentation
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.rig_changes import with_tracker
 from zenocap.tools.recordings.track import TrackedFrameSet, track
 from zenocap.tools.verify.recompute import verify

@@ -24,7 +24,7 @@ from zenocap.common.rig.services import (
 )
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.topics import TOPICS, service_at
-from zenocap.tools.cli.main import TABLE
+from zenocap.tools.cli.main import COMMANDS
 from zenocap.tools.warmup.parts import PARTS
 
 TWO_VIEW = replace(demo_rig("two-view"), recognizer=None)
@@ -34,7 +34,7 @@ RIGS = (TWO_VIEW, HYBRID, WITH_RECOGNIZER)
 
 
 def test_every_service_has_a_folder_with_a_shell_and_a_command() -> None:
-    commands = {command.__name__ for _, command in TABLE}
+    commands = {name for group in COMMANDS.values() for name in group}
     for kind in SERVICES:
         assert (ROOT / "services" / kind.name / "shell.py").is_file()
         assert (kind.command or kind.name).split()[0] in commands

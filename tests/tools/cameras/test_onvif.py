@@ -5,14 +5,13 @@ import threading
 
 import pytest
 
-from tests.support.command import zenocap
+from tests.support.command import app, zenocap
 from tests.support.onvif_device import LOOPBACK, SimulatedOnvif
 from tests.tools.cli.test_main import runner
 from zenocap.common.errors import UserError
 from zenocap.tools.cameras.onvif_device import OnvifStream, asked_devices, device_address, streams_of, with_user
 from zenocap.tools.cameras.onvif_discovery import OnvifDevice, devices_of, found_devices
 from zenocap.tools.cameras.onvif_http import User
-from zenocap.tools.cli.main import app
 
 STREAMS = {"main": "rtsp://127.0.0.1:1/live?a=1&b=2", "sub": "rtsp://127.0.0.1:1/sub"}
 

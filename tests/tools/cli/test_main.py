@@ -2,26 +2,40 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
-from tests.support.command import zenocap
+from tests.support.command import app, zenocap
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import TABLE
+from zenocap.tools.cli.main import COMMANDS, program
+from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 runner = CliRunner()
-COMMANDS = [command.__name__ for _, command in TABLE]
+NAMES = [name for group in COMMANDS.values() for name in group]
 NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top", "metrics")
 SIZE = (160, 120)
+MOST_OPTIONS = 10  # of a command that shows them in one panel
+
+
+def commands_in(group: TyperGroup, name: str = "") -> Iterator[tuple[str, TyperCommand]]:
+    """Names and commands of a group and of the groups in it."""
+    for word, command in group.commands.items():
+        if isinstance(command, TyperGroup):
+            yield from commands_in(command, f"{word} ")
+        else:
+            yield f"{name}{word}", command
 
 
 def write_video(path: Path, count: int = 12, size: tuple[int, int] = SIZE, codec: str = "mp4v") -> None:
@@ -50,17 +64,12 @@ def studio(tmp_path: Path) -> Path:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("command", [*COMMANDS, "calibrate lines", "calibrate check"])
-def test_every_command_has_a_help_text(command: str) -> None:
-    status, text, _ = zenocap(*command.split(), "--help")
+@pytest.mark.parametrize("name", [name for name, _ in commands_in(get_command(app))])
+def test_every_command_has_a_help_text_with_an_example(name: str) -> None:
+    status, text, _ = zenocap(*name.split(), "--help")
     assert status == 0
     assert len(text.split()) > 30
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_an_example(command: str) -> None:
-    assert "Example" in zenocap(command, "--help")[1]
+    assert name.startswith("calibrate ") or "Example" in text
 
 
 @pytest.mark.slow
@@ -73,10 +82,40 @@ def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_help_lists_every_command() -> None:
-    text = zenocap("-h")[1]
-    for name in COMMANDS:
-        assert name in text
+def test_the_help_lists_every_command_in_its_group() -> None:
+    groups = re.split(r"╭─ ", zenocap("-h")[1])[2:]
+    listed = {part.split(" ─")[0]: re.findall(r"^│ ([a-z]+) ", part, re.MULTILINE) for part in groups}
+    assert {panel: set(names) for panel, names in listed.items()} == {
+        panel: set(names) for panel, names in COMMANDS.items()
+    }
+    assert sum(map(len, listed.values())) == len(NAMES)
+
+
+@pytest.mark.parametrize("name", ["doctor", "top", "health", "metrics"])
+def test_similar_commands_are_told_apart_in_one_line(name: str) -> None:
+    result = runner.invoke(app, ["--help"], env={"COLUMNS": "80", "NO_COLOR": "1"})
+    (line,) = re.findall(rf"^│ {name} .*│\n│ [a-z]+ ", result.stdout, re.MULTILINE)
+    assert line
+
+
+@pytest.mark.parametrize(
+    ("words", "names"), [(["top"], ["top"]), (["posture", "info"], ["posture"]), (["fly"], NAMES), ([], NAMES)]
+)
+def test_a_command_is_made_without_the_others(words: list[str], names: list[str]) -> None:
+    made = program(words)
+    found = [one.name for one in (*made.registered_commands, *made.registered_groups)]
+    assert sorted(map(str, found)) == sorted(names)
+
+
+@pytest.mark.slow
+def test_commands_with_many_options_have_them_in_panels() -> None:
+    without = []
+    for name, command in commands_in(get_command(app)):
+        options = [one for one in command.params if one.param_type_name == "option" and not getattr(one, "hidden", False)]
+        panels = {getattr(one, "rich_help_panel", None) for one in options}
+        if len(options) > MOST_OPTIONS and not {EXPERT, RESEARCH} & panels:
+            without.append(name)
+    assert without == []
 
 
 @pytest.mark.slow
@@ -159,7 +198,8 @@ def test_a_closed_output_is_no_error(redirection: str) -> None:
 
 @pytest.mark.slow
 def test_help_imports_no_heavy_modules() -> None:
-    code = "import sys, zenocap.tools.cli.main; print(sorted({'numba', 'zenoh', 'scipy', 'mcap'} & set(sys.modules)))"
+    start = "import sys; from zenocap.tools.cli.main import program; program();"
+    code = f"{start} print(sorted({{'numba', 'zenoh', 'scipy', 'mcap'}} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

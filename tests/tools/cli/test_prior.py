@@ -103,13 +103,6 @@ def test_frame_range_includes_its_last_frame() -> None:
     assert parsed_frames("0-99") == range(100)
 
 
-@pytest.mark.parametrize("command", ["prior train", "prior info"])
-def test_every_command_has_a_help_text(command: str) -> None:
-    status, text, _ = zenocap(*command.split(), "--help")
-    assert status == 0
-    assert len(text.split()) > 30
-
-
 @pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")

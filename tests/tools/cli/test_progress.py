@@ -5,7 +5,7 @@ from threading import Event
 import pytest
 
 from zenocap.tools.cli import progress as module
-from zenocap.tools.cli.progress import Progress, progress
+from zenocap.tools.cli.progress import WorkProgress, progress
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_progress_line_has_count_total_rate_and_remaining_time(clock: list[float]) -> None:
-    state = Progress("tracking", "frames", 100)
+    state = WorkProgress("tracking", "frames", 100)
     assert state.line() == "tracking: 0 of 100 frames, 0 s elapsed"
     clock[0] = 20.0
     state.update(10)  # compilation took the time before: it does not count
@@ -26,7 +26,7 @@ def test_progress_line_has_count_total_rate_and_remaining_time(clock: list[float
 
 
 def test_without_a_total_there_is_no_remaining_time(clock: list[float]) -> None:
-    state = Progress("reading walk.mcap", "bytes")
+    state = WorkProgress("reading walk.mcap", "bytes")
     assert state.line() == "reading walk.mcap: 0 s elapsed"
     state.update(1_000_000)
     clock[0] = 2.0
@@ -53,7 +53,7 @@ def test_lines_are_printed_during_the_work_without_a_terminal(
 
 
 def test_a_second_part_of_the_work_has_its_own_rate(clock: list[float]) -> None:
-    state = Progress("tracking", "frames", 100)
+    state = WorkProgress("tracking", "frames", 100)
     state.update(1)
     clock[0] = 10.0
     state.update(100)

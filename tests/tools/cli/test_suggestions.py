@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from tests.support.command import zenocap
-from tests.tools.cli.test_main import COMMANDS
+from tests.tools.cli.test_main import NAMES
 from zenocap.tools.cli.suggestions import OTHER_WORDS, helped, unknown_command
 
-ALL = [*COMMANDS, "calibrate", "prior", "posture", "show", "render"]
+ALL = [*NAMES, "calibrate", "prior", "posture", "show", "render"]
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.support.command import app
 from tests.support.moving_balls import FPS, ring, write_folder
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 from zenocap.simulation.rendering.video_file import Sound
-from zenocap.tools.cli.main import app
 from zenocap.tools.cli.sync import camera_names
 
 pytestmark = pytest.mark.slow

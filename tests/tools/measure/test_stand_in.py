@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 import pytest
+from typer.testing import CliRunner
 
 from tests.support.built_messages import built
 from zenocap.common import messages as m
@@ -12,7 +13,7 @@ from zenocap.common.topics import ASSIGNMENT
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.measure.recorded_messages import RecordedMessages
 from zenocap.tools.measure.scene import FILM_FPS
-from zenocap.tools.measure.stand_in import DueFrame, StandIn, due_frames, main, step
+from zenocap.tools.measure.stand_in import DueFrame, StandIn, due_frames, program, step
 
 S = 1_000_000_000
 
@@ -82,6 +83,7 @@ def test_frames_are_due_by_the_schedule() -> None:
     assert next(frames).frame == 21
 
 
-def test_film_without_messages_is_a_one_line_error(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["stand-in", str(tmp_path / "none.toml"), "--id", "1"]) == 1
-    assert "none.toml" in capsys.readouterr().err
+def test_film_without_messages_is_a_one_line_error(tmp_path) -> None:
+    result = CliRunner().invoke(program, ["stand-in", str(tmp_path / "none.toml"), "--id", "1"])
+    assert (result.exit_code, result.stderr.count("\n")) == (1, 1)
+    assert "none.toml" in result.stderr

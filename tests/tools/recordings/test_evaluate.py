@@ -14,7 +14,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy, pairing_note
 
 ALL = ScoredFrames()
 
@@ -98,6 +98,29 @@ def test_figures_agree_with_the_shared_scorer(tmp_path: Path) -> None:
     ours = accuracy(track, truth, ScoredFrames(first=Bound(9)))
     for name in ("frames", "joints", "mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
         assert getattr(ours, name) == pytest.approx(shared[name], abs=0.011), name
+
+
+def filmed(count: int, rate: float, step: int = 1, first: int = 0) -> Trajectories:
+    """Every step-th of `count` frames that were filmed at `rate` frames/s."""
+    frames = np.arange(first, count, step)
+    return Trajectories(("Hip",), frames, frames / rate, np.zeros((len(frames), 1, 3)), rate / step)
+
+
+def test_frames_of_equal_numbers_at_equal_times_need_no_note() -> None:
+    assert pairing_note(filmed(100, 30.0), filmed(100, 29.97), 1, 0) == ""
+    assert pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 2, 0) == ""
+    assert pairing_note(filmed(120, 30.0, first=20), filmed(100, 30.0), 1, 20) == ""
+
+
+def test_a_video_of_half_the_rate_has_other_times() -> None:
+    for every in (1, 2):
+        assert "last 3.27 s in the take and 1.63 s in the truth" in pairing_note(
+            filmed(99, 30.0), filmed(200, 60.0), every, 0
+        )
+
+
+def test_a_take_of_every_second_frame_needs_the_option() -> None:
+    assert "give --every 2" in pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 1, 0)
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from zenocap.tools.cli.main import app
+from tests.support.command import app
 from zenocap.tools.warmup.parts import PARTS
 from zenocap.tools.warmup.processes import WEIGHTS, compile_parts, shared_out
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
-from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
-from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
+from zenocap.tools.cli.calibrate.output import POOR, CalibrationOption, ForceOption, check_new, finish, show, writing
+from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.camera.lens import Lens
@@ -23,45 +24,50 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.live.camera import LiveCamera
     from zenocap.tools.live.page import Mode
 
+Films = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="FOLDER | VIDEO... | CAMERA...",
+        help="Folder with a video, or a folder of images, for each camera; or the videos; or, in place of a video, its "
+        ".corners file of `zenocap calibrate detect`.  With --live: a rig file, or NAME=SOURCE as for `zenocap film`; "
+        "default: all cameras of this machine.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class BoardCalibrationArguments:
+    """floor: times at which the board lies there, s.  lenses: that are known."""
+
+    floor: list[float] | None = option(
+        None, "Time at which the board lies on the floor, seconds of the videos; may be repeated.", metavar="S"
+    )
+    lenses: Path | None = option(
+        None, "Lenses that are known and stay: a calibration, ROS camera_info, OpenCV, or a folder of these."
+    )
+    output: CalibrationOption = Path("calibration.toml")
+    force: ForceOption = False
+    as_json: JsonOption = False
+    live: bool = option(False, "Search the board in live cameras, on a page that tells what to show next.")
+
+
+@dataclass(frozen=True)
+class DelaysArguments:
+    """Whether delays are estimated."""
+
+    delays: bool = option(True, "Estimate by how long each camera's images are late.", "--delays/--no-delays")
+
 
 def board(
+    films: Films = None,
     *,
-    films: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="FOLDER | VIDEO... | CAMERA...",
-            help="Folder with a video, or a folder of images, for each camera; or the videos; or, in place of a video, its "
-            ".corners file of `zenocap calibrate detect`.  With --live: a rig file, or NAME=SOURCE as for `zenocap film`; "
-            "default: all cameras of this machine.",
-            show_default=False,
-        ),
-    ] = None,
     square: SquareOption,
-    board_options: BoardArguments,
-    floor: Annotated[
-        list[float] | None,
-        typer.Option(
-            metavar="S", help="Time at which the board lies on the floor, seconds of the videos; may be repeated."
-        ),
-    ] = None,
-    lenses: Annotated[
-        Path | None,
-        typer.Option(help="Lenses that are known and stay: a calibration, ROS camera_info, OpenCV, or a folder of these."),
-    ] = None,
-    delays: Annotated[
-        bool, typer.Option("--delays/--no-delays", help="Estimate by how long each camera's images are late.")
-    ] = True,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
-    force: ForceOption = False,
-    as_json: JsonOption = False,
-    live: Annotated[
-        bool, typer.Option("--live", help="Search the board in live cameras, on a page that tells what to show next.")
-    ] = False,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = None,
-    token: TokenOption = None,
-    size: SizeOption = "1280x720",
-    fps: FpsOption = 30.0,
+    given: BoardCalibrationArguments,
+    images: ImageArguments,
+    board_options: Annotated[BoardArguments, EXPERT],
+    expert: Annotated[DelaysArguments, EXPERT],
+    page: Annotated[PageArguments, EXPERT],
 ) -> None:
     """Calibrate lenses, positions and delays of all cameras from videos of a printed board.
 
@@ -79,39 +85,40 @@ def board(
     """
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.board_calibration import calibrated_rig
-    from zenocap.tools.calibration.board_films import board_films, board_views
     from zenocap.tools.calibration.board_report import report, report_data, verdict
 
+    output = given.output
     with one_line_errors():
         described = board_options.board(square)
-        check_new(output, force)
-        known = None if lenses is None else read_lenses(lenses)
-        if live:
-            if floor:
+        check_new(output, given.force)
+        known = None if given.lenses is None else read_lenses(given.lenses)
+        if given.live:
+            if given.floor:
                 raise UserError("--floor: allowed: without --live, whose page has a button for it")
-            raise typer.Exit(_live(films or [], size, fps, page_table(host, port, token), described, known, delays, output))
+            calibration = LiveCalibration(described, known, expert.delays, output)
+            raise typer.Exit(calibration.run(films or [], images, page.table()))
         if not films:
             raise UserError("no videos: allowed: a folder with videos, the videos, or --live")
-        found, notes = board_films([Path(film) for film in films])
-        for note in notes:
-            typer.echo(note, err=True)
-        with progress("searching the board") as shown:
-            seen_board, seen = board_views(
-                described, found, lambda done, total, name: shown.update(done, total or None, name)
-            )
-            shown.restart("calibrating")
-            result = calibrated_rig(seen_board, seen, known, floor or (), delays, lambda step: shown.update(0, note=step))
+        result = _calibrated(films, described, known, given.floor or (), delays=expert.delays)
         write(result, output)
-    word, reasons = verdict(result)
-    if as_json:
-        typer.echo(json.dumps(report_data(result) | {"written": str(output)}, indent=2))
-    else:
-        typer.echo("\n".join([*report(result), f"written: {output}"]))
-        typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
-        typer.echo(f"next: zenocap calibrate check {output}")
-    if word == "poor":
-        raise typer.Exit(POOR)
+    data = report_data(result) if given.as_json else None
+    finish(output, [*report(result), f"written: {output}"], verdict(result), data)
+
+
+def _calibrated(
+    films: Sequence[str], described: Board, lenses: Mapping[str, Lens] | None, floor: Sequence[float], *, delays: bool
+) -> BoardCalibration:
+    """Search the board in films and calibrate, with progress.  Raises UserError."""
+    from zenocap.tools.calibration.board_calibration import calibrated_rig
+    from zenocap.tools.calibration.board_films import board_films, board_views
+
+    found, notes = board_films([Path(film) for film in films])
+    for note in notes:
+        typer.echo(note, err=True)
+    with progress("searching the board") as shown:
+        seen_board, seen = board_views(described, found, lambda done, total, name: shown.update(done, total or None, name))
+        shown.restart("calibrating")
+        return calibrated_rig(seen_board, seen, lenses, floor, delays, lambda step: shown.update(0, note=step))
 
 
 def write(found: BoardCalibration, output: Path) -> None:
@@ -126,35 +133,35 @@ def write(found: BoardCalibration, output: Path) -> None:
         )
 
 
-def _live(
-    texts: Sequence[str],
-    size: str,
-    fps: float,
-    table: PageTable,
-    described: Board,
-    lenses: Mapping[str, Lens] | None,
-    delays: bool,
-    output: Path,
-) -> int:
-    """Guide and calibrate on a page; returns the exit status, FAILED without a calibration."""
-    from zenocap.tools.calibration.board_report import report, verdict
-    from zenocap.tools.live.board_mode import BoardMode
+@dataclass(frozen=True)
+class LiveCalibration:
+    """A calibration on a page.  lenses: that are known.  delays: whether to estimate them."""
 
-    def written(found: BoardCalibration) -> str:
-        write(found, output)
-        word, reasons = verdict(found)
-        typer.echo("\n".join([*report(found), f"written: {output}"]))
-        typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
-        return str(output)
+    described: Board
+    lenses: Mapping[str, Lens] | None
+    delays: bool
+    output: Path
 
-    def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
-        return BoardMode(cameras, described, epoch_ns, written, lenses, delays)
+    def run(self, texts: Sequence[str], images: ImageArguments, table: PageTable) -> int:
+        """Guide and calibrate on a page; returns the exit status, FAILED without a calibration."""
+        from zenocap.tools.calibration.board_report import verdict
+        from zenocap.tools.live.board_mode import BoardMode
 
-    mode = run_page(texts, size, fps, table, "zenocap calibrate board --live", make, loop=False)
-    assert isinstance(mode, BoardMode)
-    mode.close()
-    if mode.result is None:
-        typer.echo("nothing was calibrated", err=True)
-        return FAILED
-    typer.echo(f"next: zenocap calibrate check {output}")
-    return POOR if verdict(mode.result)[0] == "poor" else DONE
+        def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
+            return BoardMode(cameras, self.described, epoch_ns, self._written, self.lenses, self.delays)
+
+        mode = run_page(texts, images, table, "zenocap calibrate board --live", make, loop=False)
+        assert isinstance(mode, BoardMode)
+        mode.close()
+        if mode.result is None:
+            typer.echo("nothing was calibrated", err=True)
+            return FAILED
+        typer.echo(f"next: zenocap calibrate check {self.output}")
+        return POOR if verdict(mode.result)[0] == "poor" else DONE
+
+    def _written(self, found: BoardCalibration) -> str:
+        from zenocap.tools.calibration.board_report import report, verdict
+
+        write(found, self.output)
+        show([*report(found), f"written: {self.output}"], verdict(found))
+        return str(self.output)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.option_groups import option
+
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from pathlib import Path
 
@@ -15,7 +17,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.calibration.board import Board
 
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
-PANEL = "Board"  # of the help
 
 SquareOption = Annotated[
     float,
@@ -32,53 +33,40 @@ OptionalSquareOption = Annotated[
         show_default=False,
     ),
 ]
-ColumnsOption = Annotated[
-    int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6", rich_help_panel=PANEL)
-]
-RowsOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6", rich_help_panel=PANEL
-    ),
-]
-KindOption = Annotated[
-    Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.", rich_help_panel=PANEL)
-]
-MarkerOption = Annotated[
-    float | None,
-    typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.", rich_help_panel=PANEL),
-]
-DictionaryOption = Annotated[
-    str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50", rich_help_panel=PANEL)
-]
-SpacingOption = Annotated[
-    float | None,
-    typer.Option(
-        help="White between two tags of an AprilGrid, by the side of a tag.",
-        show_default="0.3, as Kalibr",
-        rich_help_panel=PANEL,
-    ),
-]
 
 
 @dataclass(frozen=True)
-class BoardArguments:
-    """The options that describe a board, all but the side of its squares."""
+class PatternArguments:
+    """The options that describe the pattern of a board, all but the sides of its squares and markers."""
 
-    columns: ColumnsOption = None
-    rows: RowsOption = None
-    kind: KindOption = "charuco"
-    marker: MarkerOption = None
-    dictionary: DictionaryOption = None
-    spacing: SpacingOption = None
+    columns: int | None = option(None, "Squares, or tags, in a row.", show_default="5, of other kinds 6")
+    rows: int | None = option(
+        None, "Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"
+    )
+    kind: Kind = option("charuco", "Kind of the board; a ChArUco board may be partly hidden.")
+    dictionary: str | None = option(None, "Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
+    spacing: float | None = option(
+        None, "White between two tags of an AprilGrid, by the side of a tag.", show_default="0.3, as Kalibr"
+    )
 
-    def board(self, square_mm: float) -> Board:
+    def board_of(self, square_mm: float, marker_mm: float | None = None) -> Board:
         """The board with squares, or tags, of this side.  Raises UserError."""
         from zenocap.tools.calibration.board import checked_board, usual_squares
 
         usual = usual_squares(self.kind)
         squares = usual[0] if self.columns is None else self.columns, usual[1] if self.rows is None else self.rows
-        return checked_board(self.kind, *squares, square_mm, self.marker, self.dictionary, self.spacing)
+        return checked_board(self.kind, *squares, square_mm, marker_mm, self.dictionary, self.spacing)
+
+
+@dataclass(frozen=True)
+class BoardArguments(PatternArguments):
+    """The options that describe a board, all but the side of its squares."""
+
+    marker: float | None = option(None, "Side of a marker, mm; 0.75 of the square when left out.", metavar="MM")
+
+    def board(self, square_mm: float) -> Board:
+        """The board with squares, or tags, of this side.  Raises UserError."""
+        return self.board_of(square_mm, self.marker)
 
     def film_board(self, square_mm: float | None) -> FilmBoard | None:
         """The same for a film query; None without a side.  Raises UserError."""
@@ -104,8 +92,8 @@ def board_words(board: FilmBoard) -> list[str]:
     words += [f"--kind={board.kind}"] * (board.kind != "charuco")
     if (board.columns, board.rows) != usual_squares(board.kind):
         words += [f"--columns={board.columns}", f"--rows={board.rows}"]
-    for option, value in (("marker", board.marker_mm), ("dictionary", board.dictionary), ("spacing", board.spacing)):
-        words += [f"--{option}={value}"] * (value is not None)
+    for name, value in (("marker", board.marker_mm), ("dictionary", board.dictionary), ("spacing", board.spacing)):
+        words += [f"--{name}={value}"] * (value is not None)
     return words
 
 

@@ -1,8 +1,11 @@
 """Command calibrate detect."""
 
+from __future__ import annotations
+
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,29 +13,36 @@ from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOpti
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, option
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.calibration.board import Board
+    from zenocap.tools.calibration.board_films import BoardFilm
+
+Films = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="FOLDER | VIDEO...",
+        help="Folder with a video, or a folder of images, for each camera; or the videos.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class DetectArguments:
+    """output: folder of the corners.  background: with low priority, for a camera host."""
+
+    output: Path | None = option(
+        None, "Folder to write.", "-o", "--output", metavar="FOLDER", show_default="corners in FOLDER, or here"
+    )
+    force: ForceOption = False
+    as_json: JsonOption = False
+    background: bool = option(False, "With low priority.", hidden=True)
 
 
 def detect(
-    *,
-    films: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="FOLDER | VIDEO...",
-            help="Folder with a video, or a folder of images, for each camera; or the videos.",
-            show_default=False,
-        ),
-    ],
-    square: SquareOption,
-    board_options: BoardArguments,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FOLDER", help="Folder to write.", show_default="corners in FOLDER, or here"
-        ),
-    ] = None,
-    force: ForceOption = False,
-    as_json: JsonOption = False,
-    background: Annotated[bool, typer.Option("--background", hidden=True, help="With low priority.")] = False,
+    films: Films, *, square: SquareOption, given: DetectArguments, board_options: Annotated[BoardArguments, EXPERT]
 ) -> None:
     """Detect a printed board in the films of this machine, and write the corners for a calibration on another machine.
 
@@ -44,40 +54,45 @@ def detect(
     """
     from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
     from zenocap.tools.calibration.board_films import searchable_films
-    from zenocap.tools.calibration.corners_file import write_corners
-    from zenocap.tools.calibration.detection import detected
 
-    if background:
+    if given.background:
         import logging
 
         from zenocap.common.runtime.priority import lower_priority
 
         lower_priority(logging.getLogger(__name__))
-    written: list[dict[str, object]] = []
     with one_line_errors():
         described = board_options.board(square)
         found = searchable_films(films)
-        folder = output or (films[0] / CORNERS if len(films) == 1 and films[0].is_dir() else Path(CORNERS))
+        folder = given.output or (films[0] / CORNERS if len(films) == 1 and films[0].is_dir() else Path(CORNERS))
         paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]
         for path in paths:
-            check_new(path, force)
-        for film, path in zip(found, paths, strict=True):
-            with progress("searching the board") as shown:
-                one = detected(
-                    described, film.path, film.name, lambda done, total, name: shown.update(done, total or None, name)
-                )
-            with writing(path):
-                write_corners(path, one)
-            most = one.most
-            if not as_json:
-                share = f"in {most.coverage:.0%} of the image"
-                typer.echo(f"{film.name}: {len(most.views)} of {one.looks} images show the board, {share}")
-                typer.echo(f"  written: {path}, {path.stat().st_size / 1e6:.1f} MB")
-            data = {"name": film.name, "images": one.looks, "views": len(most.views), "coverage": most.coverage}
-            written.append(data | {"written": str(path)})
-    if as_json:
+            check_new(path, given.force)
+        written = [_detected(described, film, path, given.as_json) for film, path in zip(found, paths, strict=True)]
+    if given.as_json:
         typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
     else:
         typer.echo(
             f"next: copy into {CORNERS}/ of the film's folder where the calibration is made; there, zenocap calibrate board"
         )
+
+
+def _detected(described: Board, film: BoardFilm, path: Path, as_json: bool) -> dict[str, object]:
+    """Search the board in a film, and write the corners; a description of them, which is also printed.
+
+    Raises UserError.
+    """
+    from zenocap.tools.calibration.corners_file import write_corners
+    from zenocap.tools.calibration.detection import detected
+
+    with progress("searching the board") as shown:
+        one = detected(described, film.path, film.name, lambda done, total, name: shown.update(done, total or None, name))
+    with writing(path):
+        write_corners(path, one)
+    most = one.most
+    if not as_json:
+        share = f"in {most.coverage:.0%} of the image"
+        typer.echo(f"{film.name}: {len(most.views)} of {one.looks} images show the board, {share}")
+        typer.echo(f"  written: {path}, {path.stat().st_size / 1e6:.1f} MB")
+    views = {"name": film.name, "images": one.looks, "views": len(most.views), "coverage": most.coverage}
+    return views | {"written": str(path)}

@@ -1,14 +1,22 @@
 """Command calibrate lines."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
-from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, TokenOption
+from zenocap.tools.cli.live_page import FpsOption, ImageArguments, PageArguments
 from zenocap.tools.cli.options import one_line_errors
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.common.camera.line_calibration import Measurements
 
 Pair = tuple[float, float]
 
@@ -34,35 +42,69 @@ height = 1.0
 """
 
 
+@dataclass(frozen=True)
+class LinesArguments:
+    """live_size, fps: of the images that --live requests."""
+
+    example: bool = option(False, "Print a TOML of measurements, and exit.")
+    output: CalibrationOption = Path("calibration.toml")
+    force: ForceOption = False
+    live: LiveOption = False
+    live_size: str = option("1280x720", "With --live: size of the images that is requested, px.", metavar="WxH")
+    fps: FpsOption = 30.0
+
+
+@dataclass(frozen=True)
+class MeasurementArguments:
+    """The measurements, in place of a file of them."""
+
+    size: Pair | None = option(None, "Width and height of the images, px.")
+    d_x: float | None = option(None, "Position of object C on the X axis, m.")
+    d_z: float | None = option(None, "Position of object B on the Z axis, m.")
+    t: float | None = option(None, "Height of the three objects, m.")
+    a1: Pair | None = option(None, "Top of A in camera 1, column and row, px.")
+    b1: Pair | None = option(None, "Top of B in camera 1.")
+    c1: Pair | None = option(None, "Top of C in camera 1.")
+    a2: Pair | None = option(None, "Top of A in camera 2.")
+    b2: Pair | None = option(None, "Top of B in camera 2.")
+    c2: Pair | None = option(None, "Top of C in camera 2.")
+    distance1: float | None = option(None, "Camera 1 to origin along Z, m, if measured.")
+    distance2: float | None = option(None, "Distance of camera 2 from the origin along X, m, if measured.")
+    height1: float | None = option(None, "Height of camera 1, m, if measured.")
+    height2: float | None = option(None, "Height of camera 2, m, if measured.")
+
+    @property
+    def needed(self) -> dict[str, object]:
+        """Values by option, those that a file has too; None for one that is not given."""
+        names = ("size", "d_x", "d_z", "t", "a1", "b1", "c1", "a2", "b2", "c2")
+        return {f"--{name.replace('_', '-')}": getattr(self, name) for name in names}
+
+    @property
+    def given(self) -> list[str]:
+        return [name for name, value in self.needed.items() if value is not None]
+
+    def measurements(self) -> Measurements:
+        """Raises typer.BadParameter for what is missing."""
+        from zenocap.common.camera.line_calibration import Measurements, Pinnacles
+
+        size, d_x, d_z, t = self.size, self.d_x, self.d_z, self.t
+        tops = self.a1, self.b1, self.c1, self.a2, self.b2, self.c2
+        if size is None or d_x is None or d_z is None or t is None or None in tops:
+            missing = ", ".join(name for name, value in self.needed.items() if value is None)
+            raise typer.BadParameter(f"give a TOML of measurements, or also {missing}")
+        if any(side != int(side) for side in size):
+            raise typer.BadParameter(f"--size {size[0]:g} {size[1]:g}: allowed: whole pixels")
+        a1, b1, c1, a2, b2, c2 = cast("tuple[Pair, Pair, Pair, Pair, Pair, Pair]", tops)
+        one, two = Pinnacles(a1, b1, c1, self.distance1, self.height1), Pinnacles(a2, b2, c2, self.distance2, self.height2)
+        return Measurements((int(size[0]), int(size[1])), d_x, d_z, t, one, two)
+
+
 def lines(
     measurements: FileAndCameras = None,
-    example: Annotated[bool, typer.Option("--example", help="Print a TOML of measurements, and exit.")] = False,
-    size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None,
-    d_x: Annotated[float | None, typer.Option(help="Position of object C on the X axis, m.")] = None,
-    d_z: Annotated[float | None, typer.Option(help="Position of object B on the Z axis, m.")] = None,
-    t: Annotated[float | None, typer.Option(help="Height of the three objects, m.")] = None,
-    a1: Annotated[Pair | None, typer.Option(help="Top of A in camera 1, column and row, px.")] = None,
-    b1: Annotated[Pair | None, typer.Option(help="Top of B in camera 1.")] = None,
-    c1: Annotated[Pair | None, typer.Option(help="Top of C in camera 1.")] = None,
-    a2: Annotated[Pair | None, typer.Option(help="Top of A in camera 2.")] = None,
-    b2: Annotated[Pair | None, typer.Option(help="Top of B in camera 2.")] = None,
-    c2: Annotated[Pair | None, typer.Option(help="Top of C in camera 2.")] = None,
-    distance1: Annotated[float | None, typer.Option(help="Camera 1 to origin along Z, m, if measured.")] = None,
-    distance2: Annotated[
-        float | None, typer.Option(help="Distance of camera 2 from the origin along X, m, if measured.")
-    ] = None,
-    height1: Annotated[float | None, typer.Option(help="Height of camera 1, m, if measured.")] = None,
-    height2: Annotated[float | None, typer.Option(help="Height of camera 2, m, if measured.")] = None,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
-    force: ForceOption = False,
-    live: LiveOption = False,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = None,
-    token: TokenOption = None,
-    live_size: Annotated[
-        str, typer.Option(metavar="WxH", help="With --live: size of the images that is requested, px.")
-    ] = "1280x720",
-    fps: FpsOption = 30.0,
+    *,
+    given: LinesArguments,
+    page: Annotated[PageArguments, EXPERT],
+    typed: Annotated[MeasurementArguments, RESEARCH],
 ) -> None:
     """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
 
@@ -71,49 +113,47 @@ def lines(
     With --live, a page at http://127.0.0.1:8090 shows both pictures with their middle lines, in which the tops are placed,
     and at once what one pixel matters: `zenocap calibrate lines lines.toml --live cam01=/dev/video0 cam02=/dev/video2`
     """
-    from zenocap.common.camera.calibration_files import write_calibration
-    from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
-    from zenocap.common.camera.line_sensitivity import sensitivity
-    from zenocap.tools.calibration.lines_file import read_measurements, solution_report, verdict
-
-    if example:
+    if given.example:
         typer.echo(EXAMPLE, nl=False)
         return
-    options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
-    options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
-    with one_line_errors():
-        check_new(output, force)
-        given = [name for name, value in options.items() if value is not None]
-        if live:
-            from zenocap.tools.live.points_lines import LinePoints
+    from zenocap.common.camera.calibration_files import write_calibration
+    from zenocap.common.camera.line_calibration import calibrate_lines
+    from zenocap.common.camera.line_sensitivity import sensitivity
+    from zenocap.tools.calibration.lines_file import solution_report, verdict
 
-            if given:
-                raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(given)}")
-            path, sources = file_and_cameras(measurements, "lines.toml")
-            page, program = (host, port, token), "zenocap calibrate lines --live"
-            task = lambda names: LinePoints(names, path, output)  # noqa: E731
-            raise typer.Exit(run_points(sources, live_size, fps, page, program, task, output))
-        if measurements:
-            file = one_file(measurements, "")
-            if given:
-                raise typer.BadParameter(f"{file} has the measurements: leave out {', '.join(given)}")
-            measured = read_measurements(file)
-        elif size and d_x is not None and d_z is not None and t is not None and a1 and b1 and c1 and a2 and b2 and c2:
-            one = Pinnacles(a1, b1, c1, distance1, height1)
-            two = Pinnacles(a2, b2, c2, distance2, height2)
-            if any(side != int(side) for side in size):
-                raise typer.BadParameter(f"--size {size[0]:g} {size[1]:g}: allowed: whole pixels")
-            measured = Measurements((int(size[0]), int(size[1])), d_x, d_z, t, one, two)
-        else:
-            missing = ", ".join(name for name, value in options.items() if value is None)
-            raise typer.BadParameter(f"give a TOML of measurements, or also {missing}")
+    output = given.output
+    with one_line_errors():
+        check_new(output, given.force)
+        if given.live:
+            _live(measurements, given, page, typed)
+        measured = _measured(measurements, typed)
         solved = calibrate_lines(measured)
         with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in solved})
     found = [sensitivity(measured, number, camera) for number, camera in enumerate(solved, start=1)]
     report = [line for camera, effects in zip(solved, found, strict=True) for line in solution_report(camera, effects)]
-    typer.echo("\n".join([*report, f"written: {output}"]))
-    word, reasons = verdict(measured, solved, found)
-    typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
-    if word == "poor":
-        raise typer.Exit(POOR)
+    raise typer.Exit(show([*report, f"written: {output}"], verdict(measured, solved, found)))
+
+
+def _measured(texts: Sequence[str] | None, typed: MeasurementArguments) -> Measurements:
+    """Measurements of the file, or of the options.  Raises UserError, typer.BadParameter."""
+    from zenocap.tools.calibration.lines_file import read_measurements
+
+    if not texts:
+        return typed.measurements()
+    file = one_file(texts, "")
+    if typed.given:
+        raise typer.BadParameter(f"{file} has the measurements: leave out {', '.join(typed.given)}")
+    return read_measurements(file)
+
+
+def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArguments, typed: MeasurementArguments) -> NoReturn:
+    """Measure and calibrate on a page, and end the command.  Raises UserError, typer.BadParameter."""
+    from zenocap.tools.live.points_lines import LinePoints
+
+    if typed.given:
+        raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(typed.given)}")
+    path, sources = file_and_cameras(texts, "lines.toml")
+    task = lambda names: LinePoints(names, path, given.output)  # noqa: E731
+    images = ImageArguments(given.live_size, given.fps)
+    run_points(sources, images, page, "zenocap calibrate lines --live", task, given.output)

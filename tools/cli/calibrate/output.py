@@ -1,16 +1,27 @@
 """What commands of `zenocap calibrate` that write a file share."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
 from zenocap.common.errors import UserError
+from zenocap.tools.cli.options import DONE
 
 POOR = 3  # exit status of a calibration with remarks
 
+CalibrationOption = Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")]
+LensesOption = Annotated[
+    Path,
+    typer.Option(
+        help="Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
+        "that of all cameras.",
+        show_default=False,
+    ),
+]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
 
 
@@ -27,3 +38,24 @@ def writing(output: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror}") from error
+
+
+def show(lines: Sequence[str], verdict: tuple[str, Sequence[str]]) -> int:
+    """Print the report of a calibration, with its verdict: word and reasons; returns the exit status."""
+    word, reasons = verdict
+    typer.echo("\n".join(lines))
+    typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
+    return POOR if word == "poor" else DONE
+
+
+def finish(
+    output: Path, lines: Sequence[str], verdict: tuple[str, Sequence[str]], data: Mapping[str, object] | None = None
+) -> NoReturn:
+    """Print the report of the calibration in `output`, or its data as JSON, and end the command."""
+    if data is None:
+        status = show(lines, verdict)
+        typer.echo(f"next: zenocap calibrate check {output}")
+    else:
+        status = POOR if verdict[0] == "poor" else DONE
+        typer.echo(json.dumps({**data, "written": str(output)}, indent=2))
+    raise typer.Exit(status)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.calibrate.output import POOR
-from zenocap.tools.cli.live_page import page_table, run_page
-from zenocap.tools.cli.options import DONE, FAILED
+from zenocap.tools.cli.calibrate.output import finish
+from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
+from zenocap.tools.cli.options import FAILED
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.live.camera import LiveCamera
@@ -69,29 +69,26 @@ def _expanded(text: str) -> list[str]:
 
 def run_points(
     sources: Sequence[str],
-    size: str,
-    fps: float,
-    page: tuple[str, int | None, str | None],
+    images: ImageArguments,
+    page: PageArguments,
     program: str,
     make_task: Callable[[list[str]], PointsTask],
     output: Path,
-) -> int:
-    """Serve the page until Finish; returns the exit status, FAILED when nothing was saved.  Raises UserError.
+) -> NoReturn:
+    """Serve the page until Finish, and end the command, with status FAILED when nothing was saved.  Raises UserError.
 
-    page: host, port, token.  make_task: of the names of the cameras.
+    make_task: of the names of the cameras.
     """
     from zenocap.tools.live.points_mode import PointsMode
 
     def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
         return PointsMode(cameras, make_task([camera.name for camera in cameras]))
 
-    mode = run_page(sources, size, fps, page_table(*page), program, make, loop=False)
+    mode = run_page(sources, images, page.table(), program, make, loop=False)
     assert isinstance(mode, PointsMode)
     mode.close()
     if mode.solution is None:
         typer.echo("nothing was saved", err=True)
-        return FAILED
-    typer.echo("\n".join([*mode.solution.report, f"written: {', '.join(mode.written)}"]))
-    typer.echo("\n  ".join([f"verdict: {mode.solution.verdict}", *mode.solution.reasons]))
-    typer.echo(f"next: zenocap calibrate check {output}")
-    return POOR if mode.solution.verdict == "poor" else DONE
+        raise typer.Exit(FAILED)
+    solution = mode.solution
+    finish(output, [*solution.report, f"written: {', '.join(mode.written)}"], (solution.verdict, solution.reasons))

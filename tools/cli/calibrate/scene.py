@@ -1,15 +1,22 @@
 """Command calibrate scene."""
 
-import json
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, finish, show, writing
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
-from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption
+from zenocap.tools.cli.live_page import ImageArguments, PageArguments
 from zenocap.tools.cli.options import JsonOption, one_line_errors
+from zenocap.tools.option_groups import EXPERT, option
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.common.camera.lens import Lens
 
 SCENE_EXAMPLE = """# For zenocap calibrate scene: points of the room, measured with a tape, and where each camera sees them.
 size = [640, 480]               # of the images, px; may be left out with --lenses
@@ -32,25 +39,30 @@ shelf = [319.5, 167.9]
 """
 
 
+@dataclass(frozen=True)
+class SceneArguments:
+    """lenses: without, the focal lengths are estimated."""
+
+    lenses: Path | None = option(
+        None,
+        "Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
+        "that of all cameras.  Without: the focal length is estimated, which needs six points at different heights.",
+    )
+    output: CalibrationOption = Path("calibration.toml")
+    force: ForceOption = False
+    as_json: JsonOption = False
+    example: bool = option(False, "Print a TOML of points, and exit.")
+    live: LiveOption = False
+
+    def known(self) -> Mapping[str, Lens] | None:
+        """The lenses.  Raises UserError."""
+        from zenocap.common.camera.lens_files import read_lenses
+
+        return None if self.lenses is None else read_lenses(self.lenses)
+
+
 def scene(
-    points: FileAndCameras = None,
-    lenses: Annotated[
-        Path | None,
-        typer.Option(
-            help="Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
-            "that of all cameras.  Without: the focal length is estimated, which needs six points at different heights."
-        ),
-    ] = None,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
-    force: ForceOption = False,
-    as_json: JsonOption = False,
-    example: Annotated[bool, typer.Option("--example", help="Print a TOML of points, and exit.")] = False,
-    live: LiveOption = False,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = None,
-    token: TokenOption = None,
-    size: SizeOption = "1280x720",
-    fps: FpsOption = 30.0,
+    points: FileAndCameras = None, *, given: SceneArguments, images: ImageArguments, page: Annotated[PageArguments, EXPERT]
 ) -> None:
     """Calibrate each camera from points of the room whose places are known, four or more with a lens file.
 
@@ -60,47 +72,35 @@ def scene(
     once where each camera is, which point contradicts the others, and what one pixel matters; it writes the file of points
     too: `zenocap calibrate scene points.toml --live left=/dev/video0 right=right.png --lenses lenses.toml`
     """
-    if example:
+    if given.example:
         typer.echo(SCENE_EXAMPLE, nl=False)
         return
     from zenocap.common.camera.calibration_files import write_calibration
-    from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.tools.calibration.scene_file import placed_cameras, read_scene, scene_report, scene_verdict
+    from zenocap.tools.calibration.scene_file import placed_cameras, read_scene, scene_data, scene_report, scene_verdict
 
+    output = given.output
     with one_line_errors():
-        if not live:
-            file = one_file(points, "give a TOML of points; --example prints one")
-        check_new(output, force)
-        known = None if lenses is None else read_lenses(lenses)
-        if live:
-            from zenocap.tools.live.points_scene import ScenePoints
-
-            if as_json:
-                raise typer.BadParameter("--json: allowed: without --live")
-            path, sources = file_and_cameras(points, "points.toml")
-            page, program = (host, port, token), "zenocap calibrate scene --live"
-            task = lambda names: ScenePoints(names, path, output, known)  # noqa: E731
-            raise typer.Exit(run_points(sources, size, fps, page, program, task, output))
-        placed = placed_cameras(read_scene(file), known)
+        if given.live:
+            _live(points, given, images, page)
+        file = one_file(points, "give a TOML of points; --example prints one")
+        check_new(output, given.force)
+        placed = placed_cameras(read_scene(file), given.known())
         with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in placed})
-    word, reasons = scene_verdict(placed)
-    if as_json:
-        cameras = [
-            {
-                "name": one.camera.name,
-                "position_m": one.camera.centre.tolist(),
-                "focal_px": float(one.camera.matrix[0, 0]),
-                "residuals_px": dict(zip(one.points, one.residuals_px.tolist(), strict=True)),
-                "expected_error_m": one.error_m,
-                "remarks": list(one.remarks),
-            }
-            for one in placed
-        ]
-        typer.echo(json.dumps({"verdict": word, "reasons": reasons, "cameras": cameras, "written": str(output)}, indent=2))
-    else:
-        report = [line for one in placed for line in scene_report(one)]
-        typer.echo("\n".join([*report, f"written: {output}"]))
-        typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
-    if word == "poor":
-        raise typer.Exit(POOR)
+    if given.as_json:
+        finish(output, (), scene_verdict(placed), scene_data(placed))
+    report = [line for one in placed for line in scene_report(one)]
+    raise typer.Exit(show([*report, f"written: {output}"], scene_verdict(placed)))
+
+
+def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArguments, page: PageArguments) -> NoReturn:
+    """Place the points on a page, and end the command.  Raises UserError, typer.BadParameter."""
+    from zenocap.tools.live.points_scene import ScenePoints
+
+    check_new(given.output, given.force)
+    known = given.known()
+    if given.as_json:
+        raise typer.BadParameter("--json: allowed: without --live")
+    path, sources = file_and_cameras(texts, "points.toml")
+    task = lambda names: ScenePoints(names, path, given.output, known)  # noqa: E731
+    run_points(sources, images, page, "zenocap calibrate scene --live", task, given.output)

@@ -1,41 +1,40 @@
 """Command calibrate walk."""
 
-import json
+from __future__ import annotations
+
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.tools.calibration.walk.calibration import WalkCalibration
+
+WalkFolder = Annotated[
+    Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False)
+]
 
 
-def walk(
-    folder: Annotated[
-        Path,
-        typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False),
-    ],
-    height: Annotated[
-        float,
-        typer.Option(metavar="M", help="Height of the person, in shoes, m.", show_default=False),
-    ],
-    lenses: Annotated[
-        Path,
-        typer.Option(
-            help="Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
-            "that of all cameras.",
-            show_default=False,
-        ),
-    ],
-    seconds: Annotated[
-        float, typer.Option(min=2, max=600, help="Length of the part to use, from the beginning (s).")
-    ] = 90.0,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
-    force: ForceOption = False,
-    as_json: JsonOption = False,
-) -> None:
+@dataclass(frozen=True)
+class WalkArguments:
+    """height: of the person, m.  seconds: of the videos that are used."""
+
+    height: Annotated[float, typer.Option(metavar="M", help="Height of the person, in shoes, m.")]
+    lenses: LensesOption
+    seconds: float = option(90.0, "Length of the part to use, from the beginning (s).", min=2, max=600)
+    output: CalibrationOption = Path("calibration.toml")
+    force: ForceOption = False
+    as_json: JsonOption = False
+
+
+def walk(folder: WalkFolder, *, given: WalkArguments) -> None:
     """Calibrate the positions of all cameras without a board, from one person who walks about.
 
     The person walks through the whole area for half a minute, in curves, upright, and is seen from head to feet by two
@@ -45,44 +44,40 @@ def walk(
 
     Example: `zenocap calibrate walk monday --height 1.75 --lenses lenses.toml -o calibration.toml`
     """
+    from zenocap.tools.calibration.walk.report import report, report_data, verdict
+
+    with one_line_errors():
+        found, offsets = _calibrated(folder, given)
+    data = report_data(found) if given.as_json else None
+    finish(given.output, [*report(found), f"written: {given.output}", *offsets], verdict(found), data)
+
+
+def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, list[str]]:
+    """Calibrate and write the files; the result, and lines about the beginnings of the videos.  Raises UserError."""
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
     from zenocap.tools.calibration.walk.calibration import calibrated_films
     from zenocap.tools.calibration.walk.films import filmed
     from zenocap.tools.calibration.walk.parameters import STATURES_M
-    from zenocap.tools.calibration.walk.report import report, report_data, verdict
 
-    with one_line_errors():
-        if not STATURES_M[0] <= height <= STATURES_M[1]:
-            raise UserError(f"--height {height:g}: allowed: {STATURES_M[0]:g} to {STATURES_M[1]:g} m")
-        check_new(output, force)
-        known = read_lenses(lenses)
-        with progress("segmenting") as shown:
-            films = filmed(folder, known, seconds, shown.update)
-            shown.restart("calibrating")
-            found = calibrated_films(
-                films.cameras, films.timing, height, films.hulls, lambda step: shown.update(0, note=step)
-            )
-        for note in films.notes:
-            typer.echo(f"note: {note}", err=True)
-        with writing(output):
-            write_calibration(
-                output,
-                {one.camera.name: one.camera for one in found.cameras},
-                error_px=max(one.off_px for one in found.cameras),
-            )
-        late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
-        offsets = sync_lines(folder, late, force) if any(one.is_certain for one in found.delays.values()) else []
-    word, reasons = verdict(found)
-    if as_json:
-        typer.echo(json.dumps(report_data(found) | {"written": str(output)}, indent=2))
-    else:
-        typer.echo("\n".join([*report(found), f"written: {output}", *offsets]))
-        typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
-        typer.echo(f"next: zenocap calibrate check {output}")
-    if word == "poor":
-        raise typer.Exit(POOR)
+    height, output = given.height, given.output
+    if not STATURES_M[0] <= height <= STATURES_M[1]:
+        raise UserError(f"--height {height:g}: allowed: {STATURES_M[0]:g} to {STATURES_M[1]:g} m")
+    check_new(output, given.force)
+    known = read_lenses(given.lenses)
+    with progress("segmenting") as shown:
+        films = filmed(folder, known, given.seconds, shown.update)
+        shown.restart("calibrating")
+        found = calibrated_films(films.cameras, films.timing, height, films.hulls, lambda step: shown.update(0, note=step))
+    for note in films.notes:
+        typer.echo(f"note: {note}", err=True)
+    cameras = {one.camera.name: one.camera for one in found.cameras}
+    with writing(output):
+        write_calibration(output, cameras, error_px=max(one.off_px for one in found.cameras))
+    late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
+    is_late = any(one.is_certain for one in found.delays.values())
+    return found, sync_lines(folder, late, given.force) if is_late else []
 
 
 def sync_lines(folder: Path, begins: Mapping[str, float], force: bool) -> list[str]:

@@ -3,33 +3,37 @@
 from __future__ import annotations
 
 import signal
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import Annotated, Literal, NoReturn
 
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
-if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    pass
+
+@dataclass(frozen=True)
+class ActArguments:
+    """people_seed: of the first person.  postures: text with commas."""
+
+    people: int = option(12, "Number of people.", min=1, max=1000)
+    people_seed: int = option(0, "First person: seed 12 N.", min=0, max=1_000_000, metavar="N")
+    repetitions: int = option(2, "Repetitions of every posture by every person.", min=1, max=10)
+    postures: str | None = option(None, "Postures; default: all fifteen.", metavar="NAME,...")
+    method: Literal["two-view", "two-view-paper", "hybrid", "truth"] = option(
+        "two-view",
+        "Tracking: two viewers, the same as printed in the paper, hybrid tracker with four cameras, or none (true angles).",
+    )
+    jobs: int = option(2, "Number of processes.", min=1, max=64)
 
 
 def act(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the takes.", show_default=False)],
-    people: Annotated[int, typer.Option(min=1, max=1000, help="Number of people.")] = 12,
-    people_seed: Annotated[int, typer.Option(min=0, max=1_000_000, metavar="N", help="First person: seed 12 N.")] = 0,
-    repetitions: Annotated[int, typer.Option(min=1, max=10, help="Repetitions of every posture by every person.")] = 2,
-    postures: Annotated[str | None, typer.Option(metavar="NAME,...", help="Postures; default: all fifteen.")] = None,
-    method: Annotated[
-        Literal["two-view", "two-view-paper", "hybrid", "truth"],
-        typer.Option(
-            help="Tracking: two viewers, the same as printed in the paper, hybrid tracker with four cameras, or none (true "
-            "angles)."
-        ),
-    ] = "two-view",
-    jobs: Annotated[int, typer.Option(min=1, max=64, help="Number of processes.")] = 2,
+    *,
+    given: ActArguments,
 ) -> None:
     """Render simulated people in the fifteen postures and track the videos: the data of the paper's Table 2.
 
@@ -39,7 +43,7 @@ def act(
 
     Example: `zenocap posture act -o acted`, then `zenocap posture evaluate acted/manifest.csv`
     """
-    wanted = None if postures is None else [name.strip() for name in postures.split(",")]
+    wanted = None if given.postures is None else [name.strip() for name in given.postures.split(",")]
     with one_line_errors():
         from zenocap.common.runtime import logs
         from zenocap.simulation.motion.posture_style import POSTURES
@@ -50,10 +54,10 @@ def act(
         unknown = [name for name in wanted or () if name not in POSTURES]
         if unknown:
             raise typer.BadParameter(f"--postures {', '.join(unknown)}: allowed: {', '.join(POSTURES)}")
-        takes = posture_takes(people_seeds(people_seed, people), wanted or POSTURES, repetitions)
+        takes = posture_takes(people_seeds(given.people_seed, given.people), wanted or POSTURES, given.repetitions)
         signal.signal(signal.SIGTERM, _stop)
         with progress("rendering", "takes") as state:
-            generated = generate_takes(output, method, takes, jobs, state.update)
+            generated = generate_takes(output, given.method, takes, given.jobs, state.update)
     typer.echo(f"{output / MANIFEST}: {len(takes)} takes, {len(generated)} new")
     incomplete = [one for one in generated if one.problems or not one.poses]
     for one in incomplete:

@@ -12,10 +12,11 @@ from zenocap.tools.cli.posture.evaluate import evaluate
 from zenocap.tools.cli.posture.label import label
 from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.train import add, train
+from zenocap.tools.option_groups import add_command
 
 posture = typer.Typer(help="Train, evaluate and inspect posture models.", no_args_is_help=True)
 for command in (label, act, train, add, evaluate):
-    posture.command()(command)
+    add_command(posture, command)
 
 
 @posture.command()

@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from zenocap.tools.cli.options import check_folder
+
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.trajectories import Trajectories
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
     from zenocap.services.recognizer.training.manifest import Row
+    from zenocap.tools.cli.posture.label_options import LabelArguments, LabelExpert
 
 FRAMES_PER_S = 20.0  # of the playback
 HELP = """  a label        label the segment, such as kick  Enter      accept the suggestion
@@ -25,16 +28,7 @@ HELP = """  a label        label the segment, such as kick  Enter      accept th
 
 
 def label_in_terminal(
-    source: Path,
-    output: Path | None,
-    guesser: tuple[str, PostureModel] | None,
-    person: str,
-    accept: bool,
-    only_list: bool,
-    play: bool,
-    speed: float,
-    as_json: bool,
-    joints: Path | None,
+    source: Path, guesser: tuple[str, PostureModel] | None, given: LabelArguments, expert: LabelExpert
 ) -> None:
     """List the segments of a take, or label them; guesser: name and model that suggests labels.  Raises UserError."""
     from zenocap.common.formats.joint_map import read_joint_map
@@ -44,23 +38,24 @@ def label_in_terminal(
     from zenocap.services.recognizer.training.manifest import write_manifest
     from zenocap.tools.posture_page.manifest_file import manifest_at
 
-    output = None if output is None else manifest_at(output)
-    names = None if joints is None else read_joint_map(joints)
+    output = None if given.output is None else manifest_at(given.output)
+    names = None if given.joints is None else read_joint_map(given.joints)
     motion = read_features(source, "directions", names)
     found = candidates_of(motion.times_s, motion.features, motion.rate)
     rows = _rows_of(output)
     left = [one for one in found if not is_labelled(rows, source, one)]
     none: list[Suggestion | None] = [None] * len(left)
     guesses = dict(zip(left, suggest_labels(guesser[1], source, left) if guesser else none, strict=True))
-    if output is None or only_list:
-        _list(source, guesses, as_json)
+    if output is None or given.only_list or given.as_json:
+        _list(source, guesses, given.as_json)
         return
-    if accept:
+    if given.accept:
         chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
     else:
-        centres = read_centres(source, names) if play else None
-        chosen = labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
-    named = add_rows(rows, source, person, chosen)
+        centres = read_centres(source, names) if expert.play else None
+        limits = float(motion.times_s[0]), float(motion.times_s[-1])
+        chosen = labels_entered(guesses, limits, centres, expert.speed)
+    named = add_rows(rows, source, given.person, chosen)
     if chosen:
         write_manifest(output, named)
     typer.echo(f"{output}: {len(chosen)} of {len(left)} labelled, {len(named)} rows")
@@ -85,14 +80,10 @@ def _list(source: Path, guesses: Mapping[Candidate, Suggestion | None], as_json:
 
 def _rows_of(output: Path | None) -> list[Row]:
     """Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.services.recognizer.training.manifest import read_manifest
 
-    if output is None or not output.is_file():
-        if output is not None and not output.parent.is_dir():
-            raise UserError(f"{output}: there is no folder {output.parent}: allowed: a file in a folder that exists")
-        return []
-    return read_manifest(output)
+    check_folder(output)
+    return [] if output is None or not output.is_file() else read_manifest(output)
 
 
 def labels_entered(
@@ -105,43 +96,48 @@ def labels_entered(
     chosen: list[tuple[Candidate, str]] = []
     typer.echo(HELP)
     for number, (one, guess) in enumerate(guesses.items(), 1):
-        play_again = True
         while True:
-            if play_again and centres is not None:
+            if centres is not None:
                 _play(centres, one, speed)
-            play_again = False
-            span = f"{one.start_s:.2f} to {one.end_s:.2f} s, {', '.join(one.limbs)}"
-            typer.echo(f"{number} of {len(guesses)}: {span}; suggestion: {guess or 'none'}")
-            try:
-                entered = input("posture> ").strip()
-            except (EOFError, KeyboardInterrupt):
-                typer.echo("")
+            answer = _answer(one, guess, f"{number} of {len(guesses)}", limits)
+            if answer is None:
                 return chosen
-            word, _, value = entered.partition(" ")
-            if entered == "q":
-                return chosen
-            if entered == "s":
+            if isinstance(answer, str):
+                chosen += [(one, answer)] * bool(answer)
                 break
-            if entered == "?":
-                typer.echo(HELP)
-            elif entered == "r":
-                play_again = True
-            elif word in ("b", "e") and value:
-                moved = _moved(one, word, value, limits)
-                if moved is None:
-                    typer.echo(f"{entered!r}: allowed: seconds, such as {word} -0.2, within the take, begin before end")
-                else:
-                    one, play_again = moved, True
-            elif entered or guess:
-                text = entered or (guess.label if guess else "")
-                problem = _problem(text)
-                if problem is None:
-                    chosen.append((one, text))
-                    break
-                typer.echo(problem)
-            else:
-                typer.echo("no suggestion: type a label, s to skip the segment, or ? for help")
+            one = answer
     return chosen
+
+
+def _answer(one: Candidate, guess: Suggestion | None, number: str, limits: tuple[float, float]) -> Candidate | str | None:
+    """The label of a candidate, empty to skip it; the candidate to play again; or None at the end of the answers."""
+    while True:
+        span = f"{one.start_s:.2f} to {one.end_s:.2f} s, {', '.join(one.limbs)}"
+        typer.echo(f"{number}: {span}; suggestion: {guess or 'none'}")
+        try:
+            entered = input("posture> ").strip()
+        except (EOFError, KeyboardInterrupt):
+            typer.echo("")
+            return None
+        match entered.split(" ", 1):
+            case ["q"]:
+                return None
+            case ["s"]:
+                return ""
+            case ["r"]:
+                return one
+            case ["?"]:
+                typer.echo(HELP)
+            case ["b" | "e" as which, value]:
+                if (moved := _moved(one, which, value, limits)) is not None:
+                    return moved
+                typer.echo(f"{entered!r}: allowed: seconds, such as {which} -0.2, within the take, begin before end")
+            case _:
+                text = entered or (guess.label if guess else "")
+                problem = _problem(text) if text else "no suggestion: type a label, s to skip the segment, or ? for help"
+                if problem is None:
+                    return text
+                typer.echo(problem)
 
 
 def _moved(one: Candidate, which: str, value: str, limits: tuple[float, float]) -> Candidate | None:

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.cli.options import one_line_errors
+from zenocap.tools.cli.options import echo, one_line_errors
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.false_alarms import FalseAlarms
@@ -33,7 +32,7 @@ def show_model(path: Path, as_json: bool) -> None:
         typer.echo(json.dumps(model_json(path, model), ensure_ascii=False))
         return
     for line in lines_of(path, model):
-        typer.echo(printable(line, MAX_LINE))
+        echo(line)
 
 
 def lines_of(path: Path, model: PostureModel) -> Iterator[str]:

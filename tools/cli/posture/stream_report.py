@@ -7,25 +7,19 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zenocap.tools.cli.options import Method
-
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.example_files import Features
     from zenocap.services.recognizer.training.stream_evaluation import Span, StreamOutcome, StreamScore
+    from zenocap.tools.cli.posture.training_options import SourceArguments
 
 HEADINGS = ("labelled", "right", "wrong", "recall", "precision", "false/h", "delay p50", "p95 s")
 CURVE_LINES = 8
 
 
 def read_streams(
-    manifest: Path,
-    kind: Kind,
-    folder: Path | None,
-    method: Method | None,
-    report: Callable[[int, int, str], None],
-    joints: Path | None,
+    manifest: Path, kind: Kind, sources: SourceArguments, report: Callable[[int, int, str], None]
 ) -> dict[Path, tuple[Features, list[Span]]]:
     """Sources of a manifest, rigs tracked first, with the labelled postures in each.  Raises UserError."""
     from zenocap.common.errors import UserError
@@ -37,8 +31,9 @@ def read_streams(
     from zenocap.services.recognizer.training.stream_evaluation import Span
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
 
-    names = None if joints is None else read_joint_map(joints)
-    rows = with_takes(manifest, read_manifest(manifest), folder or manifest.parent / TRACKED, method, report)
+    names = None if sources.joints is None else read_joint_map(sources.joints)
+    folder = sources.tracked or manifest.parent / TRACKED
+    rows = with_takes(manifest, read_manifest(manifest), folder, sources.method, report)
     found: dict[Path, tuple[Features, list[Span]]] = {}
     with grouped_warnings():
         for done, row in enumerate(rows):

@@ -14,31 +14,26 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.training.examples import Example
     from zenocap.services.recognizer.training.manifest import Row
+    from zenocap.tools.cli.posture.training_options import SourceArguments
 
 Report = Callable[[int, int, str], None]
 TRACKED = "tracked"  # folder beside a manifest
 
 
 def read_examples(
-    manifest: Path,
-    kind: Kind,
-    folder: Path | None,
-    method: Method | None,
-    report: Report,
-    missing: list[str] | None = None,
-    joints: Path | None = None,
+    manifest: Path, kind: Kind, sources: SourceArguments, report: Report, missing: list[str] | None = None
 ) -> list[Example]:
     """The examples of a manifest, its rigs tracked first.  missing: takes a line for each row that has no angles.
 
-    joints: file of a joint map.  Raises UserError.
+    Raises UserError.
     """
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.services.recognizer.training.manifest import read_manifest
 
-    names = None if joints is None else read_joint_map(joints)
+    names = None if sources.joints is None else read_joint_map(sources.joints)
     rows = read_manifest(manifest)
-    rows = with_takes(manifest, rows, folder or manifest.parent / TRACKED, method, report)
+    rows = with_takes(manifest, rows, sources.tracked or manifest.parent / TRACKED, sources.method, report)
     return examples_of(manifest, rows, kind, report, missing, names)
 
 

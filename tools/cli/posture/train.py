@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, one_line_errors
+from zenocap.tools.cli.options import JsonOption, OutputOption, check_folder, one_line_errors
 from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
-from zenocap.tools.cli.posture.training_options import (
-    ClassifierOption,
-    FalsePerHourOption,
-    FeaturesOption,
-    IgnoreOption,
-    ManifestPath,
-    MethodOption,
-    RateOption,
-    ScaleOption,
-    SeedOption,
-    StatesOption,
-    SymbolsOption,
-    TopologyOption,
-    TrackedOption,
-    check_folder,
-    settings_of,
-)
+from zenocap.tools.cli.posture.training_options import ManifestPath, SourceArguments, TrainingArguments
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from collections.abc import Sequence
@@ -36,23 +21,26 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 
 
+@dataclass(frozen=True)
+class AlarmArguments:
+    """The rate of false postures that is accepted."""
+
+    false_per_hour: float | None = option(
+        None,
+        "Raise the thresholds until the background shows at most N false postures per hour; default: as learnt "
+        "from held-out people and background.",
+        metavar="N",
+    )
+
+
 def train(
     manifest: ManifestPath,
     output: OutputOption,
-    classifier: ClassifierOption = "forest",
-    features: FeaturesOption = "directions",
-    symbols: SymbolsOption = 64,
-    states: StatesOption = 5,
-    topology: TopologyOption = None,
-    scale: ScaleOption = None,
-    rate: RateOption = 15.0,
-    seed: SeedOption = 0,
-    ignore: IgnoreOption = None,
-    false_per_hour: FalsePerHourOption = None,
-    tracked: TrackedOption = None,
-    method: MethodOption = None,
-    joints: JointsOption = None,
+    *,
     as_json: JsonOption = False,
+    sources: SourceArguments,
+    alarms: Annotated[AlarmArguments, EXPERT],
+    training: Annotated[TrainingArguments, RESEARCH],
 ) -> None:
     """Train a posture model of the examples in a manifest, and the rejection of other movements.
 
@@ -64,10 +52,9 @@ def train(
     """
     with one_line_errors():
         check_folder(output)
-        settings = settings_of(classifier, features, symbols, states, topology, scale, rate, seed, ignore)
-        settings = replace(settings, false_per_hour=false_per_hour)
+        settings = training.settings(alarms.false_per_hour)
         with progress("reading takes", "takes") as state:
-            examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
+            examples = read_examples(manifest, settings.features, sources, state.update)
         train_and_write(output, examples, settings)
     show_model(output, as_json)
 
@@ -82,10 +69,9 @@ def add(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="Write the new model here; default: replace MODEL."),
     ] = None,
-    tracked: TrackedOption = None,
-    method: MethodOption = None,
-    joints: JointsOption = None,
     as_json: JsonOption = False,
+    *,
+    sources: SourceArguments,
 ) -> None:
     """Add examples of known or new postures to a model; the sources of the old ones are not needed.
 
@@ -105,7 +91,7 @@ def add(
             )
         stored, settings = read_stored(model)
         with progress("reading takes", "takes") as state:
-            further = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
+            further = read_examples(manifest, settings.features, sources, state.update)
         train_and_write(output or model, joined(stored, further), settings)
     show_model(output or model, as_json)
 

@@ -13,6 +13,7 @@ from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.commands import calibrate
 
 pytestmark = pytest.mark.slow
+GRID = "--kind aprilgrid --square 200 --columns 4 --rows 5"
 BOARD = ("--square", "200", "--columns", "5", "--rows", "7")
 
 
@@ -73,18 +74,7 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
 def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
     cameras = board_pictures(tmp_path / "films", 12, checked_board("aprilgrid", 4, 5, 200.0), seed=2)
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
-    options = (
-        "--kind",
-        "aprilgrid",
-        "--square",
-        "200",
-        "--columns",
-        "4",
-        "--rows",
-        "5",
-        "--lenses",
-        tmp_path / "lenses.toml",
-    )
+    options = (*GRID.split(), "--lenses", tmp_path / "lenses.toml")
     result = run(tmp_path / "films", *options, "--floor", "11", "-o", tmp_path / "a.toml")
     assert result.exit_code in (0, 3), result.output
     assert "board: aprilgrid, 4 x 5 tags of 200 mm, spacing 0.3" in result.output

@@ -12,43 +12,11 @@ from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.calibrate.lines import EXAMPLE
 
 DEMO = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
-OPTIONS = [
-    "--size",
-    "160",
-    "120",
-    "--d-x",
-    "1",
-    "--d-z",
-    "1",
-    "--t",
-    "1.7",
-    "--a1",
-    "79.5",
-    "39.3",
-    "--b1",
-    "79.5",
-    "34.5",
-    "--c1",
-    "108.3",
-    "39.3",
-    "--a2",
-    "79.5",
-    "39.3",
-    "--b2",
-    "108.3",
-    "39.3",
-    "--c2",
-    "79.5",
-    "42.6",
-    "--distance1",
-    "5.2",
-    "--distance2",
-    "5.2",
-    "--height1",
-    "1",
-    "--height2",
-    "1",
-]
+MEASURED = (
+    "--size 160 120 --d-x 1 --d-z 1 --t 1.7 --a1 79.5 39.3 --b1 79.5 34.5 --c1 108.3 39.3 --a2 79.5 39.3 --b2 108.3 39.3 "
+    "--c2 79.5 42.6 --distance1 5.2 --distance2 5.2 --height1 1 --height2 1"
+)
+OPTIONS = MEASURED.split()
 
 
 def run(*arguments: str):
@@ -125,23 +93,21 @@ def test_invalid_measurements_are_rejected(tmp_path, old, new, text):
     assert not (tmp_path / "out.toml").exists()
 
 
-def test_unreadable_and_unwritable_files_are_errors(tmp_path):
-    result = run("lines", tmp_path / "none.toml")
-    assert (result.exit_code, "cannot be read: No such file" in result.output) == (1, True)
-    result = run("lines", *OPTIONS, "-o", tmp_path / "none" / "out.toml")
-    assert (result.exit_code, "cannot be written: No such file" in result.output) == (1, True)
-    result = run("lines", *OPTIONS, "-o", tmp_path / "out.yml")
-    assert (result.exit_code, "allowed when writing: .toml" in result.output) == (1, True)
-
-
-def test_wrong_usage(tmp_path):
-    result = run("lines", "--t", "1.7")
-    assert result.exit_code == 2
-    assert "--size" in result.output
-    result = run("lines", tmp_path / "measured.toml", "--t", "1.7")
-    assert result.exit_code == 2
-    result = run("lines", *OPTIONS[:1], "160.5", *OPTIONS[2:])
-    assert result.exit_code == 2
+@pytest.mark.parametrize(
+    ("arguments", "status", "text"),
+    [
+        (["none.toml"], 1, "cannot be read: No such file"),
+        ([*OPTIONS, "-o", "none/out.toml"], 1, "cannot be written: No such file"),
+        ([*OPTIONS, "-o", "out.yml"], 1, "allowed when writing: .toml"),
+        (["--t", "1.7"], 2, "--size"),
+        (["measured.toml", "--t", "1.7"], 2, "--t"),
+        ([*OPTIONS[:1], "160.5", *OPTIONS[2:]], 2, "--size 160.5 120: allowed: whole pixels"),
+    ],
+)
+def test_unusable_files_and_options_are_refused(tmp_path, monkeypatch, arguments, status, text):
+    monkeypatch.chdir(tmp_path)
+    result = run("lines", *arguments)
+    assert (result.exit_code, text in " ".join(result.output.split())) == (status, True), result.output
 
 
 def test_check_prints_positions_and_attitudes():

@@ -114,10 +114,7 @@ def test_existing_corners_are_kept_without_force_and_json_names_them(machines, t
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
-    [
-        (("--square", "0.1"), 1, "--square 0.1: allowed: the side of a square, 2 to 1000 mm"),
-        ((), 2, "--square"),
-    ],
+    [(("--square", "0.1"), 1, "--square 0.1: allowed: the side of a square, 2 to 1000 mm"), ((), 2, "--square")],
 )
 def test_wrong_options_are_refused(films, tmp_path, arguments, status, text):
     result = run("detect", films, *arguments, "-o", tmp_path)

@@ -250,15 +250,6 @@ def test_invalid_input_is_a_one_line_error(
     assert not (tmp_path / "x.postures").exists()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("command", ["train", "evaluate", "info"])
-def test_every_command_has_a_help_text(command: str) -> None:
-    status, text, _ = zenocap("posture", command, "--help")
-    assert status == 0
-    assert len(text.split()) > 30
-    assert "Example" in text
-
-
 def test_takes_of_rigs_are_named_by_path_and_method(tmp_path: Path) -> None:
     (tmp_path / "clips" / "a b").mkdir(parents=True)
     (tmp_path / "studio.toml").touch()

@@ -8,10 +8,11 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
-from zenocap.common.formats.motion_files import FORMATS
 from zenocap.common.formats.pose_track import Bound, inside
 from zenocap.common.formats.trajectories import Trajectories
 
+CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres
+ANGLES = (".mot", *CENTRES)
 LOST_M = 0.25
 SAME_RATE = 0.02  # relative difference up to which two durations are equal; chosen by hand
 PELVIS = ("LHip", "RHip", "Neck")
@@ -47,7 +48,7 @@ class Accuracy:
 
 def check_truth(path: Path, *, angles: bool) -> None:
     """Raise UserError for a file without joint angles, or joint centres."""
-    allowed = dict.fromkeys((*((".mot", *FORMATS) if angles else FORMATS), *import_suffixes()))
+    allowed = dict.fromkeys((*(ANGLES if angles else CENTRES), *import_suffixes()))
     if path.suffix.lower() not in allowed:
         quantity = "joint angles" if angles else "joint centres"
         raise UserError(f"--truth {path}: suffix {path.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")

@@ -7,10 +7,9 @@ from typing import Literal, Protocol
 from zenocap.common.formats.take_poses import summary_of
 from zenocap.common.rig.rig import Rig
 from zenocap.services.viewer.sources.source import frame_count
-from zenocap.tools.recordings import redraw
 from zenocap.tools.recordings.both_ways import track_both_ways
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, track
+from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, frame_sets_again, track
 
 PICTURES = 20  # of an overlay, about
 TRACKING = "tracking"
@@ -69,7 +68,7 @@ class TrackJob:
         if result.both_ways:
             summary = summary_of(take)
             drawing.use_body(summary.anatomy, summary.bdp)
-        for count, frame_set in enumerate(redraw.frame_sets_again(self.rig, take, self.jobs), 1):
+        for count, frame_set in enumerate(frame_sets_again(self.rig, take, self.jobs), 1):
             drawing.add(frame_set)
             self._shown.update(count)
 

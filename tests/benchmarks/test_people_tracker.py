@@ -23,7 +23,7 @@ from benchmarks.people.tracker import (
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.body.average_body import body_of_height
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 NAN = float("nan")
 FRAMES, RATE = range(40), 60.0
@@ -71,7 +71,7 @@ def test_a_path_without_any_pose_is_completely_lost() -> None:
 def test_errors_by_frame_have_the_scorers_mean() -> None:
     path, truth = path_of(range(4), 0.05), truth_of(range(4))
     assert frame_errors(path, truth)[1].mean() == pytest.approx(
-        accuracy(trajectories(path, RATE), truth, Selection()).mpjpe_mm
+        accuracy(trajectories(path, RATE), truth, ScoredFrames()).mpjpe_mm
     )
 
 

@@ -315,7 +315,7 @@ def test_an_interrupted_command_names_what_it_leaves(
     if function == "both_ways":
         monkeypatch.setattr("zenocap.tools.recordings.both_ways.both_ways", interrupt)
     else:
-        monkeypatch.setattr("zenocap.tools.recordings.track.frame_sets_again", interrupt_drawing)
+        monkeypatch.setattr("zenocap.tools.recordings.track_job.frame_sets_again", interrupt_drawing)
     path, pictures = tmp_path / output, tmp_path / "pictures"
     status, out, err = command("track", arms_file(tmp_path), "-o", path, "--overlay", pictures)
     assert status != 0

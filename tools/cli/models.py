@@ -12,7 +12,7 @@ from zenocap.tools.cli.options import JsonOption, one_line_errors
 
 Name = Annotated[Literal["people"], typer.Argument(help="Model; there is one.", show_default=False)]
 
-models = typer.Typer(help="Model files that are not part of zenocap: the network of `people = true`.", no_args_is_help=True)
+models = typer.Typer(help="Model files that are not shipped: the network of `people = true`.", no_args_is_help=True)
 
 
 @models.command()

@@ -16,15 +16,16 @@ def traces(
     endpoint: Annotated[
         str, typer.Option(metavar="URL", help="Collector or tracing program that takes OTLP over HTTP.")
     ] = DEFAULT_ENDPOINT,
-    every: Annotated[int, typer.Option(min=1, metavar="N", help="Trace one instant of N; 1 for all.")] = 30,
+    every: Annotated[int, typer.Option(min=1, metavar="N", help="Trace one frame set of N; 1 for all.")] = 30,
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Send the way of instants, from the cameras to the pose, to an OpenTelemetry collector, Jaeger, Tempo and others.
+    """Send latency traces of frame sets to OpenTelemetry.
 
-    Every traced instant is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker, or
-    the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
-    publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
+    From the cameras to the pose, to a collector, Jaeger, Tempo and others. Every traced frame set is one trace: the
+    silhouette of each viewer from the capture of its frame on, then the tracker, or the integrator and the search of
+    arms and legs with the two-view method. Runs on any machine of the network and publishes nothing; the rig needs no
+    change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
 
     Exit status 1: no pose was received; 3: the collector did not take all.
 

@@ -20,12 +20,11 @@ def traces(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Send latency traces of frame sets to OpenTelemetry.
+    """Send latencies of frame sets to OpenTelemetry, Jaeger or Tempo.
 
-    From the cameras to the pose, to a collector, Jaeger, Tempo and others. Every traced frame set is one trace: the
-    silhouette of each viewer from the capture of its frame on, then the tracker, or the integrator and the search of
-    arms and legs with the two-view method. Runs on any machine of the network and publishes nothing; the rig needs no
-    change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
+    Every traced frame set is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker,
+    or the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
+    publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
 
     Exit status 1: no pose was received; 3: the collector did not take all.
 

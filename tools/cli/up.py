@@ -52,11 +52,11 @@ def demo(
 
 
 def up(rig: RigPath, *, given: RunArguments, zenoh: ZenohArguments) -> None:
-    """Run every service of a rig on this machine, and record a take.
+    """Run a rig on this machine, restart what fails, record a take.
 
-    Services that fail are restarted. The services are processes that communicate over loopback; with --listen the
-    integrator accepts connections from other machines. Cameras run until Ctrl-C, videos are played once at their own
-    frame rate (FPS). To track every frame of videos, use `zenocap track`.
+    The services are processes that communicate over loopback; with --listen the integrator accepts connections from other
+    machines. Cameras run until Ctrl-C, videos are played once at their own frame rate (FPS). To track every frame of
+    videos, use `zenocap track`.
 
     Example: `zenocap up studio.toml`
     """

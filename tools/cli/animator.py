@@ -30,11 +30,11 @@ class AnimatorArguments:
 
 
 def animator(rig: RigPath, *, given: AnimatorArguments, arguments: ServiceArguments) -> None:
-    """Show the virtual actor of a live rig on a page at http://127.0.0.1:8080, and send its poses to the rig's outputs.
+    """Show a live rig on a page, and send its poses to its outputs.
 
-    Open the page in any browser. It shows the actor, the views of the cameras, the state of every service, and during the
-    set-up what to correct. It loads nothing from other servers. Other machines can open it only with --host and --token.
-    For a recorded take, use `zenocap show`.
+    Open http://127.0.0.1:8080 in any browser. The page shows the virtual actor, the views of the cameras, the state of
+    every service, and during the set-up what to correct. It loads nothing from other servers. Other machines can open
+    it only with --host and --token. For a recorded take, use `zenocap show`.
 
     Example: `zenocap animator studio.toml`
     """

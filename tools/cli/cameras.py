@@ -89,11 +89,12 @@ def cameras(
     page: Annotated[PageArguments, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
-    """List the cameras of this machine: what to write into a rig file, modes, controls. Or try network streams.
+    """List the cameras of this machine, or try network streams.
 
-    The name in `/dev/v4l/by-id` stays with the camera when it is plugged in again or the machine starts anew, `/dev/video0`
-    need not. Of a stream: size, rate as measured over 2 s, codec, time to the first image; or the reason why there is none.
-    Nothing is changed in the cameras; --pictures fails for one that another program uses.
+    Of a camera: what to write into a rig file, modes, controls. The name in `/dev/v4l/by-id` stays with the camera when
+    it is plugged in again or the machine starts anew, `/dev/video0` need not. Of a stream: size, rate as measured over
+    2 s, codec, time to the first image; or the reason why there is none. Nothing is changed in the cameras; --pictures
+    fails for one that another program uses.
 
     With --discover: the cameras of all machines of the network that announce them, none of this one unless it does.
 

@@ -38,10 +38,11 @@ class CertsArguments:
 
 
 def certs(rig: RigPath, *, given: CertsArguments) -> None:
-    """Create a certificate authority and certificates for the services, router, readers and recorders of a rig.
+    """Create the certificates of a rig, for its services and readers.
 
-    Run it once on one machine and copy the listed files to each machine. Existing files are kept: run it again when a
-    viewer is added. The hosts in the rig's `connect` belong to the router, or without a router to the integrator.
+    It creates a certificate authority, and certificates for services, router, readers and recorders. Run it once on one
+    machine and copy the listed files to each machine. Existing files are kept: run it again when a viewer is added. The
+    hosts in the rig's `connect` belong to the router, or without a router to the integrator.
 
     Example: `zenocap certs studio.toml --host router=192.168.1.10`; `zenocap certs studio.toml --revoke viewer-1` after the
     machine of viewer 1 was lost: its routers exclude the certificate within seconds.

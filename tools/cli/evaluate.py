@@ -63,11 +63,12 @@ class EvaluateArguments:
 
 
 def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> None:
-    """Measure the error of a take's joint centres or joint angles against ground truth, or compare two takes.
+    """Measure the error of a take, or compare two takes.
 
-    Joint centres: mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS
-    distance without each joint's constant offset in the person's pelvis frame, because two bodies do not define their
-    joints alike. lost_pct is the share of joints without estimate or more than 250 mm away.
+    Its joint centres or joint angles are compared with ground truth, another system, or another take. Joint centres:
+    mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS distance
+    without each joint's constant offset in the person's pelvis frame, because two bodies do not define their joints
+    alike. lost_pct is the share of joints without estimate or more than 250 mm away.
 
     Joint angles (degrees): mean absolute error, RMS, bias (mean of take minus truth), RMS without the bias, ranges of
     motion, correlation. Frames are paired by time, within half a frame interval. Definitions: docs/conventions.md.

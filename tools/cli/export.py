@@ -77,9 +77,10 @@ def export(
     span: FrameRange,
     expert: Annotated[ExportExpert, EXPERT],
 ) -> None:
-    """Export the poses of a take: BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ, MOT, for Blender, Unity, OpenSim and others.
+    """Export a take for Blender, Unity, OpenSim and others.
 
-    An existing output is replaced, by the complete file or not at all.
+    Writes its poses as BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ or MOT. An existing output is replaced, by the
+    complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
     csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing

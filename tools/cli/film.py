@@ -57,14 +57,15 @@ def film(
     board_options: Annotated[BoardArguments, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
-    """Record the videos of all cameras and streams of a rig, of all its machines, into a folder for `zenocap track`.
+    """Record videos of a rig's cameras, for `zenocap track`.
 
-    Cameras of viewers that are running (with `film = true` in the rig file), and of other machines on which `zenocap viewer
-    --discover` runs, are filmed by them, on their machine; all others are opened here. A rig that is running goes on. All
-    cameras begin together, when each has given its first image and its exposure is fixed, and end together. Images are not
-    reduced; every frame keeps its capture time, from which `track` pairs them; differences of the machines' clocks are
-    measured and corrected. It ends by itself before the disk is full. Where the rig's backgrounds are `first:N`, leave the
-    scene empty at the beginning for that many frames.
+    Films all cameras and streams of a rig, of all its machines, into one folder. Cameras of viewers that are running
+    (with `film = true` in the rig file), and of other machines on which `zenocap viewer --discover` runs, are filmed by
+    them, on their machine; all others are opened here. A rig that is running goes on. All cameras begin together, when
+    each has given its first image and its exposure is fixed, and end together. Images are not reduced; every frame
+    keeps its capture time, from which `track` pairs them; differences of the machines' clocks are measured and
+    corrected. It ends by itself before the disk is full. Where the rig's backgrounds are `first:N`, leave the scene
+    empty at the beginning for that many frames.
 
     Exit status 3: frames were lost, a camera or machine failed, a video could not be copied, or the film ended early; what
     was filmed can be used.

@@ -79,11 +79,12 @@ def load(
     research: Annotated[LoadResearch, RESEARCH],
     running: ConnectArguments,
 ) -> None:
-    """Measure how many frames, viewers and rigs this machine and its network can process, and the bottleneck.
+    """Measure how many frames, viewers and rigs this machine can take.
 
-    Starts viewers on rendered films, integrators and trackers, and measures the latency from the time a frame is due to the
-    arrival of its pose. A load is held when nothing is lost, 99 % of the poses arrive within one frame period, and no
-    backlog grows. Needs `pip install 'zenocap[load]'`. Ctrl-C ends it and writes the results so far.
+    Measures its network too, and names the bottleneck. Starts viewers on rendered films, integrators and trackers, and
+    measures the latency from the time a frame is due to the arrival of its pose. A load is held when nothing is lost,
+    99 % of the poses arrive within one frame period, and no backlog grows. Needs `pip install 'zenocap[load]'`. Ctrl-C
+    ends it and writes the results so far.
 
     Examples: `zenocap load --rate 60`, `zenocap load --rate 1000` (frame sets per second reached, and cores used),
     `zenocap load --ramp rate`, `zenocap load --rigs 4 --silhouettes`,

@@ -29,11 +29,12 @@ class MirrorArguments:
 
 
 def mirror(take: TakePath, *, given: MirrorArguments) -> None:
-    """Exchange front and back, and left and right, from a time on, and track the take again from there.
+    """Exchange front and back from a time on, and track again.
 
-    For a take in which the tracker took the back of the person for the front. It runs again on the silhouettes of the take;
-    the videos are not needed. At the given time the body is turned round in its place, with left and right limbs exchanged;
-    all later poses are computed anew, also those of the second pass if the take has one. The take itself is not changed.
+    For a take in which the tracker took the back of the person for the front; left and right are exchanged too. The
+    tracker runs again on the silhouettes of the take; the videos are not needed. At the given time the body is turned
+    round in its place, with left and right limbs exchanged; all later poses are computed anew, also those of the second
+    pass if the take has one. The take itself is not changed.
 
     Exit status 3: done, but the silhouettes turned the track back within a second.
 

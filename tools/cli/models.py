@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Name = Annotated[str, typer.Argument(help="people, or one of an installed package.", show_default=False)]
 
-models = typer.Typer(help="Model files that are not part of zenocap: the network of `people = true`.", no_args_is_help=True)
+models = typer.Typer(help="Model files that are not shipped: the network of `people = true`.", no_args_is_help=True)
 
 
 @models.command()

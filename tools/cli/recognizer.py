@@ -32,10 +32,11 @@ def recognizer(
     *,
     arguments: ServiceArguments,
 ) -> None:
-    """Run the posture recognizer of one or more rigs: publishes each posture with its start and end.
+    """Run the posture recognizer of one or more rigs.
 
-    Receives poses of the integrator or the tracker and publishes each posture within half a second of its end; a movement
-    that no model explains is published without a label. Runs until Ctrl-C. A rig that fails does not stop the others.
+    Receives poses of the integrator or the tracker, and publishes each posture with its start and end, within half a
+    second of its end; a movement that no model explains is published without a label. Runs until Ctrl-C. A rig that
+    fails does not stop the others.
 
     Example: `zenocap recognizer studio.toml lab.toml`
     """

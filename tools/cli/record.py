@@ -71,11 +71,12 @@ class PartArguments:
 
 
 def record(what: What, *, given: RecordArguments, parts: Annotated[PartArguments, EXPERT], zenoh: ZenohArguments) -> None:
-    """Record the messages of a rig from any machine on its network, in addition to the integrator's take or instead of it.
+    """Record the messages of a rig from any machine on its network.
 
-    A rig file provides the rig's name, its Zenoh options and the files that are attached to the take; a name or a key
-    expression works without it. Every message is validated. Several recorders may run, each with its own id. It ends with
-    Ctrl-C. Exit status: 3 when messages were lost, 1 when none arrived.
+    Its take is in addition to the integrator's, or instead of it. A rig file provides the rig's name, its Zenoh options
+    and the files that are attached to the take; a name or a key expression works without it. Every message is
+    validated. Several recorders may run, each with its own id. It ends with Ctrl-C. Exit status: 3 when messages were
+    lost, 1 when none arrived.
 
     Example: `zenocap record studio --seconds 600 --part-minutes 10 -e tcp/192.168.1.10:7447`
     """

@@ -68,10 +68,11 @@ def render(
     frames: FrameRange,
     expert: Annotated[RenderExpert, EXPERT],
 ) -> None:
-    """Draw the poses of a take as a film (.mp4, .webm, .webp) or a picture (.png, .jpg). Needs no rig, network or screen.
+    """Draw the poses of a take as a film or a picture.
 
-    A picture shows the first pose, or with --poses several together. The first use compiles the drawing functions, which
-    takes about 10 s. Exit status 3: drawn, but a part of the take is missing.
+    A film is .mp4, .webm or .webp, a picture .png or .jpg. Needs no rig, network or screen. A picture shows the first
+    pose, or with --poses several together. The first use compiles the drawing functions, which takes about 10 s. Exit
+    status 3: drawn, but a part of the take is missing.
 
     Example: `zenocap render walk.mcap -o walk.mp4 --follow --trails 1`
     """

@@ -70,9 +70,10 @@ def replay(
     expert: Annotated[ReplayExpert, EXPERT],
     zenoh: ZenohArguments,
 ) -> None:
-    """Publish the messages of takes on the network: the same bytes on the same keys, at the recorded intervals.
+    """Publish the messages of takes on the network again.
 
-    To look at a take, use `zenocap show`; to recompute it, `zenocap verify`.
+    The same bytes on the same keys, at the recorded intervals. To look at a take, use `zenocap show`; to recompute it,
+    `zenocap verify`.
 
     The replay acts as the services whose messages it publishes, and does not start while one of them is running. Latched
     messages from before --from, such as calibrations, are published first. Times of --from and --until count from the

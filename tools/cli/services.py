@@ -21,10 +21,10 @@ def integrator(
     *,
     arguments: ServiceArguments,
 ) -> None:
-    """Run the integrator of a rig: pair the viewers' sightings, assign their roles, fuse their angles to the pose.
+    """Run the integrator of a rig, which also records the take.
 
-    It also records the take, with every message of the rig. It runs until Ctrl-C. Exit status 3: messages were lost, or the
-    take could not be written.
+    It pairs the viewers' sightings, assigns their roles, and fuses their angles to the pose. The take has every message
+    of the rig. It runs until Ctrl-C. Exit status 3: messages were lost, or the take could not be written.
 
     Example: `zenocap integrator studio.toml -o monday.mcap`
     """
@@ -48,10 +48,11 @@ def integrator(
 
 
 def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
-    """Run the tracker of a rig with method hybrid: from the viewers' silhouettes to the pose and its uncertainty.
+    """Run the tracker of a rig: from silhouettes to the pose.
 
-    It uses the silhouettes of two or more of the rig's viewers, which may come and go. The body is measured while the
-    person stands in the T-pose (arms stretched sideways). It runs until Ctrl-C.
+    For a rig with method hybrid; it publishes the pose and its uncertainty. It uses the silhouettes of two or more of
+    the rig's viewers, which may come and go. The body is measured while the person stands in the T-pose (arms stretched
+    sideways). It runs until Ctrl-C.
 
     Example: `zenocap tracker studio.toml`
     """
@@ -74,7 +75,7 @@ def router(
     *,
     zenoh: RouterArguments,
 ) -> None:
-    """Run a Zenoh router, for networks where the services cannot discover each other.
+    """Run a Zenoh router, where services cannot discover each other.
 
     For rigs with a [security] table it admits holders of a certificate only (see `zenocap certs`); each may publish only
     the topics of its own service. Without a rig it is open to everyone who can reach it.

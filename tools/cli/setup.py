@@ -45,11 +45,11 @@ class SetupArguments:
 
 
 def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments, zenoh: ZenohArguments) -> None:
-    """Set up a rig of cameras, step by step: cameras, focus and light, calibration, rig file, first take.
+    """Set up a rig step by step, from its cameras to a first take.
 
-    Every step says what to do, runs the command for it and shows what came out; a step can be repeated. Ctrl-D leaves; the
-    same command goes on where it was left, because each step leaves a file in the folder: cameras.toml, calibration.toml,
-    rig.toml, recordings.
+    The steps: cameras, focus and light, calibration, rig file, first take. Every step says what to do, runs the command
+    for it and shows what came out; a step can be repeated. Ctrl-D leaves; the same command goes on where it was left,
+    because each step leaves a file in the folder: cameras.toml, calibration.toml, rig.toml, recordings.
 
     Cameras of other machines: run `zenocap viewer --discover` there, with --allow-fetch to calibrate them with a
     person who walks. They are listed, and their source is discover:MACHINE/CAMERA. Zenoh options of the first step are kept

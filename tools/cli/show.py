@@ -52,11 +52,12 @@ class ShowArguments:
 
 
 def show(take: ShownTake, *, given: ShowArguments) -> None:
-    """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
+    """Play a take on a page in the browser.
 
-    The page has the virtual actor, the silhouettes, the joint angles and the recognized postures of the take, as far as
-    they were recorded, and controls for position and rate. The pictures of the cameras are behind the silhouettes of a
-    take that was tracked from a folder. Only this machine can open it.
+    The page, at http://127.0.0.1:8080, plays it in a loop, until Ctrl-C; no rig is needed. It has the virtual actor,
+    the silhouettes, the joint angles and the recognized postures of the take, as far as they were recorded, and
+    controls for position and rate. The pictures of the cameras are behind the silhouettes of a take that was tracked
+    from a folder. Only this machine can open it.
 
     With --beside, the poses of OTHER are shown at the same recorded times, or from the first poses on where these do not
     overlap; the page says which. The page opens at once; the second figure appears when both takes are read.

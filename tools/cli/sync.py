@@ -51,12 +51,13 @@ class SyncArguments:
 
 
 def sync(rig: RigOrTake, *, given: SyncArguments) -> None:
-    """Find the times at which the videos of a folder or rig begin, and write FOLDER/sync.toml; of a rig file, print them.
+    """Find the times at which the videos of a rig begin.
 
-    Sound is compared by the phases of its spectrum; a clap, speech or steps suffice. Without sound, a flash or a lamp that
-    is switched shows in all videos, as a change of the whole image. And the outlines of the
-    person are compared: planes through two cameras that touch the person touch the outline in both views at equal times.
-    This needs the calibration and a person who moves. An existing sync.toml is replaced.
+    They are written into FOLDER/sync.toml; of a rig file, they are printed. Sound is compared by the phases of its
+    spectrum; a clap, speech or steps suffice. Without sound, a flash or a lamp that is switched shows in all videos, as
+    a change of the whole image. And the outlines of the person are compared: planes through two cameras that touch the
+    person touch the outline in both views at equal times. This needs the calibration and a person who moves. An
+    existing sync.toml is replaced.
 
     Sound takes 3 ms per metre: it puts a camera that is 5 m farther from the source 15 ms too early.
 

@@ -16,11 +16,12 @@ from zenocap.tools.cli.progress import progress
 
 
 def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> None:
-    """Show the content of a take: channels with rates and gaps, missing frames, frame sets, health, versions, files.
+    """Show the content of a take, and the verdict on its poses.
 
-    Also the verdict: whether the poses can be used, the reasons, and the parts that are less than good. Reads the whole
-    file, or the part from --from to --until; the verdict of a part is on that part, unless one was recorded in it. Of a
-    cut or damaged take, everything that is intact; then exit status 3.
+    Channels with rates and gaps, missing frames, frame sets, health, versions, files. Also the verdict: whether the
+    poses can be used, the reasons, and the parts that are less than good. Reads the whole file, or the part from --from
+    to --until; the verdict of a part is on that part, unless one was recorded in it. Of a cut or damaged take,
+    everything that is intact; then exit status 3.
 
     Example: `zenocap info recordings/demo.mcap`
     """
@@ -50,9 +51,10 @@ def recover(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Copy the intact content of a cut or damaged take to a new file with index and summary, and list what is lost.
+    """Copy what is intact in a damaged take, and list what is lost.
 
-    The take itself is not changed. Exit status: 0 nothing is lost, 3 something is, 1 there is nothing to recover.
+    The take may be cut or damaged; the new file has an index and a summary. The take itself is not changed. Exit
+    status: 0 nothing is lost, 3 something is, 1 there is nothing to recover.
 
     Example: `zenocap recover recordings/demo.mcap -o whole.mcap`
     """

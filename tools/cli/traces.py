@@ -20,7 +20,7 @@ def traces(
     *,
     zenoh: ZenohArguments,
 ) -> None:
-    """Send the latency of frame sets, from cameras to pose, to an OpenTelemetry collector, Jaeger, Tempo and others.
+    """Send latencies of frame sets to OpenTelemetry, Jaeger or Tempo.
 
     Every traced frame set is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker,
     or the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and

@@ -53,14 +53,14 @@ def track(
     expert: Annotated[TrackExpert, EXPERT],
     research: Annotated[TrackResearch, RESEARCH],
 ) -> None:
-    """Track every frame of a rig's videos offline, and write a take or an export for Blender, OpenSim and others.
+    """Track videos: make a take, or a file for Blender or OpenSim.
 
-    The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
+    Every frame of a rig's videos is tracked offline; the output is a take, or an export for other programs. The same
+    steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
-    --height. An existing output is replaced. Frames are paired by the times in their
-    files. The last lines are the verdict: good, doubtful or unusable, and why; and what to improve at the cameras.
-    Exit status 3: done, but the take is
-    doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
+    --height. An existing output is replaced. Frames are paired by the times in their files. The last lines are the
+    verdict: good, doubtful or unusable, and why; and what to improve at the cameras. Exit status 3: done, but the take
+    is doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
     exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`

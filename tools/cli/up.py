@@ -36,11 +36,12 @@ def demo(
         typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
     ] = "auto",
 ) -> None:
-    """Run everything on this machine with a simulated person: no camera and no network needed.
+    """Run everything with a simulated person: no camera needed.
 
-    Two viewers render the person from the front and from the side, the tracker estimates the pose from their silhouettes,
-    and every message is recorded to recordings/demo-TIME.mcap. With --method two-view the viewers estimate the pose and the
-    integrator fuses their results. A table shows the state of each service, and the page at http://127.0.0.1:8080 the pose.
+    It runs on this machine and needs no network. Two viewers render the person from the front and from the side, the
+    tracker estimates the pose from their silhouettes, and every message is recorded to recordings/demo-TIME.mcap. With
+    --method two-view the viewers estimate the pose and the integrator fuses their results. A table shows the state of
+    each service, and the page at http://127.0.0.1:8080 the pose.
 
     Example: `zenocap demo --seconds 30`
     """
@@ -51,7 +52,7 @@ def demo(
 
 
 def up(rig: RigPath, *, given: RunArguments, zenoh: ZenohArguments) -> None:
-    """Run every service of a rig on this machine, restart those that fail, and record a take.
+    """Run a rig on this machine, restart what fails, record a take.
 
     The services are processes that communicate over loopback; with --listen the integrator accepts connections from other
     machines. Cameras run until Ctrl-C, videos are played once at their own frame rate (FPS). To track every frame of
@@ -85,7 +86,7 @@ def _run(path: Path, given: RunArguments, zenoh: ZenohArguments) -> NoReturn:
 
 
 def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:
-    """Compile everything that is otherwise compiled on first use, so that services start quickly.
+    """Compile now what services would compile on their first start.
 
     demo and up do it when needed; run it before a take where a late start matters. Once per installation.
 

@@ -28,11 +28,11 @@ def verify(
     ] = 0.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Recompute every derived message of a take and compare it byte for byte.
+    """Recompute a take, and compare it byte for byte.
 
-    Each service receives its recorded inputs again, in the order of its input trace; the messages that its step publishes
-    must equal the recorded ones. Needs no network and no video. It starts at the beginning, because every pose depends on
-    those before.
+    Every derived message is compared. Each service receives its recorded inputs again, in the order of its input trace;
+    the messages that its step publishes must equal the recorded ones. Needs no network and no video. It starts at the
+    beginning, because every pose depends on those before.
 
     Exit status 0: all equal. 1: a message differs or is missing from the take; the first difference is printed field by
     field. 3: equal, but not everything could be checked.

@@ -63,10 +63,11 @@ def viewer(
     filming: Annotated[FilmingArguments, EXPERT],
     arguments: ServiceArguments,
 ) -> None:
-    """Run one viewer of a rig: from the images of a camera to silhouettes, sightings and joint angles.
+    """Run one viewer of a rig, or announce the cameras of a machine.
 
-    Run it on the camera's machine, before or after the other services; images stay there. It ends with Ctrl-C, or with its
-    video. Viewers of videos agree on a common start.
+    A viewer makes silhouettes, sightings and joint angles of a camera's images. Run it on the camera's machine, before
+    or after the other services; images stay there. It ends with Ctrl-C, or with its video. Viewers of videos agree on a
+    common start.
 
     With --discover it needs no rig file: it announces the cameras of this machine (`zenocap cameras --discover` lists
     them), records those that `zenocap film` asks for into its folder of films, and runs the viewers of a rig whose file

@@ -13,8 +13,9 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream, without_password
+from zenocap.common.runtime.clock import Clock
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Clock, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 

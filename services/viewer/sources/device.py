@@ -11,12 +11,14 @@ from typing import Protocol, cast
 import cv2
 import numpy as np
 
+from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError, SourceError
 from zenocap.common.rig.source_kinds import SOURCES
 from zenocap.common.rig.sources import Device, LiveSource, Stream
+from zenocap.common.runtime.clock import Clock
 from zenocap.common.table import attribute
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Clock, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 from zenocap.services.viewer.sources.tap import Tap

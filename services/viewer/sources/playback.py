@@ -4,18 +4,12 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
+from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.video.reader import VideoSummary
 
 Size = tuple[int, int]
-
-
-class Clock(Protocol):
-    """Clock in nanoseconds since the Unix epoch."""
-
-    def now_ns(self) -> int: ...
 
 
 @dataclass(frozen=True)

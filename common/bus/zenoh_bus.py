@@ -27,18 +27,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import (
-    ALIVE,
-    FILM,
-    FLOW_CONTROL,
-    ROOT,
-    TOPICS,
-    Queueing,
-    Topic,
-    checked_name,
-    is_name,
-    rig_of,
-)
+from zenocap.common.topics import ALIVE, FILM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, is_name, rig_of
 
 logger = logging.getLogger(__name__)
 

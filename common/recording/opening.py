@@ -25,13 +25,7 @@ from zenocap.common.runtime.service_info import versions
 
 
 def new_parts(
-    rig: Rig,
-    path: Path,
-    start_ns: int,
-    parameters: Parameters,
-    *,
-    must_open: bool = True,
-    limits: PartLimits | None = None,
+    rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, must_open: bool = True, limits: PartLimits | None = None
 ) -> Parts:
     """Open the take of a rig, in parts if the rig or `limits` sets them.  parameters: of the services of the rig.
 

@@ -60,11 +60,7 @@ class Rig:
 
     @classmethod
     def load(
-        cls,
-        path: Path | str,
-        method: str | None = None,
-        variant: str | None = None,
-        cameras: Sequence[str] | None = None,
+        cls, path: Path | str, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
     ) -> "Rig":
         """Read a rig file, or a folder with `calibration.toml` and `videos/`.  See `load_rig`."""
         return load_rig(path, method, variant, cameras=cameras)

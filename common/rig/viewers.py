@@ -75,12 +75,7 @@ class Viewer:
 
 
 def rig_viewers(
-    path: Path,
-    base: Path,
-    content: RigFile,
-    cameras: dict[str, Camera],
-    files: bool,
-    used: Sequence[str] | None = None,
+    path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool, used: Sequence[str] | None = None
 ) -> tuple[Viewer, ...]:
     """Viewers of a rig file.  path: of the rig, for errors.  base, files: see `load_rig`.  used: their ids; None: all.
 

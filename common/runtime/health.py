@@ -30,11 +30,7 @@ class Meter:
     """
 
     def __init__(
-        self,
-        service: str,
-        id: str,
-        processor_ns: Callable[[], int] = time.process_time_ns,
-        process: int | None = None,
+        self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns, process: int | None = None
     ) -> None:
         self._service = service
         self._id = id

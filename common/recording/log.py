@@ -17,6 +17,8 @@ from zenocap.common.topics import HEALTH, TOPICS, Topic
 logger = logging.getLogger(__name__)
 
 FLUSH_S = 1.0  # period of writes to disk without messages; chosen by hand
+FEW_BYTES = 1_000_000_000  # free space below which the disk is nearly full; chosen by hand
+FEW_S = 600.0  # remaining recording time below which the disk is nearly full; chosen by hand
 DRAIN_S = 5.0  # longest time to write queued messages at the end; chosen by hand
 
 
@@ -40,7 +42,7 @@ class Log:
         if whole_rig:
             recording.closing = self._account
         self._space = DiskSpace(recording.path.parent)
-        self._cpu_ns = 0
+        self.cpu_ns = 0  # processor time of the thread, updated once a second
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="log", daemon=True)
 
@@ -68,11 +70,6 @@ class Log:
         before, account = self._missing
         missing = before + account.missing
         return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
-
-    @property
-    def cpu_ns(self) -> int:
-        """Processor time of the log's thread, updated once a second."""
-        return self._cpu_ns
 
     @property
     def free_bytes(self) -> int | None:
@@ -127,12 +124,12 @@ class Log:
                 written = self._recording.statistics.bytes
                 self._space.check((written - before) / (now_s - flush_s + FLUSH_S))
                 flush_s, before = now_s + FLUSH_S, written
-                self._cpu_ns = thread_time_ns()
+                self.cpu_ns = thread_time_ns()
             if closing:
                 end_s = end_s or now_s + DRAIN_S
                 if event is None or now_s > end_s:
                     break
-        self._cpu_ns = thread_time_ns()
+        self.cpu_ns = thread_time_ns()
         self._bus.close()
 
     def handle(self, event: Received | None) -> None:
@@ -150,12 +147,6 @@ class Log:
         both = self._last.then(account, continued=self._last.end_ns > 0)  # with what is missing between both
         self._missing, self._last = (before + both.missing, Account()), both.end()
         return {METADATA: account.metadata()}
-
-
-logger = logging.getLogger(__name__)
-
-FEW_BYTES = 1_000_000_000  # free space below which the disk is nearly full; chosen by hand
-FEW_S = 600.0  # remaining recording time below which the disk is nearly full; chosen by hand
 
 
 class DiskSpace:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.support.places import CLIPS
 from zenocap.common import atomic_write as durable
-from zenocap.common.camera.anipose import anipose_text
+from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.ros_camera_info import read_ros_info
@@ -76,7 +76,7 @@ def test_small_and_large_turns_are_kept(tmp_path, turn_rad):
 def test_keys_are_written_in_the_order_of_anipose(tmp_path):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD)
-    assert [line.split(" =")[0] for line in anipose_text(read_calibration(path).values()).splitlines()] == [
+    assert [line.split(" =")[0] for line in anipose_texts(path, read_calibration(path))[path].splitlines()] == [
         line.split(" =")[0] for line in GOOD.splitlines()
     ]
 

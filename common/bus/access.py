@@ -170,16 +170,10 @@ def _advanced(expression: str) -> str:
 
 
 def _rule(
-    name: str,
-    flows: Sequence[Flow],
-    messages: Sequence[Message],
-    keys: Sequence[str],
+    name: str, flows: Sequence[Flow], messages: Sequence[Message], keys: Sequence[str],
     permission: Literal["allow", "deny"] = "allow",
-) -> Rule:
+) -> Rule:  # fmt: skip
     return {
-        "id": name,
-        "permission": permission,
-        "flows": list(flows),
-        "messages": list(messages),
+        "id": name, "permission": permission, "flows": list(flows), "messages": list(messages),
         "key_exprs": list(dict.fromkeys(keys)),
-    }
+    }  # fmt: skip

@@ -57,15 +57,9 @@ class ZenohBus:
     """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
     def __init__(
-        self,
-        session: zenoh.Session,
-        rig: str,
-        clock: Clock,
-        *,
-        readers: Readers | None = None,
-        only: zenoh.KeyExpr | None = None,
-        certificate: Path | None = None,
-    ) -> None:
+        self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None,
+        only: zenoh.KeyExpr | None = None, certificate: Path | None = None,
+    ) -> None:  # fmt: skip
         """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
 
         certificate: own one, whose expiry is counted.

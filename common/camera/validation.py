@@ -62,16 +62,9 @@ class Entry:
 
 
 def checked_camera(
-    entry: Entry,
-    name: str,
-    size: object,
-    matrix: object,
-    distortions: object,
-    rotation: object,
-    translation: object,
-    up_axis: str,
-    fisheye: bool = False,
-) -> Camera:
+    entry: Entry, name: str, size: object, matrix: object, distortions: object, rotation: object, translation: object,
+    up_axis: str, fisheye: bool = False,
+) -> Camera:  # fmt: skip
     """Return the camera in the Y-up world, from a file's values in OpenCV's convention, world to camera, metres.
 
     size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  fisheye: whether matrix and distortions

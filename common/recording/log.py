@@ -98,16 +98,12 @@ class Log:
             self._recording.close()
         end = self.statistics
         logger.log(
-            logging.WARNING if end.incomplete else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost%s%s%s",
-            self._recording.path,
-            end.messages,
-            end.bytes,
-            end.lost,
+            logging.WARNING if end.incomplete else logging.INFO, "%s: %d messages, %d bytes, %d lost%s%s%s",
+            self._recording.path, end.messages, end.bytes, end.lost,
             f" ({end.missing} of them never arrived: dropped by the network)" if end.missing else "",
             ", stopped early" if end.failure else "",
             f"; files deleted or moved while they were written: {end.removed}" if end.removed else "",
-        )
+        )  # fmt: skip
         return end
 
     def _write(self) -> None:

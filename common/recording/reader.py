@@ -193,11 +193,6 @@ def recorded_of(message: Message, channel: Channel, schemas: Mapping[int, Schema
     """A message of the file with the names of its channel and schema."""
     schema = schemas.get(channel.schema_id)
     return Recorded(
-        topic=channel.topic,
-        encoding=channel.message_encoding,
-        schema=schema.name if schema else "",
-        data=message.data,
-        log_ns=message.log_time,
-        publish_ns=message.publish_time,
-        sequence=message.sequence,
-    )
+        topic=channel.topic, encoding=channel.message_encoding, schema=schema.name if schema else "", data=message.data,
+        log_ns=message.log_time, publish_ns=message.publish_time, sequence=message.sequence,
+    )  # fmt: skip

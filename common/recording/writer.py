@@ -93,18 +93,10 @@ class Recording:
     """One MCAP file being written.  Only the constructor raises: a full disk ends the recording, never its caller."""
 
     def __init__(
-        self,
-        path: Path,
-        *,
-        rig: str,
-        start_ns: int,
-        metadata: Mapping[str, Mapping[str, str]] | None = None,
-        attachments: tuple[Attachment, ...] = (),
-        overwrite: bool = False,
-        own: Collection[ServiceKey] = (),
-        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
-        closing: Closing = dict,
-    ) -> None:
+        self, path: Path, *, rig: str, start_ns: int, metadata: Mapping[str, Mapping[str, str]] | None = None,
+        attachments: tuple[Attachment, ...] = (), overwrite: bool = False, own: Collection[ServiceKey] = (),
+        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion, closing: Closing = dict,
+    ) -> None:  # fmt: skip
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
         own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.

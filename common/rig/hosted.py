@@ -99,19 +99,10 @@ def hosted_rig(query: AssignQuery, source: LiveSource, base: Path, *, previews: 
     )
     slowest = replace(viewer, id=f"{one.id[:60]}-all", fps=min(one.fps, one.rig_fps))
     return Rig(
-        query.rig,
-        "hybrid" if query.tracker else "two-view",
-        (viewer, slowest),
-        (),
-        base,
-        query.digest,
-        ZenohTable(),
-        LogTable(),
-        (),
-        tracker=tracker_spec(TrackerTable(), "hybrid", True, base, files=False) if query.tracker else None,
-        additions=frozenset(query.additions),
-        film=True,
-    )
+        query.rig, "hybrid" if query.tracker else "two-view", (viewer, slowest), (), base, query.digest, ZenohTable(),
+        LogTable(), (), tracker=tracker_spec(TrackerTable(), "hybrid", True, base, files=False) if query.tracker else None,
+        additions=frozenset(query.additions), film=True,
+    )  # fmt: skip
 
 
 def check_sizes(one: HostedViewer) -> None:

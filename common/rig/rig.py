@@ -81,14 +81,9 @@ class Rig:
 
 
 def load_rig(
-    path: Path | str,
-    method: str | None = None,
-    variant: str | None = None,
-    *,
-    files: bool = True,
-    cameras: Sequence[str] | None = None,
-    calibration: Path | None = None,
-) -> Rig:
+    path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True,
+    cameras: Sequence[str] | None = None, calibration: Path | None = None,
+) -> Rig:  # fmt: skip
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
@@ -110,14 +105,9 @@ def load_rig(
 
 
 def rig_of_videos(
-    videos: Sequence[Path],
-    calibration: Path,
-    up_axis: str = "y",
-    empty_frames: int = 0,
-    method: str | None = None,
-    variant: str | None = None,
-    cameras: Sequence[str] | None = None,
-) -> Rig:
+    videos: Sequence[Path], calibration: Path, up_axis: str = "y", empty_frames: int = 0, method: str | None = None,
+    variant: str | None = None, cameras: Sequence[str] | None = None,
+) -> Rig:  # fmt: skip
     """The rig of video files and a calibration, in any folders.  cameras: see `load_rig`.  Raises UserError.
 
     A video belongs to the camera of its name; videos without such names to the cameras in their order.

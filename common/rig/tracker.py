@@ -245,15 +245,9 @@ def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) 
     refinement = preset.refinements[method]
     wanted = preset.prior if method == "hybrid" and not own_prior else None
     return replace(
-        spec,
-        prior=None if wanted is None else find_prior(wanted, Path()),
-        particles=PARTICLES[method],
-        iterations=ITERATIONS[refinement],
-        anatomy=preset.anatomy,
-        refinement=refinement,
-        preset=name,
-        filter=preset.filter,
-    )
+        spec, prior=None if wanted is None else find_prior(wanted, Path()), particles=PARTICLES[method],
+        iterations=ITERATIONS[refinement], anatomy=preset.anatomy, refinement=refinement, preset=name, filter=preset.filter,
+    )  # fmt: skip
 
 
 def _preset(name: str) -> Preset:

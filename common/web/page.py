@@ -31,12 +31,9 @@ class Page(Generic[C]):
     """
 
     def __init__(
-        self,
-        table: PageTable,
-        content: PageContent[C],
-        direct: Callable[[PageQueue, C], bool] = _never,
+        self, table: PageTable, content: PageContent[C], direct: Callable[[PageQueue, C], bool] = _never,
         wake: Callable[[], None] = lambda: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._direct, self._wake = direct, wake
         self._commands: queue.Queue[C] = queue.Queue(MOST_COMMANDS)
         self.openings = 0

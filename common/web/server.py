@@ -51,12 +51,9 @@ class PageServer(Generic[C]):
     """
 
     def __init__(
-        self,
-        table: PageTable,
-        on_command: Callable[[PageQueue, C], None],
-        on_first_page: Callable[[], None],
+        self, table: PageTable, on_command: Callable[[PageQueue, C], None], on_first_page: Callable[[], None],
         content: PageContent[C],
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._table, self._on_command, self._content = table, on_command, content
         self._loop = asyncio.new_event_loop()
         self.broadcaster = Broadcaster(self._loop, on_first_page, content.feeds)

@@ -98,12 +98,8 @@ def test_every_action_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
     assert osc.arguments == (1, 0.5, "left")
     assert isinstance(get, HttpAction)
     assert (get.method, get.body, get.timeout, get.cooldown, get.min_confidence) == (
-        "GET",
-        "",
-        HTTP_TIMEOUT_S,
-        COOLDOWN_S,
-        0.0,
-    )
+        "GET", "", HTTP_TIMEOUT_S, COOLDOWN_S, 0.0,
+    )  # fmt: skip
     assert isinstance(post, HttpAction)
     assert (post.method, post.body, post.timeout) == ("POST", "{}", 0.5)
     assert program == ProgramAction(program="/bin/sh", arguments=("-c", "exit 0"), timeout=PROGRAM_TIMEOUT_S)

@@ -48,9 +48,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
         "turn or move the camera so that the whole person stays in the image",
     ),
     AdviceCode.SMALL: Wording(
-        "small",
-        "the person is only {value:.0f} px tall",
-        "move the camera nearer, zoom in, or use a larger working size",
+        "small", "the person is only {value:.0f} px tall", "move the camera nearer, zoom in, or use a larger working size"
     ),
     AdviceCode.LIGHT_DRIFT: Wording(
         "light drifts",
@@ -58,9 +56,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
         "fix exposure and gain of the camera, and keep daylight out",
     ),
     AdviceCode.WHITE_BALANCE: Wording(
-        "white balance",
-        "the colours shifted by {value:.0f} % within 10 s",
-        "fix the white balance of the camera",
+        "white balance", "the colours shifted by {value:.0f} % within 10 s", "fix the white balance of the camera"
     ),
     AdviceCode.FLICKER: Wording(
         "flicker",

@@ -120,17 +120,9 @@ def _unpack(data: bytes) -> object:
     # containers are counted.  The unpacker itself limits nesting to 1024.
     hook = None if len(data) <= SMALL_BYTES else _container_counter()
     unpacked: object = msgpack.unpackb(
-        data,
-        object_hook=hook,
-        list_hook=hook,
-        ext_hook=_refuse_extension,
-        strict_map_key=True,
-        max_str_len=MAX_TEXT,
-        max_bin_len=MAX_BINARY,
-        max_array_len=MAX_LENGTH,
-        max_map_len=MAX_LENGTH,
-        max_ext_len=0,
-    )
+        data, object_hook=hook, list_hook=hook, ext_hook=_refuse_extension, strict_map_key=True, max_str_len=MAX_TEXT,
+        max_bin_len=MAX_BINARY, max_array_len=MAX_LENGTH, max_map_len=MAX_LENGTH, max_ext_len=0,
+    )  # fmt: skip
     return unpacked
 
 

@@ -1,5 +1,8 @@
 """The base class of errors that a user can put right."""
 
+import difflib
+from collections.abc import Collection
+
 
 class UserError(Exception):
     """Wrong input or set-up.  The text names the file or option, the key, its value and what is allowed.
@@ -27,3 +30,9 @@ class SizeMismatch(SourceError):
 
 class EndedEarly(SourceError):
     """The source ended or failed before its declared number of frames; the earlier frames are valid."""
+
+
+def did_you_mean(text: str, known: Collection[str]) -> str:
+    """Suggestion of the most similar known word, for the end of an error text; "" when none is similar."""
+    similar = difflib.get_close_matches(text, list(known), 1)
+    return f"; did you mean {similar[0]!r}?" if similar else ""

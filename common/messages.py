@@ -24,9 +24,8 @@ DelayMs = Annotated[float, Meta(ge=0, le=1e5)]  # milliseconds
 Nanoseconds = Annotated[int, Meta(ge=0, le=2**63 - 1)]  # msgspec refuses bounds beyond 64 bits
 Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN and infinity, a bare float does not
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
-FolderName = Annotated[
-    str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_\-][A-Za-z0-9_.\-]*(?!\n)$")
-]  # never ".."
+# Never "..".
+FolderName = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_\-][A-Za-z0-9_.\-]*(?!\n)$")]
 Text = Annotated[str, Meta(max_length=1000)]
 Label = Annotated[str, Meta(min_length=1, max_length=64)]  # of a posture, in any script
 Pixels = Annotated[int, Meta(ge=16, le=16384)]  # of an image, px
@@ -479,10 +478,7 @@ class FilmQuery(Message, frozen=True, tag="film_query"):
     duration_ns: Nanoseconds = 0
     file: Literal["video", "times", "corners"] = "video"
     offset: Count = 0  # bytes, for "read"
-    size: tuple[Annotated[int, Meta(ge=16, le=16384)], Annotated[int, Meta(ge=16, le=16384)]] = (
-        1280,
-        720,
-    )  # for a camera host
+    size: tuple[Pixels, Pixels] = (1280, 720)  # for a camera host
     fps: Annotated[float, Meta(ge=0.1, le=1000)] = 30.0  # for a camera host
     settings: Annotated[dict[Name, Text], Meta(max_length=8)] = {}  # of a camera without rig file, for a camera host
     board: FilmBoard | None = None  # for "detect"
@@ -593,11 +589,3 @@ class AssignReply(Message, frozen=True, tag="assign_reply"):
     viewer: Name | None = None
     restarts: Count = 0
     previews: bool = False  # whether pictures may leave the machine
-
-
-AnyMessage = (
-    PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
-    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail
-    | CameraDelays | Request | ClockQuery | PaceQuery | FilmQuery | FilmReply | CameraHost
-    | AssignQuery | AssignReply
-)  # fmt: skip

@@ -80,39 +80,17 @@ CAMERA_DELAYS = Topic("camera_delays", "zenocap/{rig}/integrator/delays", m.Came
 REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, 0)
 
 TOPICS = (
-    PARTIAL_BDP,
-    SIGHTING,
-    PARTIAL_BAP,
-    SILHOUETTE,
-    PREVIEW,
-    CAMERA_ADVICE,
-    CAMERA,
-    UNIVERSAL_BDP,
-    ASSIGNMENT,
-    UNIVERSAL_BAP,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    BOTH_WAYS_POSE,
-    VERDICT,
-    SCENE_POINTS,
-    POSTURE,
-    COMMAND,
-    HEALTH,
-    HANDLED,
-    FRAME_RATE,
-    TRACKER_DETAIL,
-    CAMERA_DELAYS,
-    REQUEST,
-)
+    PARTIAL_BDP, SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA_ADVICE, CAMERA, UNIVERSAL_BDP, ASSIGNMENT,
+    UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, VERDICT, SCENE_POINTS, POSTURE, COMMAND, HEALTH, HANDLED,
+    FRAME_RATE, TRACKER_DETAIL, CAMERA_DELAYS, REQUEST,
+)  # fmt: skip
 
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # token and queryable of one process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
 SERVICE_INFO = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
 FLOW_CONTROL = "zenocap/{rig}/pace/{service}/{id}"  # queryable: replies once everything sent before is handled
-STATE_RECOVERY = (
-    "zenocap/{rig}/recall/{topic}"  # queryable of every reader: the last message of a topic, for its restarted publisher
-)
+STATE_RECOVERY = "zenocap/{rig}/recall/{topic}"  # queryable of every reader: the last message, for a restarted publisher
 REVOKED = "zenocap/{rig}/certificates/revoked"  # the signed list of revoked certificates, for routers
 FILM = "zenocap/{rig}/film/viewer/{viewer}"  # queryable of a viewer: records the images of its camera
 HOST_ALIVE = "zenocap-cameras/{machine}/alive"  # liveliness token of a camera host, which belongs to no rig

@@ -7,7 +7,7 @@ every peer that accepts connections checks the messages from and to each member.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from zenocap.common.bus.revocations import NO_GENERATIONS
 from zenocap.common.topics import (
@@ -35,10 +35,7 @@ Message = Literal[
 Flow = Literal["ingress", "egress"]
 Rule: TypeAlias = dict[str, object]
 
-EVERY_MESSAGE: tuple[Message, ...] = (
-    "put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
-    "declare_liveliness_subscriber", "liveliness_query",
-)  # fmt: skip
+EVERY_MESSAGE: tuple[Message, ...] = get_args(Message)
 LIVELINESS: tuple[Message, ...] = ("declare_liveliness_subscriber", "liveliness_query")
 MAX_COMMON_NAME = 64  # letters, limit of X.509
 ROUTER = "router"  # common name of every router; those of other members begin with the name of the rig
@@ -173,16 +170,10 @@ def _advanced(expression: str) -> str:
 
 
 def _rule(
-    name: str,
-    flows: Sequence[Flow],
-    messages: Sequence[Message],
-    keys: Sequence[str],
+    name: str, flows: Sequence[Flow], messages: Sequence[Message], keys: Sequence[str],
     permission: Literal["allow", "deny"] = "allow",
-) -> Rule:
+) -> Rule:  # fmt: skip
     return {
-        "id": name,
-        "permission": permission,
-        "flows": list(flows),
-        "messages": list(messages),
+        "id": name, "permission": permission, "flows": list(flows), "messages": list(messages),
         "key_exprs": list(dict.fromkeys(keys)),
-    }
+    }  # fmt: skip

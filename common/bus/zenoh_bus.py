@@ -19,26 +19,15 @@ from zenocap.common.bus.certificate import Expiry
 from zenocap.common.bus.inbox import Inbox, check_key, counts_as_sent, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from zenocap.common.bus.zenoh_claims import Claims
-from zenocap.common.bus.zenoh_film import FilmServer
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
 from zenocap.common.bus.zenoh_latched import latched_publisher, latched_subscriber
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
+from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import (
-    ALIVE,
-    FILM,
-    FLOW_CONTROL,
-    ROOT,
-    TOPICS,
-    Queueing,
-    Topic,
-    checked_name,
-    is_name,
-    rig_of,
-)
+from zenocap.common.topics import ALIVE, FILM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, is_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -68,15 +57,9 @@ class ZenohBus:
     """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
     def __init__(
-        self,
-        session: zenoh.Session,
-        rig: str,
-        clock: Clock,
-        *,
-        readers: Readers | None = None,
-        only: zenoh.KeyExpr | None = None,
-        certificate: Path | None = None,
-    ) -> None:
+        self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None,
+        only: zenoh.KeyExpr | None = None, certificate: Path | None = None,
+    ) -> None:  # fmt: skip
         """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
 
         certificate: own one, whose expiry is counted.
@@ -154,20 +137,18 @@ class ZenohBus:
             self._sent_in_all[topic.name] += 1
 
     def _publisher(self, topic: Topic, key: str) -> _Publisher:
-        publisher = self._publishers.get(key)
-        if publisher is None:
+        """Publisher of a key, declared with the first message.  Raises BusError."""
+        if key not in self._publishers:
             try:
-                publisher = self._publishers[key] = self._declare_publisher(topic, key)
+                if topic.queueing is Queueing.LATCHED:
+                    self._publishers[key] = latched_publisher(self._session, key)
+                else:
+                    self._publishers[key] = self._session.declare_publisher(
+                        key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
+                    )
             except zenoh.ZError as error:
                 raise BusError(f"{key} cannot be published: {error}") from error
-        return publisher
-
-    def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
-        if topic.queueing is not Queueing.LATCHED:
-            return self._session.declare_publisher(
-                key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
-            )
-        return latched_publisher(self._session, key)
+        return self._publishers[key]
 
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         expression = topic.on(self._rig, **names)
@@ -232,9 +213,9 @@ class ZenohBus:
         self._declared.append(serve_service_info(self._session, self._rig, about))
 
     def serve_films(self, viewer: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None]) -> None:
-        """Answer film queries to a viewer of this rig until `close`; see `FilmServer`."""
+        """Answer film queries to a viewer of this rig until `close`; see `QueryServer`."""
         key = FILM.format(rig=self._rig, viewer=checked_name("viewer", viewer))
-        self._declared.append(FilmServer(self._session, key, answer, idle))
+        self._declared.append(QueryServer(self._session, key, FilmQuery, answer, idle))
 
     def query_service_info(self, timeout_s: float) -> dict[tuple[str, str], ServiceInfo | str]:
         """Information of each service of the rig, by name and id, or an error text; waits `timeout_s` at most."""

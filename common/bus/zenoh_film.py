@@ -8,7 +8,7 @@ import zenoh
 
 from zenocap.common import codec
 from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
-from zenocap.common.bus.zenoh_query_server import QueryServer
+from zenocap.common.bus.zenoh_query_server import Q, QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, FilmQuery, FilmReply, Message
 from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
@@ -16,19 +16,6 @@ from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
 logger = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=Message)
-
-
-class FilmServer(QueryServer[FilmQuery]):
-    """Answers the film queries on one key; see `QueryServer`."""
-
-    def __init__(
-        self,
-        session: zenoh.Session,
-        key: str,
-        answer: Callable[[FilmQuery], FilmReply],
-        idle: Callable[[], None] = lambda: None,
-    ) -> None:
-        super().__init__(session, key, FilmQuery, answer, idle)
 
 
 class HostServer:
@@ -53,21 +40,6 @@ class HostServer:
     def undeclare(self) -> None:
         self._token.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
         self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
-
-
-def query_films(session: zenoh.Session, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
-    """Replies by key; an error text where a reply is invalid.  Raises BadMessage for an invalid query."""
-    return dict(_replies(session, expression, FilmReply, timeout_s, codec.encode(query)))
-
-
-def query_hosts(session: zenoh.Session, timeout_s: float, machine: str = "*") -> list[CameraHost | str]:
-    """Camera hosts of the network, also several of one name; an error text where a reply is invalid."""
-    return [one for _, one in _replies(session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)]
-
-
-def query_assignment(session: zenoh.Session, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
-    """Reply of a camera host; None without one, an error text where it is invalid.  Raises BadMessage."""
-    return next((one for _, one in _replies(session, key, AssignReply, timeout_s, codec.encode(query))), None)
 
 
 def _replies(
@@ -106,26 +78,21 @@ class FilmSession:
         return cls(open_session(options, stopped))
 
     def ask(self, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
-        """See `query_films`."""
-        return query_films(self._session, expression, query, timeout_s)
+        """Replies by key; an error text where a reply is invalid.  Raises BadMessage for an invalid query."""
+        return dict(_replies(self._session, expression, FilmReply, timeout_s, codec.encode(query)))
 
     def hosts(self, timeout_s: float, machine: str = "*") -> list[CameraHost | str]:
-        """See `query_hosts`."""
-        return query_hosts(self._session, timeout_s, machine)
+        """Camera hosts of the network, also several of one name; an error text where a reply is invalid."""
+        return [one for _, one in _replies(self._session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)]
 
     def assign(self, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
-        """See `query_assignment`."""
-        return query_assignment(self._session, key, query, timeout_s)
+        """Reply of a camera host; None without one, an error text where it is invalid.  Raises BadMessage."""
+        replies = _replies(self._session, key, AssignReply, timeout_s, codec.encode(query))
+        return next((one for _, one in replies), None)
 
-    def serve(self, key: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None]) -> FilmServer:
-        """See `FilmServer`."""
-        return FilmServer(self._session, key, answer, idle)
-
-    def serve_assignment(
-        self, key: str, answer: Callable[[AssignQuery], AssignReply], idle: Callable[[], None]
-    ) -> QueryServer[AssignQuery]:
+    def serve(self, key: str, kind: type[Q], answer: Callable[[Q], Message], idle: Callable[[], None]) -> QueryServer[Q]:
         """See `QueryServer`."""
-        return QueryServer(self._session, key, AssignQuery, answer, idle)
+        return QueryServer(self._session, key, kind, answer, idle)
 
     def announce(self, machine: str, cameras: Callable[[], CameraHost]) -> HostServer:
         """See `HostServer`."""

@@ -29,13 +29,9 @@ class QueryServer(Generic[Q]):
     """
 
     def __init__(
-        self,
-        session: zenoh.Session,
-        key: str,
-        kind: type[Q],
-        answer: Callable[[Q], Message],
+        self, session: zenoh.Session, key: str, kind: type[Q], answer: Callable[[Q], Message],
         idle: Callable[[], None] = lambda: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._kind, self._answer, self._idle, self._key = kind, answer, idle, key
         self._queue: queue.Queue[zenoh.Query] = queue.Queue(WAITING)
         self._stop = threading.Event()

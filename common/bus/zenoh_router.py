@@ -8,8 +8,7 @@ import logging
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import TypeAlias
@@ -106,8 +105,10 @@ def router(
             logger.error("%s", error)  # such as a missing key, which is still being copied
             time.sleep(RETRY_S)
         if not stopped() and revocations is not None:
-            with _errors_logged():
+            try:
                 revocations.read_file()
+            except UserError as error:
+                logger.error("%s", error)
 
 
 def _wait(
@@ -142,14 +143,6 @@ def _settle(files: RouterFiles | None, stopped: Callable[[], bool]) -> None:
         time.sleep(POLL_S)
         if _state(files) != state:
             state, since_s = _state(files), time.monotonic()
-
-
-@contextmanager
-def _errors_logged() -> Iterator[None]:
-    try:
-        yield
-    except UserError as error:
-        logger.error("%s", error)
 
 
 def _serve(session: zenoh.Session, rigs: Sequence[str], revocations: RevocationList) -> None:

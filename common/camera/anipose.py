@@ -11,7 +11,7 @@ fisheye = false                       # true: matrix and the four distortions ar
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -47,26 +47,27 @@ def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
 
 
 def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> Camera:
-    for required_key in KEYS:
-        if required_key not in table:
-            raise entry.missing(required_key, table)
+    entry.require(KEYS, table)
     fisheye = table.get("fisheye", False)
     if not isinstance(fisheye, bool):
         raise entry.error("fisheye", json.dumps(fisheye, default=str), "true or false")
     name = table.get("name", key)
     if not isinstance(name, str):
         raise entry.error("name", name, "a string")
-    size, matrix, distortions, rotation, translation = (table[required_key] for required_key in KEYS)
+    size, matrix, distortions, rotation, translation = (table[each] for each in KEYS)
     return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye)
 
 
-def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> str:
-    """Return the file's text for cameras in the Y-up world; up_axis: of the world in the file.
+def anipose_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> dict[Path, str]:
+    """Text of the file at `path` for cameras in the Y-up world; up_axis: of the world in the file.  Raises UserError.
 
     Reading returns the same floats, except for the conversion of the rotation to a Rodrigues vector and back.
     """
+    if path.suffix.lower() != ".toml":
+        raise UserError(f"{path}: suffix {path.suffix!r}: allowed when writing: .toml (anipose, Pose2Sim)")
+    checked_up_axis(path, up_axis)
     blocks = []
-    for number, camera in enumerate(cameras, start=1):
+    for number, camera in enumerate(cameras.values(), start=1):
         rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
         lens = Lens.of(camera)
         blocks.append(
@@ -80,15 +81,7 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
             f"fisheye = {str(lens.fisheye).lower()}\n"
         )
     blocks.append(f"[metadata]\nadjusted = false\nerror = {float(error_px)!r}\n")
-    return "\n".join(blocks)
-
-
-def anipose_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> dict[Path, str]:
-    """Text of the file at `path`.  Raises UserError."""
-    if path.suffix.lower() != ".toml":
-        raise UserError(f"{path}: suffix {path.suffix!r}: allowed when writing: .toml (anipose, Pose2Sim)")
-    checked_up_axis(path, up_axis)
-    return {path: anipose_text(cameras.values(), up_axis, error_px)}
+    return {path: "\n".join(blocks)}
 
 
 def _row(values: Floats | np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:

@@ -1,6 +1,5 @@
 """Calibration files: one reader for all layouts, chosen by suffix and content, and one writer."""
 
-import difflib
 from pathlib import Path
 
 from zenocap.common.atomic_write import write_atomically
@@ -8,7 +7,7 @@ from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_layouts import LAYOUTS, layout_of, readable
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import checked_up_axis
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, did_you_mean
 
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 
@@ -40,9 +39,7 @@ def camera_named(cameras: dict[str, Camera], name: str, path: Path | str) -> Cam
     """Return the camera of that name.  path: of the file, for the UserError, which lists its cameras."""
     if name in cameras:
         return cameras[name]
-    similar = difflib.get_close_matches(name, list(cameras), 1)
-    hint = f"; did you mean {similar[0]!r}?" if similar else ""
-    raise UserError(f"{path}: no camera {name!r}; there are: {', '.join(cameras) or 'none'}{hint}")
+    raise UserError(f"{path}: no camera {name!r}; there are: {', '.join(cameras) or 'none'}{did_you_mean(name, cameras)}")
 
 
 def write_layout(path: Path | str, cameras: dict[str, Camera], layout: str, up_axis: str = "y") -> list[Path]:

@@ -12,7 +12,7 @@ ignore = false                       # true: the camera takes no part
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from zenocap.common.camera.lens import Lens
@@ -47,22 +47,16 @@ def caliscope_tables(path: Path, tables: Mapping[str, object]) -> dict[str, obje
 
 
 def caliscope_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y") -> dict[Path, str]:
-    """Text of the file at `path`."""
-    return {path: caliscope_text(cameras.values(), up_axis)}
-
-
-def caliscope_text(cameras: Iterable[Camera], up_axis: str = "y") -> str:
-    """Return the file's text for cameras in the Y-up world; up_axis: of the world in the file.
+    """Text of the file at `path` for cameras in the Y-up world; up_axis: of the world in the file.
 
     Caliscope numbers its cameras: by the last number in the name where all have different ones, otherwise from 0.
     """
-    cameras = list(cameras)
-    ends = [re.findall(r"\d+", camera.name)[-1:] for camera in cameras]
+    ends = [re.findall(r"\d+", camera.name)[-1:] for camera in cameras.values()]
     numbers = [int(end[0]) for end in ends if end]
     if len(set(numbers)) < len(cameras):
         numbers = list(range(len(cameras)))
     blocks = []
-    for number, camera in zip(numbers, cameras, strict=True):
+    for number, camera in zip(numbers, cameras.values(), strict=True):
         lens = Lens.of(camera)
         rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
         blocks.append(
@@ -77,4 +71,4 @@ def caliscope_text(cameras: Iterable[Camera], up_axis: str = "y") -> str:
             f"rotation = {rotation.tolist()}\n"
             f"fisheye = {str(lens.fisheye).lower()}\n"
         )
-    return "\n".join(blocks)
+    return {path: "\n".join(blocks)}

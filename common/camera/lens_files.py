@@ -57,9 +57,7 @@ def _lenses(path: Path) -> list[Lens]:
 
 def _opencv_lens(path: Path, stored: dict[str, Floats]) -> Lens:
     entry = Entry(path, "")
-    for required_key in NEEDED_KEYS:
-        if required_key not in stored:
-            raise entry.missing(required_key, stored)
+    entry.require(NEEDED_KEYS, stored)
     size = checked_size(entry, [float(stored[key].item()) for key in NEEDED_KEYS[:2]])
     fisheye = bool(stored.get("fisheye_model", np.zeros(1)).any())
     counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS

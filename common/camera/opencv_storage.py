@@ -45,9 +45,7 @@ def _camera(
     path: Path, beside: Path, name: str, extrinsics: dict[str, Floats], intrinsics: dict[str, Floats], up_axis: str
 ) -> Camera:
     intrinsic, extrinsic = Entry(beside, ""), Entry(path, "")
-    for required_key in (f"K_{name}", f"dist_{name}"):
-        if required_key not in intrinsics:
-            raise intrinsic.missing(required_key, intrinsics)
+    intrinsic.require((f"K_{name}", f"dist_{name}"), intrinsics)
     rotation = extrinsics.get(f"Rot_{name}", extrinsics.get(f"R_{name}"))
     if rotation is None:
         raise extrinsic.missing(f"Rot_{name}", extrinsics)

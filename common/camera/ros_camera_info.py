@@ -30,9 +30,7 @@ def read_ros_info(path: Path) -> Lens:
     scalars = dict(re.findall(r"^(\w+):[ \t]*(\S+)[ \t]*$", text, re.MULTILINE))
     lists = dict(re.findall(r"^(\w+):\s*\n(?:[ \t]+\w+:[^\[\n]*\n)*[ \t]+data:\s*\[([^\]]*)\]", text, re.MULTILINE))
     found = scalars | lists
-    for required_key in NEEDED_KEYS:
-        if required_key not in found:
-            raise entry.missing(required_key, found)
+    entry.require(NEEDED_KEYS, found)
     if scalars["distortion_model"] not in LENS_MODELS:
         raise entry.error("distortion_model", scalars["distortion_model"], " or ".join(LENS_MODELS))
     size = checked_size(entry, [_number(entry, key, scalars[key]) for key in ("image_width", "image_height")])
@@ -61,20 +59,17 @@ def ros_info_text(lens: Lens) -> str:
     model = FISHEYE_MODEL if lens.fisheye else LENS_MODELS[len(lens.distortions) > 5]
     fx, _, cx, _, fy, cy, *_ = lens.matrix.ravel().tolist()
     projection = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
-    blocks = (
-        ("camera_matrix", 3, 3, lens.matrix.ravel().tolist()),
-        ("distortion_coefficients", 1, len(lens.distortions), lens.distortions.tolist()),
-        ("rectification_matrix", 3, 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
-        ("projection_matrix", 3, 4, projection),
-    )
-    matrices = {name: f"{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {data}\n" for name, rows, cols, data in blocks}
+
+    def matrix(name: str, rows: int, values: list[float]) -> str:
+        return f"{name}:\n  rows: {rows}\n  cols: {len(values) // rows}\n  data: {values}\n"
+
     return (
         f"image_width: {lens.size[0]}\nimage_height: {lens.size[1]}\ncamera_name: {lens.name}\n"
-        + matrices["camera_matrix"]
+        + matrix("camera_matrix", 3, lens.matrix.ravel().tolist())
         + f"distortion_model: {model}\n"
-        + matrices["distortion_coefficients"]
-        + matrices["rectification_matrix"]
-        + matrices["projection_matrix"]
+        + matrix("distortion_coefficients", 1, lens.distortions.tolist())
+        + matrix("rectification_matrix", 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
+        + matrix("projection_matrix", 3, projection)
     )
 
 

@@ -65,12 +65,9 @@ class PlacedCamera:
 
 
 def placed_camera(
-    name: str,
-    size: tuple[int, int],
-    points: Mapping[str, tuple[float, float, float]],
-    pixels: Mapping[str, tuple[float, float]],
-    lens: Lens | None = None,
-) -> PlacedCamera:
+    name: str, size: tuple[int, int], points: Mapping[str, tuple[float, float, float]],
+    pixels: Mapping[str, tuple[float, float]], lens: Lens | None = None,
+) -> PlacedCamera:  # fmt: skip
     """Return the camera that sees `points` (world with Y up, m) at `pixels`.
 
     size: (width, height) of its images, px.  Raises UserError when the points do not suffice.
@@ -153,14 +150,9 @@ def _check_points(name: str, world: Floats, lens: Lens | None) -> None:
 
 
 def _suspect(
-    names: tuple[str, ...],
-    world: Floats,
-    seen: Floats,
-    size: tuple[int, int],
-    lens: Lens | None,
-    residuals: Floats,
+    names: tuple[str, ...], world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, residuals: Floats,
     redundancy: Floats,
-) -> tuple[str, float] | None:
+) -> tuple[str, float] | None:  # fmt: skip
     """The point with the largest normalized residual, if that is an error, and how far the others put it away."""
     normalized = np.abs(residuals.ravel()) / (CLICK_PX * np.sqrt(np.maximum(redundancy, 1e-9)))
     worst = np.where(redundancy > 1e-6, normalized, 0.0).reshape(-1, 2).max(axis=1)
@@ -184,14 +176,9 @@ def _unnoticed(names: tuple[str, ...], moves: Floats, redundancy: Floats) -> tup
 
 
 def _remarks(
-    name: str,
-    pose: ScenePose,
-    others: list[ScenePose],
-    world: Floats,
-    seen: Floats,
-    size: tuple[int, int],
+    name: str, pose: ScenePose, others: list[ScenePose], world: Floats, seen: Floats, size: tuple[int, int],
     lens: Lens | None,
-) -> tuple[str, ...]:
+) -> tuple[str, ...]:  # fmt: skip
     remarks = []
     centre, residual = pose.camera(name).centre, pose.residual_px(world, seen)
     for other in others:

@@ -1,6 +1,5 @@
 """Validation of calibrations of all file formats."""
 
-import difflib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, did_you_mean
 
 # Plausible ranges, chosen by hand.
 MAX_SIDE_PX = 16384
@@ -41,36 +40,31 @@ class Entry:
 
     def missing(self, key: str, present: Collection[str]) -> UserError:
         """Error about a missing key.  present: keys that are present."""
-        similar = difflib.get_close_matches(key, list(present), 1)
-        hint = f"; did you mean {similar[0]!r}?" if similar else ""
-        where = f"{self.key}.{key}" if self.key else key
-        return UserError(f"{self.path}: {where} is missing; there are: {', '.join(sorted(present)) or 'none'}{hint}")
+        where, there = f"{self.key}.{key}" if self.key else key, ", ".join(sorted(present)) or "none"
+        return UserError(f"{self.path}: {where} is missing; there are: {there}{did_you_mean(key, present)}")
+
+    def require(self, keys: Collection[str], present: Collection[str]) -> None:
+        """Raise UserError for the first of `keys` that is not present."""
+        for key in keys:
+            if key not in present:
+                raise self.missing(key, present)
 
     def numbers(self, key: str, value: object, *shapes: tuple[int, ...]) -> Floats:
         """Return `value` as finite floats of one of `shapes`; UserError otherwise."""
-        allowed = " or ".join(" x ".join(map(str, shape)) for shape in shapes) + " finite numbers"
-        if not _only_numbers(value):
-            raise self.error(key, value, allowed)
         try:
-            array = np.asarray(value, dtype=np.float64)
+            array = np.asarray(value if _only_numbers(value) else np.nan, dtype=np.float64)
         except (TypeError, ValueError, OverflowError):
-            raise self.error(key, value, allowed) from None
+            array = np.asarray(np.nan)
         if array.shape not in shapes or not np.all(np.isfinite(array)):
-            raise self.error(key, value, allowed)
+            allowed = " or ".join(" x ".join(map(str, shape)) for shape in shapes)
+            raise self.error(key, value, f"{allowed} finite numbers")
         return array
 
 
 def checked_camera(
-    entry: Entry,
-    name: str,
-    size: object,
-    matrix: object,
-    distortions: object,
-    rotation: object,
-    translation: object,
-    up_axis: str,
-    fisheye: bool = False,
-) -> Camera:
+    entry: Entry, name: str, size: object, matrix: object, distortions: object, rotation: object, translation: object,
+    up_axis: str, fisheye: bool = False,
+) -> Camera:  # fmt: skip
     """Return the camera in the Y-up world, from a file's values in OpenCV's convention, world to camera, metres.
 
     size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  fisheye: whether matrix and distortions

@@ -18,6 +18,8 @@ from zenocap.common.topics import HEALTH, TOPICS, Topic
 logger = logging.getLogger(__name__)
 
 FLUSH_S = 1.0  # period of writes to disk without messages; chosen by hand
+FEW_BYTES = 1_000_000_000  # free space below which the disk is nearly full; chosen by hand
+FEW_S = 600.0  # remaining recording time below which the disk is nearly full; chosen by hand
 DRAIN_S = 5.0  # longest time to write queued messages at the end; chosen by hand
 
 
@@ -41,7 +43,7 @@ class Log:
         if whole_rig:
             recording.closing = self._account
         self._space = DiskSpace(recording.path.parent)
-        self._cpu_ns = 0
+        self.cpu_ns = 0  # processor time of the thread, updated once a second
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="log", daemon=True)
 
@@ -71,11 +73,6 @@ class Log:
         return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
 
     @property
-    def cpu_ns(self) -> int:
-        """Processor time of the log's thread, updated once a second."""
-        return self._cpu_ns
-
-    @property
     def free_bytes(self) -> int | None:
         """Free space of the disk, updated once a second; None if unknown."""
         return self._space.free_bytes
@@ -102,16 +99,12 @@ class Log:
             self._recording.close()
         end = self.statistics
         logger.log(
-            logging.WARNING if end.incomplete else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost%s%s%s",
-            self._recording.path,
-            end.messages,
-            end.bytes,
-            end.lost,
+            logging.WARNING if end.incomplete else logging.INFO, "%s: %d messages, %d bytes, %d lost%s%s%s",
+            self._recording.path, end.messages, end.bytes, end.lost,
             f" ({end.missing} of them never arrived: dropped by the network)" if end.missing else "",
             ", stopped early" if end.failure else "",
             f"; files deleted or moved while they were written: {end.removed}" if end.removed else "",
-        )
+        )  # fmt: skip
         return end
 
     def _write(self) -> None:
@@ -128,12 +121,12 @@ class Log:
                 written = self._recording.statistics.bytes
                 self._space.check((written - before) / (now_s - flush_s + FLUSH_S))
                 flush_s, before = now_s + FLUSH_S, written
-                self._cpu_ns = thread_time_ns()
+                self.cpu_ns = thread_time_ns()
             if closing:
                 end_s = end_s or now_s + DRAIN_S
                 if event is None or now_s > end_s:
                     break
-        self._cpu_ns = thread_time_ns()
+        self.cpu_ns = thread_time_ns()
         self._bus.close()
 
     def handle(self, event: Received | None) -> None:
@@ -151,12 +144,6 @@ class Log:
         both = joined(self._last, account, continued=self._last.end_ns > 0)  # with what is missing between both
         self._missing, self._last = (before + both.missing, Account()), ended(both)
         return {METADATA: account.metadata()}
-
-
-logger = logging.getLogger(__name__)
-
-FEW_BYTES = 1_000_000_000  # free space below which the disk is nearly full; chosen by hand
-FEW_S = 600.0  # remaining recording time below which the disk is nearly full; chosen by hand
 
 
 class DiskSpace:

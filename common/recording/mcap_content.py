@@ -28,6 +28,10 @@ LAYOUT: dict[int, tuple[int | str, ...]] = {  # fields of a record by kind, whic
     Opcode.SUMMARY_OFFSET: (17,),
     Opcode.DATA_END: (4,),
 }
+HEAD = struct.Struct("<BQ")  # of a record: kind, length
+MESSAGE = struct.Struct("<HIQQ")  # before its data: channel, sequence, log and publish time
+FIXED = struct.Struct("<QQQII")  # first and last log time, uncompressed size, checksum, length of the compression's name
+MAX_CHUNK = 64 << 20  # bytes uncompressed; ours have up to 6 MiB, the defaults of other writers are below 64 MiB
 OF_INDEX = (  # records that may follow the data
     Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
     Opcode.SUMMARY_OFFSET,
@@ -77,12 +81,6 @@ def _attachment(body: bytes) -> Attachment:
 def _text(body: bytes, at: int) -> tuple[str, int]:
     end = at + 4 + struct.unpack_from("<I", body, at)[0]
     return body[at + 4 : end].decode(), end
-
-
-MAX_CHUNK = 64 << 20  # bytes uncompressed; ours have up to 6 MiB, the defaults of other writers are below 64 MiB
-FIXED = struct.Struct("<QQQII")  # first and last log time, uncompressed size, checksum, length of the compression's name
-HEAD = struct.Struct("<BQ")
-MESSAGE = struct.Struct("<HIQQ")
 
 
 class BrokenChunk(Exception):

@@ -17,8 +17,10 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
 from zenocap.common.recording.mcap_content import (
+    HEAD,
     LAYOUT,
     MAX_CHUNK,
+    MESSAGE,
     OF_INDEX,
     BrokenChunk,
     BrokenRecord,
@@ -29,7 +31,6 @@ from zenocap.common.recording.mcap_content import (
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD = 256 << 20  # bytes; longer records are damage
-HEAD = struct.Struct("<BQ")
 NEAR, WINDOW = 512, 1 << 20  # bytes searched at once: first (records are often close together), and at most
 
 RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # record kind and a length below 4 GiB
@@ -43,17 +44,21 @@ class NotMcap(Exception):
 class Damage:
     """length: unreadable bytes of the file from `offset` on; 0 for missing data or a wrong checksum.  why: for display.
 
-    chunk: it is one whole chunk, of messages logged within span_ns.  index: it is after the data, where no message is.
+    span_ns: of one whole chunk, log times of its messages.  index: it is after the data, where no message is.
     cut: the file ends here, before its end record.
     """
 
     offset: int
     length: int
     why: str
-    chunk: bool = False
     span_ns: tuple[int, int] | None = None
     index: bool = False
     cut: bool = False
+
+    @property
+    def chunk(self) -> bool:
+        """Whether it is one whole chunk."""
+        return self.span_ns is not None
 
 
 @dataclass(frozen=True)
@@ -129,12 +134,12 @@ class Records:
                 try:
                     yield from chunk_records(body)
                 except BrokenChunk as error:
-                    yield self._damage(offset, length, str(error), chunk=True, span_ns=chunk_span(body))
+                    yield self._damage(offset, length, str(error), span_ns=chunk_span(body))
                 else:
                     yield ChunkEnd()
-            case Opcode.MESSAGE if len(body) >= 22:
-                channel_id, sequence, log_ns, publish_ns = struct.unpack_from("<HIQQ", body)
-                yield Message(channel_id, log_ns, body[22:], publish_ns, sequence)
+            case Opcode.MESSAGE if len(body) >= MESSAGE.size:
+                channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(body)
+                yield Message(channel_id, log_ns, body[MESSAGE.size :], publish_ns, sequence)
             case _:
                 try:
                     found = decode_record(kind, body)
@@ -195,17 +200,11 @@ class Records:
             offset = end
 
     def _damage(
-        self,
-        offset: int,
-        length: int,
-        why: str,
-        *,
-        chunk: bool = False,
-        span_ns: tuple[int, int] | None = None,
-        cut: bool = False,
+        self, offset: int, length: int, why: str, *, span_ns: tuple[int, int] | None = None, cut: bool = False
     ) -> Damage:
+        """span_ns: of a chunk."""
         self._intact = False
-        return Damage(offset, length, why, chunk, span_ns, index=self._index_at is not None, cut=cut)
+        return Damage(offset, length, why, span_ns, index=self._index_at is not None, cut=cut)
 
     def _record_at(self, offset: int) -> tuple[int, int] | None:
         """Kind and end of the record at `offset`; None when there is none.
@@ -234,7 +233,7 @@ class Records:
         if end > self._size or length > MAX_RECORD:
             return None
         if kind == Opcode.MESSAGE:
-            return (kind, end) if length >= 22 else None
+            return (kind, end) if length >= MESSAGE.size else None
         at = start
         for part in LAYOUT.get(kind, (-1,)):
             if isinstance(part, int):

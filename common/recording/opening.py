@@ -25,13 +25,7 @@ from zenocap.common.runtime.service_info import versions
 
 
 def new_parts(
-    rig: Rig,
-    path: Path,
-    start_ns: int,
-    parameters: Parameters,
-    *,
-    must_open: bool = True,
-    limits: PartLimits | None = None,
+    rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, must_open: bool = True, limits: PartLimits | None = None
 ) -> Parts:
     """Open the take of a rig, in parts if the rig or `limits` sets them.  parameters: of the services of the rig.
 
@@ -44,13 +38,9 @@ def new_parts(
 
     named_by_time = path.name.startswith(f"{rig.name}-")
     return Parts(
-        open_part,
-        path,
-        start_ns,
-        PartLimits.of(rig.log.part_mb, rig.log.part_minutes) if limits is None else limits,
-        (lambda now_ns: take_path(rig.name, path.parent, now_ns)) if named_by_time else None,
-        must_open=must_open,
-    )
+        open_part, path, start_ns, PartLimits.of(rig.log.part_mb, rig.log.part_minutes) if limits is None else limits,
+        (lambda now_ns: take_path(rig.name, path.parent, now_ns)) if named_by_time else None, must_open=must_open,
+    )  # fmt: skip
 
 
 def new_recording(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, overwrite: bool = False) -> Recording:
@@ -59,26 +49,16 @@ def new_recording(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *
 
 
 def _recording(
-    rig: Rig,
-    path: Path,
-    start_ns: int,
-    files: tuple[Attachment, ...],
-    *,
-    overwrite: bool = False,
+    rig: Rig, path: Path, start_ns: int, files: tuple[Attachment, ...], *, overwrite: bool = False,
     part: Mapping[str, str] | None = None,
-) -> Recording:
+) -> Recording:  # fmt: skip
     """part: metadata of one part of a take in parts."""
     metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
     return Recording(
-        path,
-        rig=rig.name,
-        start_ns=start_ns,
-        metadata=metadata | ({"part": part} if part else {}),
-        attachments=files,
-        overwrite=overwrite,
-        own=services_of(rig),
+        path, rig=rig.name, start_ns=start_ns, metadata=metadata | ({"part": part} if part else {}), attachments=files,
+        overwrite=overwrite, own=services_of(rig),
         convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if rig.log.foxglove else no_conversion,
-    )
+    )  # fmt: skip
 
 
 def attachments(rig: Rig, parameters: Parameters) -> tuple[Attachment, ...]:

@@ -55,15 +55,9 @@ class Parts:
     """Recording in parts, with the methods of `Recording`.  Later errors end the recording, never its caller."""
 
     def __init__(
-        self,
-        open_part: OpenPart,
-        path: Path,
-        start_ns: int,
-        limits: PartLimits = PartLimits(),
-        name_part: NamePart | None = None,
-        *,
-        must_open: bool = True,
-    ) -> None:
+        self, open_part: OpenPart, path: Path, start_ns: int, limits: PartLimits = PartLimits(),
+        name_part: NamePart | None = None, *, must_open: bool = True,
+    ) -> None:  # fmt: skip
         """path: of the first part.  name_part: path of a later part by its start; default: the first with -2, -3 ...
 
         must_open: raise RecordingError when the first part cannot be opened; otherwise it is logged and is a `failure`.
@@ -96,13 +90,9 @@ class Parts:
         before, recording, repeated = self._standing
         now = recording.statistics if recording else NOTHING
         return Statistics(
-            before.messages + max(0, now.messages - repeated.messages),
-            before.bytes + max(0, now.bytes - repeated.bytes),
-            before.lost + now.lost,
-            self._failure or now.failure,
-            before.unconverted + now.unconverted,
-            before.removed,
-        )
+            before.messages + max(0, now.messages - repeated.messages), before.bytes + max(0, now.bytes - repeated.bytes),
+            before.lost + now.lost, self._failure or now.failure, before.unconverted + now.unconverted, before.removed,
+        )  # fmt: skip
 
     @property
     def failure(self) -> str | None:
@@ -186,12 +176,9 @@ class Parts:
         elif not last:
             self._open_next(self._last_ns)
         logger.error(
-            "%s was %s while it was written%s%s",
-            path,
-            removal,
-            f": {gone} messages are lost" if gone else "",
+            "%s was %s while it was written%s%s", path, removal, f": {gone} messages are lost" if gone else "",
             "" if last or self._failure else f"; the take continues in {self.path}",
-        )
+        )  # fmt: skip
 
     def _closed(self, recording: Recording) -> Statistics:
         recording.closing = self.closing
@@ -212,11 +199,8 @@ class Parts:
 
     def _opened(self, path: Path, start_ns: int, previous: str) -> Recording:
         part = {
-            "take": self._first.name,
-            "number": str(self._number),
-            "previous": previous,
-            "repeated": str(len(self._kept)),
-        }
+            "take": self._first.name, "number": str(self._number), "previous": previous, "repeated": str(len(self._kept)),
+        }  # fmt: skip
         for _ in range(ATTEMPTS):
             self.path = free_name(path) if self._number > 1 else path
             try:

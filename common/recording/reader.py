@@ -74,15 +74,8 @@ class Losses:
         if self.stretches and not (self.bytes or self.chunks or self.orphans):
             return f"damaged: {next(damage.why for damage in self.first if not damage.index)}; {read}"
         if self.chunks or self.orphans or self.stretches:
-            parts = [
-                f"{number} {kind}"
-                for number, kind in (
-                    (self.chunks, "chunks"),
-                    (self.stretches, "other places"),
-                    (self.orphans, "messages of unknown channels"),
-                )
-                if number
-            ]
+            counts = {"chunks": self.chunks, "other places": self.stretches, "messages of unknown channels": self.orphans}
+            parts = [f"{number} {kind}" for kind, number in counts.items() if number]
             return f"damaged: {', '.join(parts)} lost, {self.bytes} bytes{', and cut' if self.cut else ''}; {read}"
         if self.data:
             return f"cut before its end, {read}"
@@ -200,11 +193,6 @@ def recorded_of(message: Message, channel: Channel, schemas: Mapping[int, Schema
     """A message of the file with the names of its channel and schema."""
     schema = schemas.get(channel.schema_id)
     return Recorded(
-        topic=channel.topic,
-        encoding=channel.message_encoding,
-        schema=schema.name if schema else "",
-        data=message.data,
-        log_ns=message.log_time,
-        publish_ns=message.publish_time,
-        sequence=message.sequence,
-    )
+        topic=channel.topic, encoding=channel.message_encoding, schema=schema.name if schema else "", data=message.data,
+        log_ns=message.log_time, publish_ns=message.publish_time, sequence=message.sequence,
+    )  # fmt: skip

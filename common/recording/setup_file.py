@@ -137,15 +137,10 @@ def recorded_rig(rig: Rig) -> RecordedRig:
         for viewer in rig.viewers
     ]
     return RecordedRig(
-        name=rig.name,
-        method=rig.method,
-        person_height=rig.person_height,
-        viewers=viewers,
-        tracker=_tracker(rig),
-        recognizer=_recognizer(rig),
-        additions=None if rig.additions == IMPROVED else sorted(rig.additions),
+        name=rig.name, method=rig.method, person_height=rig.person_height, viewers=viewers, tracker=_tracker(rig),
+        recognizer=_recognizer(rig), additions=None if rig.additions == IMPROVED else sorted(rig.additions),
         delays=UNSET if rig.delays == "report" else rig.delays,
-    )
+    )  # fmt: skip
 
 
 def prior_of(rig: Rig) -> bytes | None:
@@ -171,17 +166,12 @@ def _tracker(rig: Rig) -> RecordedTracker | None:
     if rig.tracker is None:
         return None
     return RecordedTracker(
-        prior_sha256=_digest(prior_of(rig)),
-        particles=rig.tracker.particles,
-        points=rig.tracker.points,
-        iterations=rig.tracker.iterations,
-        seed=rig.tracker.seed,
-        anatomy=rig.tracker.anatomy,
-        refinement=rig.tracker.refinement,
-        filter=rig.tracker.filter,
+        prior_sha256=_digest(prior_of(rig)), particles=rig.tracker.particles, points=rig.tracker.points,
+        iterations=rig.tracker.iterations, seed=rig.tracker.seed, anatomy=rig.tracker.anatomy,
+        refinement=rig.tracker.refinement, filter=rig.tracker.filter,
         front=UNSET if rig.tracker.front is None else rig.tracker.front,
         heading=UNSET if rig.tracker.heading is None else rig.tracker.heading,
-    )
+    )  # fmt: skip
 
 
 def _recognizer(rig: Rig) -> RecordedRecognizer | None:

@@ -4,7 +4,7 @@ Time and memory are bounded for any file: a size that a file only claims is neve
 """
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
@@ -35,6 +35,12 @@ class Summary:
     counts: Mapping[int, int]
     metadata: Mapping[str, int]
 
+    def with_messages(self, is_wanted: Callable[[Channel], bool]) -> tuple[set[int], list[ChunkIndex]]:
+        """Ids of the wanted channels, and the chunks with messages on them, in the order of the file."""
+        wanted = {id for id, channel in self.channels.items() if is_wanted(channel)}
+        chunks = [chunk for chunk in self.chunks if wanted & chunk.message_index_offsets.keys()]
+        return wanted, sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)
+
 
 def read_summary(path: Path) -> Summary | None:
     """The index of a take; None for a file that is cut, damaged there, or no take.  Raises OSError."""
@@ -52,20 +58,31 @@ def last_message(path: Path, is_wanted: Callable[[Channel], bool]) -> tuple[byte
         summary = _summary(records)
         if summary is None:
             return None
-        wanted = {id for id, channel in summary.channels.items() if is_wanted(channel)}
-        places = [chunk for chunk in summary.chunks if wanted & chunk.message_index_offsets.keys()]
-        for chunk in places[: -MAX_SEARCHED - 1 : -1]:
-            body = records.body_at(chunk.chunk_start_offset, Opcode.CHUNK)
-            last: bytes | None = None
+        wanted, chunks = summary.with_messages(is_wanted)
+        for chunk in chunks[: -MAX_SEARCHED - 1 : -1]:
             try:
-                for item in chunk_records(body) if body is not None else ():
-                    if isinstance(item, Message) and item.channel_id in wanted:
-                        last = item.data
+                if found := list(_messages(records, chunk, wanted)):
+                    return found[-1], summary
             except BrokenChunk:
                 return None
-            if last is not None:
-                return last, summary
     return None
+
+
+def messages_in(path: Path, chunk: ChunkIndex, wanted: Collection[int]) -> list[bytes]:
+    """Bytes of the messages of a chunk on the channels of these ids, in the order of writing; of a damaged one those before
+    the damage.  Raises OSError."""
+    found: list[bytes] = []
+    with path.open("rb") as file, suppress(BrokenChunk):
+        found.extend(_messages(Records(file), chunk, wanted))
+    return found
+
+
+def _messages(records: Records, chunk: ChunkIndex, wanted: Collection[int]) -> Iterator[bytes]:
+    """Bytes of the messages of a chunk on the channels of these ids.  Raises BrokenChunk."""
+    body = records.body_at(chunk.chunk_start_offset, Opcode.CHUNK)
+    for item in chunk_records(body) if body is not None else ():
+        if isinstance(item, Message) and item.channel_id in wanted:
+            yield item.data
 
 
 def metadata_of(path: Path, summary: Summary) -> dict[str, dict[str, str]]:
@@ -109,10 +126,6 @@ def _summary(records: Records) -> Summary | None:
     if statistics is None:
         return None
     return Summary(
-        statistics.message_count,
-        statistics.message_start_time,
-        channels,
-        tuple(chunks),
-        statistics.channel_message_counts,
-        metadata,
-    )
+        statistics.message_count, statistics.message_start_time, channels, tuple(chunks),
+        statistics.channel_message_counts, metadata,
+    )  # fmt: skip

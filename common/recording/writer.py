@@ -28,6 +28,7 @@ logger = logging.getLogger(__name__)
 
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
+FAILURES = (OSError, zstandard.ZstdError, MemoryError)  # of a write
 FLUSH_NS = 1_000_000_000  # of receive times between writes to disk; chosen by hand
 
 
@@ -92,18 +93,10 @@ class Recording:
     """One MCAP file being written.  Only the constructor raises: a full disk ends the recording, never its caller."""
 
     def __init__(
-        self,
-        path: Path,
-        *,
-        rig: str,
-        start_ns: int,
-        metadata: Mapping[str, Mapping[str, str]] | None = None,
-        attachments: tuple[Attachment, ...] = (),
-        overwrite: bool = False,
-        own: Collection[ServiceKey] = (),
-        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
-        closing: Closing = dict,
-    ) -> None:
+        self, path: Path, *, rig: str, start_ns: int, metadata: Mapping[str, Mapping[str, str]] | None = None,
+        attachments: tuple[Attachment, ...] = (), overwrite: bool = False, own: Collection[ServiceKey] = (),
+        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion, closing: Closing = dict,
+    ) -> None:  # fmt: skip
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
         own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.
@@ -211,7 +204,7 @@ class Recording:
                 self._sync()
                 self._flushed_ns = log_ns
             self._writer.add_message(self._channel_id(channel), log_ns, data, publish_ns, sequence % 2**32)
-        except (OSError, zstandard.ZstdError, MemoryError) as error:
+        except FAILURES as error:
             self._fail(error)
             return False
         return True
@@ -221,7 +214,7 @@ class Recording:
         if not self._failure:
             try:
                 self._sync()
-            except (OSError, zstandard.ZstdError, MemoryError) as error:
+            except FAILURES as error:
                 self._fail(error)
 
     def close(self) -> Statistics:
@@ -235,7 +228,7 @@ class Recording:
                 os.fsync(self._file.fileno())
                 self._file.close()
                 self._safe = (self._messages, self._bytes)
-            except (OSError, zstandard.ZstdError, MemoryError) as error:
+            except FAILURES as error:
                 self._fail(error)
         return self.statistics
 

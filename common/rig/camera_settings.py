@@ -1,7 +1,9 @@
 """Settings of a camera in a rig file: image format, exposure, gain, white balance, focus."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Protocol
+
+import msgspec
 
 AUTO, LOCKED = "auto", "locked"
 # Pixel formats of Video4Linux2 that OpenCV converts to colour images (modules/videoio/src/cap_v4l.cpp).
@@ -25,34 +27,18 @@ class CameraSettings:
     focus: Setting = LOCKED
 
 
-class SettingsTable(Protocol):
-    """The keys of a viewer's table; None for those that it does not have."""
-
-    @property
-    def format(self) -> str | None: ...
-    @property
-    def exposure(self) -> Setting | None: ...
-    @property
-    def gain(self) -> Setting | None: ...
-    @property
-    def white_balance(self) -> Setting | None: ...
-    @property
-    def focus(self) -> Setting | None: ...
-
-
 KEYS = tuple(field.name for field in fields(CameraSettings))
 
 
-def given_settings(table: SettingsTable) -> dict[str, Setting]:
-    """The keys that the table has."""
+def given_settings(table: object) -> dict[str, Setting]:
+    """The settings that a viewer's table, or `CameraSettings`, has: those that are not None."""
     values = {key: getattr(table, key) for key in KEYS}
     return {key: value for key, value in values.items() if value is not None}
 
 
-def settings_of(table: SettingsTable) -> CameraSettings:
-    """The settings of a table, with the defaults for keys that it does not have."""
-    values = (table.exposure, table.gain, table.white_balance, table.focus)
-    return CameraSettings(table.format, *(LOCKED if value is None else value for value in values))
+def settings_of(given: Mapping[str, Setting]) -> CameraSettings:
+    """The settings of values that `setting_problem` allows, with the defaults for the other keys."""
+    return msgspec.convert(given, CameraSettings)
 
 
 def setting_problem(key: str, value: Setting) -> str | None:

@@ -16,9 +16,8 @@ from urllib.parse import urlsplit
 import msgspec
 from msgspec import Meta
 
-from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import Host, Port, is_loopback
-from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
+from zenocap.common.rig.table_errors import TableError, choice_problem, invalid_value, unknown_key
 from zenocap.common.topics import ROOT
 
 COOLDOWN_S = 1.0  # chosen by hand: shorter than any posture of the model `fifteen`, which take 2 to 4 s
@@ -116,12 +115,8 @@ class ProgramAction(_Action, frozen=True, kw_only=True, tag="program"):
 Kind: TypeAlias = Literal["zenoh", "osc", "udp", "http", "program"]
 Action: TypeAlias = ZenohAction | OscAction | UdpAction | HttpAction | ProgramAction
 ACTIONS: Mapping[Kind, type[Action]] = {
-    "zenoh": ZenohAction,
-    "osc": OscAction,
-    "udp": UdpAction,
-    "http": HttpAction,
-    "program": ProgramAction,
-}
+    "zenoh": ZenohAction, "osc": OscAction, "udp": UdpAction, "http": HttpAction, "program": ProgramAction,
+}  # fmt: skip
 EVERY = "*"  # table of actions that every posture triggers
 
 
@@ -139,20 +134,16 @@ class PostureCommand:
         return next(kind for kind, action in ACTIONS.items() if type(self.action) is action)
 
 
-class CommandError(UserError):
-    """The text contains the key below `recognizer`, its value and the allowed values."""
-
-
 def posture_commands(
     tables: Mapping[str, object], allowed_programs: Sequence[str], *, must_exist: bool = True
 ) -> tuple[PostureCommand, ...]:
-    """Commands of the table `recognizer.commands`, in its order.  Raises CommandError.
+    """Commands of the table `recognizer.commands`, in its order.  Raises TableError.
 
     allowed_programs: absolute paths.  must_exist: whether the programs must be on this machine.
     """
     for number, program in enumerate(allowed_programs):
         if not Path(program).is_absolute():
-            raise CommandError(f"allowed_programs[{number}] = {program!r}: allowed: an absolute path")
+            raise TableError(f"allowed_programs[{number}] = {program!r}: allowed: an absolute path")
     commands: list[PostureCommand] = []
     for posture, tables_of_posture in tables.items():
         key = f"commands.{posture}"
@@ -164,48 +155,48 @@ def posture_commands(
                     own = f"{key}[{number}]"
                     commands.append(PostureCommand(posture, _action(own, table, allowed_programs), own))
             case value:
-                raise CommandError(f"{key} = {value!r}: allowed: a table, or a list of tables, with an action")
+                raise TableError(f"{key} = {value!r}: allowed: a table, or a list of tables, with an action")
     if len(commands) > MAX_COMMANDS:
-        raise CommandError(f"commands = {len(commands)} actions: allowed: at most {MAX_COMMANDS}")
+        raise TableError(f"commands = {len(commands)} actions: allowed: at most {MAX_COMMANDS}")
     if must_exist:
         check_programs(commands)
     return tuple(commands)
 
 
 def check_programs(commands: Sequence[PostureCommand]) -> None:
-    """Raise CommandError for a program that this machine does not have, or that is not executable."""
+    """Raise TableError for a program that this machine does not have, or that is not executable."""
     for command in commands:
         match command.action:
             case ProgramAction(program=program) if not (os.path.isfile(program) and os.access(program, os.X_OK)):
-                raise CommandError(f"{command.key}.program = {program!r}: no such program: allowed: an executable file")
+                raise TableError(f"{command.key}.program = {program!r}: no such program: allowed: an executable file")
 
 
 def check_postures(commands: Sequence[PostureCommand], labels: Sequence[str], model: str) -> None:
-    """Raise CommandError for a command of a posture that the model does not have.  labels: those of the model."""
+    """Raise TableError for a command of a posture that the model does not have.  labels: those of the model."""
     for command in commands:
         if command.posture not in (*labels, EVERY):
-            raise CommandError(choice_problem(command.key, command.posture, tuple(labels)) + f"; model: {model}")
+            raise TableError(choice_problem(command.key, command.posture, tuple(labels)) + f"; model: {model}")
 
 
 def _action(key: str, table: object, allowed_programs: Sequence[str]) -> Action:
     if not isinstance(table, dict):
-        raise CommandError(f"{key} = {table!r}: allowed: a table with an action")
+        raise TableError(f"{key} = {table!r}: allowed: a table with an action")
     name = table.get("action")
     if name is None:
-        raise CommandError(f"{key}.action is missing: allowed: {', '.join(map(repr, ACTIONS))}")
+        raise TableError(f"{key}.action is missing: allowed: {', '.join(map(repr, ACTIONS))}")
     kind = next((kind for kind in ACTIONS if kind == name), None)
     if kind is None:
-        raise CommandError(choice_problem(f"{key}.action", str(name), tuple(ACTIONS)))
+        raise TableError(choice_problem(f"{key}.action", str(name), tuple(ACTIONS)))
     problem = unknown_key(key, table, ACTIONS[kind], ("action",))
     if problem is not None:
-        raise CommandError(problem)
+        raise TableError(problem)
     try:
         action: Action = msgspec.convert(table, ACTIONS[kind])
     except msgspec.ValidationError as error:
-        raise CommandError(invalid_value(table, str(error), key)) from error
+        raise TableError(invalid_value(table, str(error), key)) from error
     problem = _problem(action, allowed_programs)
     if problem is not None:
-        raise CommandError(f"{key}.{problem}")
+        raise TableError(f"{key}.{problem}")
     return action
 
 

@@ -8,13 +8,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.animator import (
-    AnimatorTable,
-    OutputTable,
-    PageTable,
-    open_page_problem,
-    smoothing_problem,
-)
+from zenocap.common.rig.animator import AnimatorTable, OutputTable, PageTable, open_page_problem, smoothing_problem
 from zenocap.common.rig.methods import AUTO, METHODS
 from zenocap.common.rig.outputs import OUTPUTS, outputs_in
 from zenocap.common.rig.recognizer import RecognizerTable

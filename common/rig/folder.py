@@ -14,7 +14,7 @@ from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable
+from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.common.toml_file import read_toml
 
@@ -60,20 +60,14 @@ def folder_rig(
         )
     viewers = chosen(folder, viewers, cameras)
     calibration_name = calibration.name if own else str(calibration.resolve())
-    return _rig_file(folder.resolve().name, calibration_name, viewers, str(up_axis), method), (
-        *notes,
-        *_median_notes(viewers),
-    )
+    content = _rig_file(folder.resolve().name, calibration_name, viewers, str(up_axis), method)
+    return content, (*notes, *_median_notes(viewers))
 
 
 def rig_of_files(
-    videos: Sequence[Path],
-    calibration: Path,
-    up_axis: str,
-    empty_frames: int,
-    method: str,
+    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str,
     cameras: Sequence[str] | None = None,
-) -> tuple[RigFile, tuple[str, ...]]:
+) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
     """Rig file content for videos and a calibration in any folders, and notes for the user.  cameras: see `chosen`.
 
     Raises UserError.
@@ -114,15 +108,8 @@ def chosen(path: Path, viewers: Sequence[ViewerTable], cameras: Sequence[str] | 
 
 
 def _rig_file(name: str, calibration: str, viewers: Sequence[ViewerTable], up_axis: str, method: str) -> RigFile:
-    return RigFile(
-        name=plain_name(name),
-        calibration=calibration,
-        viewer=tuple(viewers),
-        up_axis=up_axis,
-        method=method,
-        zenoh=ZenohTable(),
-        log=LogTable(),
-    )
+    name = plain_name(name)
+    return RigFile(name=name, calibration=calibration, viewer=tuple(viewers), up_axis=up_axis, method=method)
 
 
 def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:

@@ -6,7 +6,6 @@ Only calibration, names and numbers are sent; the source is the receiver's own, 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -15,20 +14,11 @@ from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, HostedLens, HostedViewer
-from zenocap.common.rig.camera_settings import KEYS, LOCKED, CameraSettings, Setting, setting_problem
+from zenocap.common.rig.camera_settings import KEYS, CameraSettings, Setting, given_settings, setting_problem, settings_of
 from zenocap.common.rig.file import LogTable, ZenohTable
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import (
-    AdaptiveBackground,
-    Announced,
-    Background,
-    Device,
-    FirstFrames,
-    LiveSource,
-    MedianFrames,
-    Mog2,
-)
+from zenocap.common.rig.sources import PLAIN_BACKGROUNDS, Announced, Device, FirstFrames, LiveSource, empty_frames
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.rig.two_view import ADDITIONS
 from zenocap.common.rig.viewers import SAME_SHAPE
@@ -53,19 +43,10 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
     """The query that assigns viewer `id` of a rig to the host of its camera."""
     viewer = rig.viewer(id)
     camera, lens = viewer.camera, viewer.camera.fisheye
-    count = 60
-    kind: Literal["first", "median", "mog2", "adaptive"] = "first"
-    match viewer.background:
-        case FirstFrames(count=count):
-            pass
-        case MedianFrames():
-            kind = "median"
-        case Mog2():
-            kind = "mog2"
-        case AdaptiveBackground():
-            kind = "adaptive"
-        case other:
-            raise UserError(f"viewer {id}: background {other}: allowed on another machine: adaptive, first:N, median, mog2")
+    kind = next((name for name, one in PLAIN_BACKGROUNDS.items() if one == viewer.background), None)
+    if kind is None and not isinstance(viewer.background, FirstFrames):
+        allowed = "allowed on another machine: adaptive, first:N, median, mog2"
+        raise UserError(f"viewer {id}: background {viewer.background}: {allowed}")
     settings = viewer.source.settings if isinstance(viewer.source, Announced) else CameraSettings()
     return AssignQuery(
         frame=0,
@@ -89,8 +70,8 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
             else HostedLens(size=lens.size, matrix=_numbers(lens.matrix), coefficients=_numbers(lens.coefficients)),
             fps=float(viewer.fps),
             rig_fps=float(rig.fps),
-            background=kind,
-            empty_frames=count,
+            background=kind or "first",
+            empty_frames=empty_frames(viewer.background) or 60,
             preview=viewer.preview,
             silhouette=viewer.silhouette,
             settings=settings_text(settings),
@@ -111,35 +92,17 @@ def hosted_rig(query: AssignQuery, source: LiveSource, base: Path, *, previews: 
         raise UserError(f"assignment: additions {', '.join(unknown)}: allowed: {', '.join(ADDITIONS)}")
     if isinstance(source, Device):
         source = replace(source, settings=checked_settings(one.settings))
-    background: Background
-    match one.background:
-        case "first":
-            background = FirstFrames(one.empty_frames)
-        case "median":
-            background = MedianFrames()
-        case "mog2":
-            background = Mog2()
-        case "adaptive":
-            background = AdaptiveBackground()
+    background = FirstFrames(one.empty_frames) if one.background == "first" else PLAIN_BACKGROUNDS[one.background]
     check_sizes(one)
     viewer = Viewer(
         one.id, _camera(one), one.calibrated_size, source, background, one.fps, one.preview and previews, one.silhouette
     )
     slowest = replace(viewer, id=f"{one.id[:60]}-all", fps=min(one.fps, one.rig_fps))
     return Rig(
-        query.rig,
-        "hybrid" if query.tracker else "two-view",
-        (viewer, slowest),
-        (),
-        base,
-        query.digest,
-        ZenohTable(),
-        LogTable(),
-        (),
-        tracker=tracker_spec(TrackerTable(), "hybrid", True, base, files=False) if query.tracker else None,
-        additions=frozenset(query.additions),
-        film=True,
-    )
+        query.rig, "hybrid" if query.tracker else "two-view", (viewer, slowest), (), base, query.digest, ZenohTable(),
+        LogTable(), (), tracker=tracker_spec(TrackerTable(), "hybrid", True, base, files=False) if query.tracker else None,
+        additions=frozenset(query.additions), film=True,
+    )  # fmt: skip
 
 
 def check_sizes(one: HostedViewer) -> None:
@@ -156,8 +119,7 @@ def check_sizes(one: HostedViewer) -> None:
 
 def settings_text(settings: CameraSettings) -> dict[str, str]:
     """Settings of a camera for a message; those without a value are left out."""
-    values = {key: getattr(settings, key) for key in KEYS}
-    return {key: str(value) for key, value in values.items() if value is not None}
+    return {key: str(value) for key, value in given_settings(settings).items()}
 
 
 def checked_settings(texts: Mapping[str, str]) -> CameraSettings:
@@ -169,9 +131,7 @@ def checked_settings(texts: Mapping[str, str]) -> CameraSettings:
         if problem is not None:
             raise UserError(f"assignment: {key} = {value!r}: allowed: {problem}")
         values[key] = value
-    own_format = values.pop("format", None)
-    rest = (values.get(key, LOCKED) for key in KEYS if key != "format")
-    return CameraSettings(None if own_format is None else str(own_format), *rest)
+    return settings_of(values)
 
 
 def _camera(one: HostedViewer) -> Camera:

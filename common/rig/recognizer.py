@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from zenocap.common.errors import UserError
-from zenocap.common.rig.commands import CommandError, PostureCommand, posture_commands
+from zenocap.common.rig.commands import PostureCommand, posture_commands
 from zenocap.common.rig.methods import method_of
+from zenocap.common.rig.table_errors import TableError, shipped_or_own
 from zenocap.data import POSTURES
 
 Source = Literal["integrator", "tracker"]  # service that publishes the poses
@@ -48,37 +48,19 @@ class RecognizerSpec:
     commands: tuple[PostureCommand, ...] = ()
 
 
-class RecognizerError(UserError):
-    """The text contains the key, its value and the allowed values."""
-
-
 def recognizer_spec(table: RecognizerTable, method: str, base: Path, *, files: bool = True) -> RecognizerSpec:
-    """Resolve a table of a rig in the folder `base` for a method.  Raises RecognizerError.
+    """Resolve a table of a rig in the folder `base` for a method.  Raises TableError.
 
     files: see `load_rig`.
     """
     source: Source = method_of(method).pose_service
     if table.source not in (None, source):
-        raise RecognizerError(
-            f"source = {table.source!r}: allowed: {source!r}, which publishes the poses of method {method!r}"
-        )
+        raise TableError(f"source = {table.source!r}: allowed: {source!r}, which publishes the poses of method {method!r}")
     model = find_postures(table.model, base, must_exist=files)
-    try:
-        commands = posture_commands(table.commands, table.allowed_programs, must_exist=files)
-    except CommandError as error:
-        raise RecognizerError(str(error)) from error
+    commands = posture_commands(table.commands, table.allowed_programs, must_exist=files)
     return RecognizerSpec(model, source, table.strictness, commands)
 
 
 def find_postures(text: str, base: Path, *, must_exist: bool = True) -> Path:
-    """Path of the included model of that name, or else of the file relative to `base`.
-
-    must_exist: raise RecognizerError when there is neither.  ./NAME selects a file with the name of an included model.
-    """
-    shipped, own = POSTURES / f"{text}{SUFFIX}", base / text
-    if "/" not in text and shipped.is_file():
-        return shipped
-    if must_exist and not own.is_file():
-        names = ", ".join(sorted(path.stem for path in POSTURES.glob(f"*{SUFFIX}"))) or "none included in this version"
-        raise RecognizerError(f"model = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
-    return own
+    """Path of the included model of that name, or else of the file relative to `base`; see `shipped_or_own`."""
+    return shipped_or_own("model", text, base, POSTURES, SUFFIX, must_exist=must_exist)

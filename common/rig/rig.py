@@ -1,7 +1,8 @@
 """A rig: an installation of cameras, from one TOML file or from a folder in the Pose2Sim layout."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from zenocap.common.rig.delays import checked_delays
 from zenocap.common.rig.file import Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, Method, method_of
-from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
-from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
+from zenocap.common.rig.recognizer import RecognizerSpec, recognizer_spec
+from zenocap.common.rig.table_errors import TableError
+from zenocap.common.rig.tracker import TrackerSpec, tracker_spec, with_front_of
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
 from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
 from zenocap.common.toml_file import read_toml
@@ -60,11 +62,7 @@ class Rig:
 
     @classmethod
     def load(
-        cls,
-        path: Path | str,
-        method: str | None = None,
-        variant: str | None = None,
-        cameras: Sequence[str] | None = None,
+        cls, path: Path | str, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
     ) -> "Rig":
         """Read a rig file, or a folder with `calibration.toml` and `videos/`.  See `load_rig`."""
         return load_rig(path, method, variant, cameras=cameras)
@@ -83,14 +81,9 @@ class Rig:
 
 
 def load_rig(
-    path: Path | str,
-    method: str | None = None,
-    variant: str | None = None,
-    *,
-    files: bool = True,
-    cameras: Sequence[str] | None = None,
-    calibration: Path | None = None,
-) -> Rig:
+    path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True,
+    cameras: Sequence[str] | None = None, calibration: Path | None = None,
+) -> Rig:  # fmt: skip
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
@@ -112,14 +105,9 @@ def load_rig(
 
 
 def rig_of_videos(
-    videos: Sequence[Path],
-    calibration: Path,
-    up_axis: str = "y",
-    empty_frames: int = 0,
-    method: str | None = None,
-    variant: str | None = None,
-    cameras: Sequence[str] | None = None,
-) -> Rig:
+    videos: Sequence[Path], calibration: Path, up_axis: str = "y", empty_frames: int = 0, method: str | None = None,
+    variant: str | None = None, cameras: Sequence[str] | None = None,
+) -> Rig:  # fmt: skip
     """The rig of video files and a calibration, in any folders.  cameras: see `load_rig`.  Raises UserError.
 
     A video belongs to the camera of its name; videos without such names to the cameras in their order.
@@ -163,22 +151,16 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     tracker = None
     row = method_of(method)
     if row.table == "tracker":
-        try:
+        with _errors_of(path, "tracker"):
             tracker = tracker_spec(content.tracker, method, own, base, files=files)
-        except TrackerError as error:
-            raise UserError(f"{path}: tracker.{error}") from error
     recognizer = None
     if content.recognizer is not None:
-        try:
+        with _errors_of(path, "recognizer"):
             recognizer = recognizer_spec(content.recognizer, method, base, files=files)
-        except RecognizerError as error:
-            raise UserError(f"{path}: recognizer.{error}") from error
     viewers, pair = _viewers_in_use(path, row, viewers)
     if tracker is not None:
-        try:
+        with _errors_of(path, "tracker"):
             tracker = with_front_of(tracker, {viewer.id: viewer.camera.name for viewer in viewers})
-        except TrackerError as error:
-            raise UserError(f"{path}: tracker.{error}") from error
     viewers, rates = at_common_rate(viewers)
     delays = checked_delays(path, content, row, viewers)
     used = [id.encode() for id in read.used or ()]
@@ -187,24 +169,19 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     all_notes = (*read.notes, *pair, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
     files_of_rig = tuple(file for file in dict.fromkeys((read.file, calibration)) if file.is_file())
     return Rig(
-        content.name,
-        method,
-        viewers,
-        all_notes,
-        base,
-        digest,
-        content.zenoh,
-        content.log,
-        files_of_rig,
-        content.person_height,
-        tracker,
-        recognizer,
-        content.animator,
-        None if content.security is None else base / content.security.certificates,
-        additions,
-        content.film,
-        delays,
-    )
+        content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log, files_of_rig,
+        content.person_height, tracker, recognizer, content.animator,
+        None if content.security is None else base / content.security.certificates, additions, content.film, delays,
+    )  # fmt: skip
+
+
+@contextmanager
+def _errors_of(path: Path, table: str) -> Iterator[None]:
+    """Raises UserError for a TableError, with the file and the name of the table before its text."""
+    try:
+        yield
+    except TableError as error:
+        raise UserError(f"{path}: {table}.{error}") from error
 
 
 def _resolved(method: str, variant: bool) -> str:

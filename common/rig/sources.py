@@ -286,6 +286,9 @@ def learning_frames(background: "Background") -> int:
 
 
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
+PLAIN_BACKGROUNDS: Mapping[Literal["adaptive", "median", "mog2"], Background] = {  # by their texts in a rig file
+    "adaptive": AdaptiveBackground(), "median": MedianFrames(), "mog2": Mog2(),
+}  # fmt: skip
 
 
 def without_password(url: str) -> str:
@@ -303,10 +306,6 @@ def parse_background(text: str, base: Path) -> Background:
             raise SpecError(f"first:N with N from 1 to {MAX_FIRST} frames")
         case "image" if rest:
             return BackgroundImage(base / rest)
-        case "median" if not rest:
-            return MedianFrames()
-        case "adaptive" if not rest:
-            return AdaptiveBackground()
-        case "mog2" if not rest:
-            return Mog2()
+        case "median" | "adaptive" | "mog2" if not rest:
+            return PLAIN_BACKGROUNDS[kind]
     raise SpecError(BACKGROUNDS)

@@ -1,16 +1,30 @@
 """Errors of TOML tables: texts that name the key, its value and the allowed values."""
 
-import difflib
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 import msgspec
 
+from zenocap.common.errors import UserError, did_you_mean
 
-def did_you_mean(text: str, known: tuple[str, ...]) -> str:
-    """Suggestion of the most similar known word; "" when none is similar."""
-    similar = difflib.get_close_matches(text, known, 1)
-    return f"; did you mean {similar[0]!r}?" if similar else ""
+
+class TableError(UserError):
+    """The text begins with the key in its table, and contains its value and the allowed values."""
+
+
+def shipped_or_own(key: str, text: str, base: Path, shipped: Path, suffix: str, *, must_exist: bool) -> Path:
+    """Path of the file of that name in the folder `shipped` of the package, or else of the file relative to `base`.
+
+    must_exist: raise TableError when there is neither.  ./NAME selects a file with the name of a shipped one.
+    """
+    included, own = shipped / f"{text}{suffix}", base / text
+    if "/" not in text and included.is_file():
+        return included
+    if must_exist and not own.is_file():
+        names = ", ".join(sorted(path.stem for path in shipped.glob(f"*{suffix}"))) or "none included in this version"
+        raise TableError(f"{key} = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
+    return own
 
 
 def choice_problem(key: str, value: str, allowed: tuple[str, ...]) -> str:

@@ -13,7 +13,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, TEN_PARTS
-from zenocap.common.errors import UserError
+from zenocap.common.rig.table_errors import TableError, shipped_or_own
 from zenocap.data import PRIORS
 
 # Default number of particles by method; one particle is the image force alone.  [Hybrid Table II]
@@ -141,15 +141,15 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     heading: Heading | None = None
 
     def filter(self, defaults: FilterOptions) -> FilterOptions:
-        """Options of the filter; defaults: where this table has none.  Raises TrackerError."""
+        """Options of the filter; defaults: where this table has none.  Raises TableError."""
         given = {name: getattr(self, name) for name in FilterOptions.__struct_fields__}
         given = {name: value for name, value in given.items() if value is not None}
         for name, allowed in CHOICES.items():
             if name in given and given[name] not in allowed:
-                raise TrackerError(f"{name} = {given[name]!r}: allowed: {', '.join(allowed)}")
+                raise TableError(f"{name} = {given[name]!r}: allowed: {', '.join(allowed)}")
         share = self.prior_share
         if not (share is None or share == "adaptive" or (not isinstance(share, str) and 0 <= share <= 1)):
-            raise TrackerError(f"prior_share = {share!r}: allowed: 0 to 1, adaptive")
+            raise TableError(f"prior_share = {share!r}: allowed: 0 to 1, adaptive")
         return msgspec.structs.replace(defaults, **given)
 
 
@@ -188,12 +188,8 @@ class TrackerOverrides:
     heading: float | None = None
 
 
-class TrackerError(UserError):
-    """The text contains the key, its value and the allowed values."""
-
-
 def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, files: bool = True) -> TrackerSpec:
-    """Resolve a table of a rig in the folder `base` for a method.  Raises TrackerError.
+    """Resolve a table of a rig in the folder `base` for a method.  Raises TableError.
 
     own: whether the method is the rig's own, to which the number of particles in the table applies.  files: see
     `load_rig`.
@@ -201,7 +197,7 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
     preset = _preset(table.preset)
     anatomy = preset.anatomy if table.anatomy is None else table.anatomy
     if anatomy not in ANATOMIES:
-        raise TrackerError(f"anatomy = {anatomy!r}: allowed: {', '.join(ANATOMIES)}")
+        raise TableError(f"anatomy = {anatomy!r}: allowed: {', '.join(ANATOMIES)}")
     refinement = _known(preset.refinements[method] if table.refinement is None else table.refinement)
     iterations = ITERATIONS[refinement] if table.iterations is None else table.iterations
     name = preset.prior if table.prior is None and method == "hybrid" else table.prior
@@ -216,31 +212,22 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
 
 
 def with_front_of(spec: TrackerSpec, viewers: Mapping[str, str]) -> TrackerSpec:
-    """`spec` with the id of the viewer that `front` names.  viewers: cameras by id of viewer.  Raises TrackerError."""
+    """`spec` with the id of the viewer that `front` names.  viewers: cameras by id of viewer.  Raises TableError."""
     if spec.front is None or spec.front in viewers:
         return spec
     for id, camera in viewers.items():
         if spec.front == camera:
             return replace(spec, front=id)
-    raise TrackerError(f"front = {spec.front!r}: no such camera: allowed: {', '.join(viewers.values())}")
+    raise TableError(f"front = {spec.front!r}: no such camera: allowed: {', '.join(viewers.values())}")
 
 
 def find_prior(text: str, base: Path, *, must_exist: bool = True) -> Path:
-    """Path of the included prior of that name, or else of the file relative to `base`.
-
-    must_exist: raise TrackerError when there is neither.  ./NAME selects a file with the name of an included prior.
-    """
-    shipped, own = PRIORS / f"{text}{SUFFIX}", base / text
-    if "/" not in text and shipped.is_file():
-        return shipped
-    if must_exist and not own.is_file():
-        names = ", ".join(sorted(path.stem for path in PRIORS.glob(f"*{SUFFIX}"))) or "none included in this version"
-        raise TrackerError(f"prior = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
-    return own
+    """Path of the included prior of that name, or else of the file relative to `base`; see `shipped_or_own`."""
+    return shipped_or_own("prior", text, base, PRIORS, SUFFIX, must_exist=must_exist)
 
 
 def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) -> TrackerSpec:
-    """`spec` with the `overrides` values.  The default of iterations depends on the refinement.  Raises TrackerError."""
+    """`spec` with the `overrides` values.  The default of iterations depends on the refinement.  Raises TableError."""
     if overrides.preset is not None and overrides.preset != spec.preset:
         spec = _with_preset(spec, method, overrides.preset, own_prior=overrides.prior is not None)
     if overrides.refinement is not None:
@@ -258,36 +245,30 @@ def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) 
     refinement = preset.refinements[method]
     wanted = preset.prior if method == "hybrid" and not own_prior else None
     return replace(
-        spec,
-        prior=None if wanted is None else find_prior(wanted, Path()),
-        particles=PARTICLES[method],
-        iterations=ITERATIONS[refinement],
-        anatomy=preset.anatomy,
-        refinement=refinement,
-        preset=name,
-        filter=preset.filter,
-    )
+        spec, prior=None if wanted is None else find_prior(wanted, Path()), particles=PARTICLES[method],
+        iterations=ITERATIONS[refinement], anatomy=preset.anatomy, refinement=refinement, preset=name, filter=preset.filter,
+    )  # fmt: skip
 
 
 def _preset(name: str) -> Preset:
     if name not in PRESETS:
-        raise TrackerError(f"preset = {name!r}: allowed: {', '.join(PRESETS)}")
+        raise TableError(f"preset = {name!r}: allowed: {', '.join(PRESETS)}")
     return PRESETS[name]
 
 
 def _known(refinement: str) -> str:
     if refinement not in ITERATIONS:
-        raise TrackerError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
+        raise TableError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
     return refinement
 
 
 def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:
     if method == "image-force" and spec.particles != 1:
-        raise TrackerError(f"particles = {spec.particles}: allowed: 1 for method 'image-force', which has no others")
+        raise TableError(f"particles = {spec.particles}: allowed: 1 for method 'image-force', which has no others")
     if method == "hybrid" and spec.prior is None and spec.filter.prior_share not in (0, "adaptive"):
-        raise TrackerError(f"prior_share = {spec.filter.prior_share}: allowed without a prior: 0, 'adaptive'")
+        raise TableError(f"prior_share = {spec.filter.prior_share}: allowed without a prior: 0, 'adaptive'")
     if spec.front is not None and spec.heading is not None:
-        raise TrackerError(f"heading = {spec.heading:g}: allowed: only without front, which is {spec.front!r}")
+        raise TableError(f"heading = {spec.heading:g}: allowed: only without front, which is {spec.front!r}")
     if spec.heading is not None and not -360.0 <= spec.heading <= 360.0:
-        raise TrackerError(f"heading = {spec.heading:g}: allowed: degrees from -360 to 360")
+        raise TableError(f"heading = {spec.heading:g}: allowed: degrees from -360 to 360")
     return spec

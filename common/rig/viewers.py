@@ -6,6 +6,7 @@ from pathlib import Path
 
 from zenocap.common.camera.calibration_files import camera_named
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Entry
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.rig.camera_settings import given_settings, setting_problem, settings_of
 from zenocap.common.rig.file import RigFile, ViewerTable
@@ -32,6 +33,13 @@ LONG_SIDE_PX = 640  # default of the working size's long side
 USUAL_FPS = 30.0  # of a source whose rate is not known
 SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
 SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
+# Keys of a viewer's table that only one kind of source has, and that kind in words.
+OF_ONE_KIND: tuple[tuple[str, type[Source], str], ...] = (
+    ("initial", VideoFile, "a video file"),
+    ("offset_s", VideoFile, "a video file"),
+    ("delay_ms", LiveSource, "a camera or a stream; of a video file: offset_s"),
+    ("hardware_decoding", VideoFile, "a video file"),
+)
 
 
 @dataclass(frozen=True)
@@ -75,12 +83,7 @@ class Viewer:
 
 
 def rig_viewers(
-    path: Path,
-    base: Path,
-    content: RigFile,
-    cameras: dict[str, Camera],
-    files: bool,
-    used: Sequence[str] | None = None,
+    path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool, used: Sequence[str] | None = None
 ) -> tuple[Viewer, ...]:
     """Viewers of a rig file.  path: of the rig, for errors.  base, files: see `load_rig`.  used: their ids; None: all.
 
@@ -92,17 +95,18 @@ def rig_viewers(
         if used is not None and table.id not in used:
             continue
         key = f"viewer[{number}]"
+        entry = Entry(path, key)
         camera = camera_named(cameras, table.camera, f"{path}: {key}.camera")
         if table.camera in users:
             raise UserError(f"{path}: {key}.camera = {table.camera!r}: viewer {users[table.camera]!r} uses it already")
         users[table.camera] = table.id
         camera = replace(camera, name=plain_name(camera.name))
-        size = _working_size(path, key, table, camera)
-        source = _source(path, key, table, base, files)
+        size = _working_size(entry, table, camera)
+        source = _source(entry, table, base, files)
         try:
             background = parse_background(table.background or source.background, base)
         except SpecError as error:
-            raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
+            raise entry.error("background", repr(table.background), str(error)) from error
         if isinstance(source, Announced) and isinstance(background, BackgroundImage):
             raise UserError(
                 f"{path}: {key}.background = {table.background!r}: allowed for a camera of another machine: adaptive, "
@@ -110,12 +114,11 @@ def rig_viewers(
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
-        _check_feedback(path, key, table, source, background)
-        _check_kept(path, key, table, source, background)
-        fps = table.fps or _own_fps(path, key, source)
+        _check_adaptive(entry, table, source, background)
+        fps = table.fps or _own_fps(entry, source)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:
-            raise UserError(f"{path}: {key}.people = true: allowed: false for a camera of another machine (discover:)")
+            raise entry.error("people", "true", "false for a camera of another machine (discover:)")
         viewers.append(
             Viewer(
                 table.id, working, camera.size, source, background, fps, table.preview, table.silhouette, table.people,
@@ -125,22 +128,15 @@ def rig_viewers(
     return _from_the_first(viewers)
 
 
-def _check_feedback(path: Path, key: str, table: ViewerTable, source: Source, background: Background) -> None:
-    """Raise UserError where the tracker's pose cannot help the silhouettes."""
+def _check_adaptive(entry: Entry, table: ViewerTable, source: Source, background: Background) -> None:
+    """Raise UserError where the tracker's pose cannot help the silhouettes, or the background cannot be kept."""
     if table.feedback and isinstance(source, Announced):
-        raise UserError(f"{path}: {key}.feedback = true: allowed for a camera of another machine: false")
-    if table.feedback and not isinstance(background, AdaptiveBackground):
-        raise UserError(f'{path}: {key}.feedback = true: allowed: only with background = "adaptive"')
-
-
-def _check_kept(path: Path, key: str, table: ViewerTable, source: Source, background: Background) -> None:
-    """Raise UserError where the background cannot be kept."""
-    if not table.keep_background:
-        return
-    if not source.live:
-        raise UserError(f"{path}: {key}.keep_background = true: allowed: only for a camera or stream of this machine")
-    if not isinstance(background, AdaptiveBackground):
-        raise UserError(f'{path}: {key}.keep_background = true: allowed: only with background = "adaptive"')
+        raise UserError(f"{entry.path}: {entry.key}.feedback = true: allowed for a camera of another machine: false")
+    if table.keep_background and not source.live:
+        raise entry.error("keep_background", "true", "only for a camera or stream of this machine")
+    for name in ("feedback", "keep_background"):
+        if getattr(table, name) and not isinstance(background, AdaptiveBackground):
+            raise entry.error(name, "true", 'only with background = "adaptive"')
 
 
 def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:
@@ -201,65 +197,55 @@ def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:
     return notes
 
 
-def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera) -> tuple[int, int]:
+def _working_size(entry: Entry, table: ViewerTable, camera: Camera) -> tuple[int, int]:
     width, height = camera.size
     if table.size is None:
         scale = min(1.0, LONG_SIDE_PX / max(width, height))
         return max(16, round(width * scale)), max(16, round(height * scale))
     stretch = (table.size[0] / width) / (table.size[1] / height)
     if abs(stretch - 1) > SAME_SHAPE:
-        raise UserError(
-            f"{path}: {key}.size = {list(table.size)}: allowed: the shape of the calibrated {width} x {height} px, "
-            f"such as [{table.size[0]}, {round(table.size[0] * height / width)}]"
-        )
+        such_as = f"[{table.size[0]}, {round(table.size[0] * height / width)}]"
+        allowed = f"the shape of the calibrated {width} x {height} px, such as {such_as}"
+        raise entry.error("size", list(table.size), allowed)
     return table.size
 
 
-def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -> Source:
+def _source(entry: Entry, table: ViewerTable, base: Path, files: bool) -> Source:
     try:
         source = parse_source(table.source, base)
     except SpecError as error:
-        raise UserError(f"{path}: {key}.source = {table.source!r}: allowed: {error}") from error
-    if table.initial is not None:
-        if not isinstance(source, VideoFile):
-            raise UserError(f"{path}: {key}.initial = {table.initial!r}: allowed: only where the source is a video file")
-        source = replace(source, initial=base / table.initial)
-    if table.offset_s:
-        if not isinstance(source, VideoFile):
-            raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
-        source = replace(source, offset_ns=round(table.offset_s * 1e9))
-    if table.delay_ms:
-        if not isinstance(source, LiveSource):
-            allowed = "only where the source is a camera or a stream; of a video file: offset_s"
-            raise UserError(f"{path}: {key}.delay_ms = {table.delay_ms}: allowed: {allowed}")
+        raise entry.error("source", repr(table.source), str(error)) from error
+    for name, kind, allowed in OF_ONE_KIND:
+        value = getattr(table, name)
+        if value not in (None, 0) and not isinstance(source, kind):
+            raise entry.error(name, "true" if value is True else repr(value), f"only where the source is {allowed}")
+    if isinstance(source, VideoFile):
+        initial = None if table.initial is None else base / table.initial
+        offset_ns = round(table.offset_s * 1e9)
+        source = replace(source, initial=initial, offset_ns=offset_ns, hardware=table.hardware_decoding)
+    elif isinstance(source, LiveSource) and table.delay_ms:
         source = replace(source, delay_ns=round(table.delay_ms * 1e6))
-    if table.hardware_decoding:
-        if not isinstance(source, VideoFile):
-            raise UserError(f"{path}: {key}.hardware_decoding = true: allowed: only where the source is a video file")
-        source = replace(source, hardware=True)
-    source = _with_settings(path, key, table, source)
+    source = _with_settings(entry, table, source)
     for name, problem in source.missing().items() if files else ():
-        raise UserError(f"{path}: {key}.{name} = {getattr(table, name)!r}: {problem}")
+        raise UserError(f"{entry.path}: {entry.key}.{name} = {getattr(table, name)!r}: {problem}")
     return source
 
 
-def _with_settings(path: Path, key: str, table: ViewerTable, source: Source) -> Source:
+def _with_settings(entry: Entry, table: ViewerTable, source: Source) -> Source:
     """The source with the camera settings of its table.  Raises UserError."""
     given = given_settings(table)
     for name, value in given.items():
         if not isinstance(source, Device | Announced):
-            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: only where the source is a camera of a machine")
+            raise entry.error(name, repr(value), "only where the source is a camera of a machine")
         problem = setting_problem(name, value)
         if problem is not None:
-            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: {problem}")
-    if not isinstance(source, Device | Announced) or not given:
-        return source
-    return replace(source, settings=settings_of(table))
+            raise entry.error(name, repr(value), problem)
+    return replace(source, settings=settings_of(given)) if isinstance(source, Device | Announced) and given else source
 
 
-def _own_fps(path: Path, key: str, source: Source) -> float:
+def _own_fps(entry: Entry, source: Source) -> float:
     """Frame rate of a source when its viewer table gives none."""
     try:
         return source.own_fps() or USUAL_FPS
     except SourceError as error:
-        raise UserError(f"{path}: {key}.source: {error}") from error
+        raise UserError(f"{entry.path}: {entry.key}.source: {error}") from error

@@ -30,11 +30,7 @@ class Meter:
     """
 
     def __init__(
-        self,
-        service: str,
-        id: str,
-        processor_ns: Callable[[], int] = time.process_time_ns,
-        process: int | None = None,
+        self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns, process: int | None = None
     ) -> None:
         self._service = service
         self._id = id
@@ -83,21 +79,14 @@ class Meter:
             if bus.certificate_days <= WARNED_DAYS:
                 state = f"{state[:900]}; {expiry_text(bus.certificate_days)}"
         health = Health(
-            frame=self._reports,
-            captured_ns=now_ns,
-            service=self._service,
-            id=self._id,
-            state=state[:1000],
-            phase=phase,
+            frame=self._reports, captured_ns=now_ns, service=self._service, id=self._id, state=state[:1000], phase=phase,
             rate=min(most / seconds, 1e6) if seconds > 0 else 0.0,
             stages_ms={stage: min(median(ring) / 1e6, 1e6) for stage, ring in sorted(self._durations_ns.items())[:32]},
             counts=dict(sorted(sorted(counts.items(), key=_less_needed)[:MOST_COUNTS])),
-            clock_offset_ns=offset.offset_ns if offset else 0,
-            clock_error_ns=offset.error_ns if offset else 0,
-            memory_bytes=memory_bytes(),
-            cores=min((used_ns - self._used_ns) / 1e9 / seconds, 1e4) if seconds > 0 else 0.0,
+            clock_offset_ns=offset.offset_ns if offset else 0, clock_error_ns=offset.error_ns if offset else 0,
+            memory_bytes=memory_bytes(), cores=min((used_ns - self._used_ns) / 1e9 / seconds, 1e4) if seconds > 0 else 0.0,
             busy=min((self.busy_ns - self._reported_busy_ns) / 1e9 / seconds, 1.0) if seconds > 0 else 0.0,
-        )
+        )  # fmt: skip
         self._reports += 1
         self._since_ns = elapsed_ns
         self._used_ns = used_ns

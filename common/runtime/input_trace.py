@@ -70,14 +70,9 @@ class Trace:
         if not self._events:
             return None
         handled = Handled(
-            frame=self._reports,
-            captured_ns=now_ns,
-            service=self._service,
-            id=self._id,
-            first=self._first,
-            keys=list(self._keys),
-            events=self._events,
-        )
+            frame=self._reports, captured_ns=now_ns, service=self._service, id=self._id, first=self._first,
+            keys=list(self._keys), events=self._events,
+        )  # fmt: skip
         self._reports += 1
         self._first += len(self._events)
         self._keys, self._events = {}, []

@@ -211,20 +211,12 @@ class Runner(Generic[Setup, State, F]):
 
 
 def run(
-    service: Service[Setup, State, F],
-    bus: Bus,
-    clock: Clock,
-    source: Iterator[F] | None = None,
-    stopped: Callable[[], bool] = lambda: False,
-    *,
-    extra_counts: Callable[[], Mapping[str, int]] = dict,
-    first_messages: Sequence[Message] = (),
-    requested: Callable[[], Sequence[Message]] = tuple,
-    on_state: Callable[[State], None] = lambda _: None,
-    on_clock_offset: Callable[[Offset | None], None] = lambda _: None,
-    choice: FrameChoice | None = None,
-    final_counts: Callable[[], Mapping[str, int]] | None = None,
-) -> int:
+    service: Service[Setup, State, F], bus: Bus, clock: Clock, source: Iterator[F] | None = None,
+    stopped: Callable[[], bool] = lambda: False, *, extra_counts: Callable[[], Mapping[str, int]] = dict,
+    first_messages: Sequence[Message] = (), requested: Callable[[], Sequence[Message]] = tuple,
+    on_state: Callable[[State], None] = lambda _: None, on_clock_offset: Callable[[Offset | None], None] = lambda _: None,
+    choice: FrameChoice | None = None, final_counts: Callable[[], Mapping[str, int]] | None = None,
+) -> int:  # fmt: skip
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
     extra_counts: further counts for this service's health, such as those of its log.
@@ -263,15 +255,10 @@ def run(
 
 
 def _loop(
-    runner: Runner[Setup, State, F],
-    frames: NewestFrame[F] | None,
-    stopped: Callable[[], bool],
-    extra_counts: Callable[[], Mapping[str, int]],
-    requested: Callable[[], Sequence[Message]],
-    on_state: Callable[[State], None],
-    on_clock_offset: Callable[[Offset | None], None],
-    choice: FrameChoice | None,
-) -> None:
+    runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, stopped: Callable[[], bool],
+    extra_counts: Callable[[], Mapping[str, int]], requested: Callable[[], Sequence[Message]],
+    on_state: Callable[[State], None], on_clock_offset: Callable[[Offset | None], None], choice: FrameChoice | None,
+) -> None:  # fmt: skip
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()

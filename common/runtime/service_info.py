@@ -46,11 +46,6 @@ def processor() -> str:
 def service_info(rig: Rig, service: str, id: str, now_ns: int) -> ServiceInfo:
     """Rig and versions of a service on this machine."""
     return ServiceInfo(
-        frame=0,
-        captured_ns=now_ns,
-        service=service,
-        id=id,
-        host=socket.gethostname()[:1000],
-        digest=rig.digest,
+        frame=0, captured_ns=now_ns, service=service, id=id, host=socket.gethostname()[:1000], digest=rig.digest,
         versions={name: text[:1000] for name, text in versions().items()},
-    )
+    )  # fmt: skip

@@ -168,14 +168,7 @@ def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels)
 
 
 @finite_kernel
-def _detect_shadows(
-    frame: Image,
-    mean: Floats32,
-    weight: Floats32,
-    gain: Floats32,
-    sure: float,
-    labels: Labels,
-) -> None:
+def _detect_shadows(frame: Image, mean: Floats32, weight: Floats32, gain: Floats32, sure: float, labels: Labels) -> None:
     """Classify UNSURE pixels in place: SHADOW where the texture of the background is visible, WEAK where it is covered.
 
     Texture is the second difference along rows and columns, which the soft edge of a shadow does not change.  Let q be that

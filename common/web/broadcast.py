@@ -88,11 +88,6 @@ class Broadcaster:
         """Number of open pages."""
         return len(self._pages)
 
-    @property
-    def longest_queue(self) -> int:
-        """Number of updates that wait for the slowest page."""
-        return max((len(page.waiting) for page in tuple(self._pages)), default=0)
-
     def publish(self, feed: str | None, updates: Iterable[EncodedUpdate], *, kept: bool = True) -> None:
         """Send updates to all pages that show a feed; to all pages for None.  kept: also to pages that open later."""
         if not self._loop.is_closed():

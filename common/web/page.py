@@ -3,12 +3,12 @@
 import queue
 import time
 from collections.abc import Callable, Iterator
-from typing import Generic
 
 import msgspec
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.common.web.broadcast import Broadcaster, PageQueue, encoded
+from zenocap.common.web.broadcast import PageQueue, encoded
 from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import C, NoticeUpdate
 from zenocap.common.web.parameters import MOST_COMMANDS
@@ -21,7 +21,7 @@ def _never(page: PageQueue, command: object) -> bool:
     return False
 
 
-class Page(Generic[C]):
+class Page(PageServer[C]):
     """Served from `open` to `close`.
 
     direct: is called with each command in the server's thread and returns whether that is all; other commands wait for
@@ -31,26 +31,13 @@ class Page(Generic[C]):
     """
 
     def __init__(
-        self,
-        table: PageTable,
-        content: PageContent[C],
-        direct: Callable[[PageQueue, C], bool] = _never,
+        self, table: PageTable, content: PageContent[C], direct: Callable[[PageQueue, C], bool] = _never,
         wake: Callable[[], None] = lambda: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._direct, self._wake = direct, wake
         self._commands: queue.Queue[C] = queue.Queue(MOST_COMMANDS)
         self.openings = 0
-        self.server = PageServer(table, self._receive, self._first_page_opened, content)
-
-    @property
-    def address(self) -> str:
-        """URL of the page, token included."""
-        return self.server.address
-
-    @property
-    def updates(self) -> Broadcaster:
-        """The distribution of updates, for several at once."""
-        return self.server.broadcaster
+        super().__init__(table, self._receive, self._first_page_opened, content)
 
     @property
     def pages(self) -> int:
@@ -58,11 +45,19 @@ class Page(Generic[C]):
         return self.updates.pages
 
     def open(self) -> None:
-        """Serve the page.  Raises UserError."""
-        self.server.start()
-
-    def close(self) -> None:
-        self.server.close()
+        """Serve the page.  Raises UserError when the port is not available."""
+        table, content = self._table, self._content
+        try:
+            self.listen()
+        except (OSError, UnicodeError) as error:
+            option = f"{content.options}port"
+            allowed = option if option == "--port" else f"{option} (or --port)"
+            reason = getattr(error, "strerror", None) or error
+            raise UserError(
+                f"{content.options.rstrip('.-') or 'page'}: {table.host}:{table.port} cannot be served: {reason}: another "
+                f"program, such as a second {content.program}, may use the port; allowed: another {allowed}, or 0 for any "
+                "free one"
+            ) from error
 
     def publish(self, key: str, update: msgspec.Struct, feed: str | None = None) -> None:
         """Send an update to all pages that show a feed; to all pages for None.  Pages that open later get no old notice."""

@@ -20,7 +20,6 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
@@ -45,21 +44,18 @@ CONTENT_SECURITY_POLICY = (
 
 
 class PageServer(Generic[C]):
-    """Serves a page from `start` to `close`.
+    """Serves a page from `listen` to `close`.
 
     on_command: called in the server's thread with every command of a page.  on_first_page: see `Broadcaster`.
     """
 
     def __init__(
-        self,
-        table: PageTable,
-        on_command: Callable[[PageQueue, C], None],
-        on_first_page: Callable[[], None],
+        self, table: PageTable, on_command: Callable[[PageQueue, C], None], on_first_page: Callable[[], None],
         content: PageContent[C],
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._table, self._on_command, self._content = table, on_command, content
         self._loop = asyncio.new_event_loop()
-        self.broadcaster = Broadcaster(self._loop, on_first_page, content.feeds)
+        self.updates = Broadcaster(self._loop, on_first_page, content.feeds)
         self.offered = OfferedFiles()
         self._connections = Connections(logger)
         self._refused = 0
@@ -88,23 +84,6 @@ class PageServer(Generic[C]):
         if self._problem is not None:
             self._thread.join()
             raise self._problem
-
-    def start(self) -> None:
-        """Begin to serve.  Raises UserError when the port is not available."""
-        try:
-            self.listen()
-        except (OSError, UnicodeError) as error:
-            name = self._content.options.rstrip(".-") or "page"
-            raise UserError(
-                f"{name}: {self._table.host}:{self._table.port} cannot be served: "
-                f"{getattr(error, 'strerror', None) or error}: another program, such as a second {self._content.program}, "
-                f"may use the port; allowed: another {self._port_option}, or 0 for any free one"
-            ) from error
-
-    @property
-    def _port_option(self) -> str:
-        option = f"{self._content.options}port"
-        return option if option == "--port" else f"{option} (or --port)"
 
     def counts(self) -> Mapping[str, int]:
         """Counts since the start: connections closed to make room, malformed requests, pages beyond the maximum."""
@@ -208,7 +187,7 @@ class PageServer(Generic[C]):
         page, decode = PageQueue(self._content.feeds[0]), self._content.decode
         assert decode is not None  # the socket is of a page
         try:
-            self.broadcaster.add(page)
+            self.updates.add(page)
         except ValueError as problem:
             self._refused += 1
             await connection.close(1013, str(problem))
@@ -231,7 +210,7 @@ class PageServer(Generic[C]):
         except ConnectionClosed:
             pass
         finally:
-            self.broadcaster.remove(page)
+            self.updates.remove(page)
             sender.cancel()
 
 

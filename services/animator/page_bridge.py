@@ -60,7 +60,7 @@ class PageBridge:
 
     def counts(self) -> Mapping[str, int]:
         """Counters of outputs and page for the health."""
-        return {**self.outputs.counts(), **(self._feed.page.server.counts() if self._feed is not None else {})}
+        return {**self.outputs.counts(), **(self._feed.page.counts() if self._feed is not None else {})}
 
     def close(self) -> None:
         if self._feed is not None:

@@ -43,7 +43,7 @@ class TakeFeed:
         )  # fmt: skip
         self.page = Page(table, content, direct, wake)
         self.player: Playback | None = None
-        self.saving = SaveJob(lambda update: self.page.publish("saving", update), self.page.server.offered.offer, niceness)
+        self.saving = SaveJob(lambda update: self.page.publish("saving", update), self.page.offered.offer, niceness)
 
     def open(self, hello: pm.HelloUpdate) -> None:
         """Serve the page.  Raises UserError."""

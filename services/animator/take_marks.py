@@ -6,8 +6,7 @@ from pathlib import Path
 
 from zenocap.common import codec
 from zenocap.common import messages as m
-from zenocap.common.recording.indexed import indexed_messages
-from zenocap.common.recording.summary import Summary, last_message
+from zenocap.common.recording.summary import Summary, last_message, messages_in
 from zenocap.common.topics import POSTURE, VERDICT, topic_at
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.parameters import MAX_SHOWN_POSTURES
@@ -43,17 +42,17 @@ def postures_update(path: Path, summary: Summary, stopped: Callable[[], bool]) -
     Reads what has postures, at most until `stopped`; what cannot be read is left out, and the replay reports it.
     """
     parts: list[pm.PosturePart] = []
-    postures = indexed_messages(path, summary, lambda channel: topic_at(channel.topic) is POSTURE)
-    for chunk in postures.chunks:
+    wanted, chunks = summary.with_messages(lambda channel: topic_at(channel.topic) is POSTURE)
+    for chunk in chunks:
         if stopped() or len(parts) >= MAX_SHOWN_POSTURES:
             break
         try:
-            found = postures.of(chunk)
+            found = messages_in(path, chunk, wanted)
         except OSError:
             break
-        for recorded in found:
+        for data in found:
             try:
-                posture = codec.decode(recorded.data, m.Posture)
+                posture = codec.decode(data, m.Posture)
             except codec.BadMessage:
                 continue
             if posture.label is not None:

@@ -113,9 +113,9 @@ class CameraHostServer:
                 is_filmed=lambda: film.is_recording,
             )
             key = HOST_ASSIGN.format(machine=self._machine, camera=id)
-            servers.append(self._session.serve_assignment(key, assigned.answer, assigned.check))
+            servers.append(self._session.serve(key, AssignQuery, assigned.answer, assigned.check))
         key = HOST_FILM.format(machine=self._machine, camera=id)
-        servers.append(self._session.serve(key, film.answer, film.check))
+        servers.append(self._session.serve(key, FilmQuery, film.answer, film.check))
         return _Endpoints(film, assigned, servers)
 
     def used_by(self, id: str) -> str:

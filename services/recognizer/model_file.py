@@ -103,10 +103,7 @@ def find_model(text: str, base: Path | None = None) -> Path:
 
     base: a folder; None: the working directory.  Raises UserError.
     """
-    try:
-        return recognizer_table.find_postures(text, base or Path())
-    except recognizer_table.RecognizerError as error:
-        raise UserError(str(error)) from None
+    return recognizer_table.find_postures(text, base or Path())
 
 
 def write_model(path: Path, model: PostureModel) -> None:

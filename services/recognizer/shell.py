@@ -16,9 +16,10 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Message, Posture
 from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, recorded_rig
-from zenocap.common.rig.commands import CommandError, PostureCommand, check_postures, check_programs
+from zenocap.common.rig.commands import PostureCommand, check_postures, check_programs
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.table_errors import TableError
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Event, Service, Subscription, run
@@ -144,7 +145,7 @@ def check_commands(rig: Rig, model: PostureModel) -> None:
     try:
         check_postures(rig.recognizer.commands, model.labels, rig.recognizer.model.name)
         check_programs(rig.recognizer.commands)
-    except CommandError as error:
+    except TableError as error:
         raise UserError(f"{rig.files[0] if rig.files else rig.name}: recognizer.{error}") from error
 
 

@@ -49,17 +49,9 @@ def with_fisheye(camera: Camera, focal_share: float = 0.3) -> Camera:
 
 
 def board_views(
-    cameras: tuple[Camera, ...],
-    *,
-    board: Board = BOARD,
-    seconds: float = 40.0,
-    fps: float = 10.0,
-    noise_px: float = 0.2,
-    delays_s: tuple[float, ...] = (),
-    readouts_s: tuple[float, ...] = (),
-    seed: int = 0,
-    floor_s: float | None = None,
-) -> tuple[list[CameraViews], BoardMotion]:
+    cameras: tuple[Camera, ...], *, board: Board = BOARD, seconds: float = 40.0, fps: float = 10.0, noise_px: float = 0.2,
+    delays_s: tuple[float, ...] = (), readouts_s: tuple[float, ...] = (), seed: int = 0, floor_s: float | None = None,
+) -> tuple[list[CameraViews], BoardMotion]:  # fmt: skip
     """Views of a board that is carried about.  delays_s: by camera; a frame with time t shows the instant t + delay.
 
     readouts_s: by camera, from the first to the last row of an image, whose middle row is of that instant.

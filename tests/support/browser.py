@@ -68,13 +68,9 @@ class Visit:
 
 @contextmanager
 def visited(
-    browser: "Browser",
-    address: str,
-    width: int = 1280,
-    height: int = 800,
-    scheme: str = "dark",
+    browser: "Browser", address: str, width: int = 1280, height: int = 800, scheme: str = "dark",
     expected: str | None = None,
-) -> Iterator[Visit]:
+) -> Iterator[Visit]:  # fmt: skip
     """Yield a visit in a browser context of its own; at the end, no error was on its console and no URL was foreign.
 
     expected: pattern of errors that the test provokes.

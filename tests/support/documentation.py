@@ -10,12 +10,7 @@ from typer.main import get_command
 from tests.support.command import app
 from tests.support.places import ROOT
 
-PAGES = (
-    ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("*.md")),
-    ROOT / "deploy" / "README.md",
-    ROOT / "CONTRIBUTING.md",
-)
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "deploy" / "README.md", ROOT / "CONTRIBUTING.md")
 TEXTS = {path: path.read_text(encoding="utf-8") for path in PAGES}
 ALL = "\n".join(TEXTS.values())
 LINES = [line for block in re.findall(r"```sh\n(.*?)```", ALL, re.DOTALL) for line in block.splitlines() if line.strip()]

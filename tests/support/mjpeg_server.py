@@ -34,14 +34,10 @@ class MjpegServer:
     """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  `cut` ends all connections."""
 
     def __init__(
-        self,
-        size: tuple[int, int] = (320, 240),
-        fps: float = 30.0,
-        port: int = 0,
-        picture: Callable[[], np.ndarray] | None = None,
-        user: tuple[str, str] | None = None,
+        self, size: tuple[int, int] = (320, 240), fps: float = 30.0, port: int = 0,
+        picture: Callable[[], np.ndarray] | None = None, user: tuple[str, str] | None = None,
         clock_s: Callable[[], float] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """picture: what the camera sees now; None for the time code.  user: name and password without which it is 401.
 
         clock_s: time of each image by the camera's clock, which is sent (X-Timestamp).

@@ -45,16 +45,10 @@ def mask_of(camera: Camera, time_s: float, *, still: bool = False) -> Mask:
 
 
 def write_folder(
-    folder: Path,
-    cameras: dict[str, Camera],
-    starts_s: dict[str, float],
-    sounds: dict[str, Sound] | None = None,
-    seconds: float = 5.0,
-    *,
-    still: bool = False,
-    without_person: Sequence[str] = (),
+    folder: Path, cameras: dict[str, Camera], starts_s: dict[str, float], sounds: dict[str, Sound] | None = None,
+    seconds: float = 5.0, *, still: bool = False, without_person: Sequence[str] = (),
     flash_s: tuple[float, float] | None = None,
-) -> Path:
+) -> Path:  # fmt: skip
     """Folder with calibration, background pictures and videos that begin at the given times.
 
     flash_s: beginning and end of a light, in the time of `starts_s`.

@@ -52,14 +52,9 @@ class SimulatedOnvif:
     """
 
     def __init__(
-        self,
-        streams: dict[str, str],
-        user: tuple[str, str] | None = None,
-        matches: str | None = None,
-        replies: dict[str, str] | None = None,
-        tls: ssl.SSLContext | None = None,
-        digest: tuple[str, ...] = (),
-    ) -> None:
+        self, streams: dict[str, str], user: tuple[str, str] | None = None, matches: str | None = None,
+        replies: dict[str, str] | None = None, tls: ssl.SSLContext | None = None, digest: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
         self.streams, self.user, self.replies, self.digest = streams, user, replies or {}, digest
         self.nonces = 1
         self.requests: list[str] = []

@@ -22,17 +22,11 @@ def track_of(positions: Floats, angles: Floats, *, first: int = 0, rate: float =
     frames = np.arange(count, dtype=np.int64) + first
     lost = np.isnan(positions).any(axis=1)
     return PoseTrack(
-        anatomy=TEN_PARTS,
-        bdp=bdp or body(),
-        frames=frames,
-        times_s=frames / rate,
-        positions=positions,
-        angles=np.where(lost[:, None], np.nan, angles),
-        scores={"1": np.linspace(0, 1, count), "2": np.full(count, np.nan)},
-        views={"1": ("facade",) * count, "2": ("",) * count},
-        lost=tuple("person" if gone else "" for gone in lost),
+        anatomy=TEN_PARTS, bdp=bdp or body(), frames=frames, times_s=frames / rate, positions=positions,
+        angles=np.where(lost[:, None], np.nan, angles), scores={"1": np.linspace(0, 1, count), "2": np.full(count, np.nan)},
+        views={"1": ("facade",) * count, "2": ("",) * count}, lost=tuple("person" if gone else "" for gone in lost),
         rate=rate,
-    )
+    )  # fmt: skip
 
 
 def moving(count: int = 12, *, seed: int = 1, lost: tuple[int, ...] = (), first: int = 0, rate: float = 30.0) -> PoseTrack:

@@ -18,18 +18,10 @@ def known_prior(seed: int = 0, regions: int = 4, dims: int = 3, stay: float = 0.
     bases = np.stack([np.linalg.qr(rng.normal(size=(D, dims)))[0] for _ in range(regions)])
     following = np.roll(np.eye(regions), 1, axis=1)
     return Prior(
-        COORDINATES.anatomy.name,
-        COORDINATES.names,
-        60.0,
-        rng.normal(scale=0.4, size=(regions, D)),
-        bases,
-        np.tile(np.linspace(0.3, 0.1, dims) ** 2, (regions, 1)),
-        np.full((regions, D), np.radians(0.5) ** 2),
-        stay * np.eye(regions) + (1 - stay) * following,
-        np.full(regions, 1.0 / regions),
-        np.full(D, 0.5),
-        TRAINING,
-    )
+        COORDINATES.anatomy.name, COORDINATES.names, 60.0, rng.normal(scale=0.4, size=(regions, D)), bases,
+        np.tile(np.linspace(0.3, 0.1, dims) ** 2, (regions, 1)), np.full((regions, D), np.radians(0.5) ** 2),
+        stay * np.eye(regions) + (1 - stay) * following, np.full(regions, 1.0 / regions), np.full(D, 0.5), TRAINING,
+    )  # fmt: skip
 
 
 def drawn(prior: Prior, frames: int, rng: np.random.Generator) -> tuple[Floats, Floats]:

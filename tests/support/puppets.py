@@ -39,10 +39,7 @@ def walker(time_s: float, girth: float = 1.0) -> list[Capsule]:
     to_world = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     place = np.array([-0.6 * c, 0.0, 0.6 * s])
     swing = 0.5 * np.sin(2 * np.pi * 0.9 * time_s)
-    parts = [
-        ((0.0, 0.95, 0.0), (0.0, 1.35, 0.0), 0.14),
-        ((0.0, 1.55, 0.0), (0.0, 1.65, 0.0), 0.10),
-    ]
+    parts = [((0.0, 0.95, 0.0), (0.0, 1.35, 0.0), 0.14), ((0.0, 1.55, 0.0), (0.0, 1.65, 0.0), 0.10)]
     for side, phase in ((-1.0, swing), (1.0, -swing)):
         knee = (0.1 * side, 0.5, 0.45 * np.sin(phase))
         foot = (0.1 * side, 0.1, 0.9 * np.sin(phase) - 0.25 * max(-phase, 0.0))

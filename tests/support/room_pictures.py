@@ -10,15 +10,9 @@ from zenocap.common.arrays import Image
 from zenocap.common.camera.pinhole import Camera
 
 ROOM = {
-    "corner": (0.0, 0.0, 0.0),
-    "mark": (0.0, 0.0, 1.5),
-    "door": (1.5, 0.0, 0.2),
-    "pole": (1.4, 1.2, -1.3),
-    "lamp": (-1.5, 1.9, 1.0),
-    "shelf": (0.3, 1.8, -1.5),
-    "box": (-1.2, 0.6, -0.4),
-    "edge": (-1.4, 0.0, 0.9),
-}
+    "corner": (0.0, 0.0, 0.0), "mark": (0.0, 0.0, 1.5), "door": (1.5, 0.0, 0.2), "pole": (1.4, 1.2, -1.3),
+    "lamp": (-1.5, 1.9, 1.0), "shelf": (0.3, 1.8, -1.5), "box": (-1.2, 0.6, -0.4), "edge": (-1.4, 0.0, 0.9),
+}  # fmt: skip
 """X, Y and Z of the points, m."""
 
 

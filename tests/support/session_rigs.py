@@ -101,13 +101,10 @@ def secured(folder: Path) -> Iterator[SessionRig]:
     rig = SessionRig(file, folder, load_rig(file).zenoh.connect[0], page, signal.SIGTERM)
     (folder / "recordings").mkdir()
     lines: list[list[object]] = [
-        ["viewer", file, "--id", "1"],
-        ["viewer", file, "--id", "2"],
-        ["recognizer", file],
-        ["animator", file, "--port", page],
-        ["integrator", file, "-o", folder / "recordings" / "take.mcap"],
+        ["viewer", file, "--id", "1"], ["viewer", file, "--id", "2"], ["recognizer", file],
+        ["animator", file, "--port", page], ["integrator", file, "-o", folder / "recordings" / "take.mcap"],
         ["router", file, "-l", rig.endpoint, "--no-multicast-scouting"],
-    ]
+    ]  # fmt: skip
     with ExitStack() as stack:
         rig.processes += [stack.enter_context(started(line, folder)) for line in lines]
         with ZenohBus.open(member(file, rig.endpoint, "reader"), "demo", RealClock()) as bus:

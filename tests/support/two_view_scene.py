@@ -49,13 +49,9 @@ def directions(**named: float) -> Floats:
 
 
 def model_mask(
-    camera: Floats,
-    limbs: Floats,
-    position: Floats = NAVEL,
-    torso: Floats | None = None,
-    size: tuple[int, int] = SMALL,
+    camera: Floats, limbs: Floats, position: Floats = NAVEL, torso: Floats | None = None, size: tuple[int, int] = SMALL,
     model: BodyModel = MODEL,
-) -> Mask:
+) -> Mask:  # fmt: skip
     """The model's own silhouette, as of a perfect match."""
     fit = BodyFit(model, camera, np.zeros((size[1], size[0]), np.uint8))
     fit.place(position, np.eye(3) if torso is None else torso, limbs)

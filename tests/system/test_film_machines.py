@@ -21,7 +21,8 @@ from tests.support.mjpeg_server import BITS, MjpegServer, time_in
 from tests.support.processes import PATIENCE_S, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from tests.system.test_film import output, zenocap
-from zenocap.common.bus.zenoh_film import FilmServer, query_films
+from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.messages import FilmQuery
@@ -213,7 +214,8 @@ def test_messages_of_a_stranger_write_nothing_elsewhere(rig: Path) -> None:
             assert not [reply for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok is not None]
         created = [path for path in sorted(rig.parent.rglob("*")) if path not in before]
         assert not created
-        reply = query_films(session, key, FilmQuery(frame=1, captured_ns=1, what="state", sender="x"), 2.0)[key]
+        query = FilmQuery(frame=1, captured_ns=1, what="state", sender="x")
+        reply = FilmSession(session).ask(key, query, 2.0)[key]
         assert (reply.state, reply.film) == ("idle", None)
 
 
@@ -236,7 +238,8 @@ def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
         for viewer, clock in zip(loaded.viewers, (RealClock(), ShiftedClock()), strict=True):
             tap = Tap(SIZE, FPS)
             endpoint = FilmEndpoint(tap, viewer.camera.name, tmp_path / viewer.id, Permission(film=True), clock, "lab")
-            server = FilmServer(session, FILM.format(rig=loaded.name, viewer=viewer.id), endpoint.answer, endpoint.check)
+            key = FILM.format(rig=loaded.name, viewer=viewer.id)
+            server = QueryServer(session, key, FilmQuery, endpoint.answer, endpoint.check)
             stack.callback(server.undeclare)
 
             def give(tap: Tap = tap, clock: RealClock = clock) -> None:

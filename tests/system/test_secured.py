@@ -20,7 +20,8 @@ from zenocap.common import messages as m
 from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member
 from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_film import FilmServer, query_films
+from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.codec import encode
 from zenocap.common.rig.rig import load_rig
@@ -202,7 +203,7 @@ def test_only_the_operator_films_and_copies_pictures(rig_file: Path, endpoint: s
 
     def asked(session: zenoh.Session, what: str, wait_s: float = PATIENCE_S, **fields: int) -> m.FilmReply | None:
         query = m.FilmQuery(frame=1, captured_ns=1, what=what, sender="me", film="walk", camera="cam", **fields)
-        reply = query_films(session, key, query, wait_s).get(key)
+        reply = FilmSession(session).ask(key, query, wait_s).get(key)
         assert not isinstance(reply, str)
         return reply
 
@@ -216,7 +217,7 @@ def test_only_the_operator_films_and_copies_pictures(rig_file: Path, endpoint: s
             answered.append(query.what)
             return film.answer(query)
 
-        stack.callback(FilmServer(false, key, answer).undeclare)
+        stack.callback(QueryServer(false, key, m.FilmQuery, answer).undeclare)
         operator = stack.enter_context(open_session(member(rig_file, endpoint, OPERATOR)))
         wait_until(lambda: asked(operator, "open", SHORT_S) is not None, tmp_path)
         tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())

@@ -56,7 +56,8 @@ def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Ri
     Raises UserError.
     """
     from zenocap.common.errors import UserError
-    from zenocap.common.rig.recognizer import RecognizerError, RecognizerTable, find_postures, recognizer_spec
+    from zenocap.common.rig.recognizer import RecognizerTable, find_postures, recognizer_spec
+    from zenocap.common.rig.table_errors import TableError
 
     try:
         spec = rig.recognizer
@@ -65,6 +66,6 @@ def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Ri
             spec = recognizer_spec(table, rig.method, Path())
         elif model is not None:
             spec = replace(spec, model=find_postures(model, Path()))
-    except RecognizerError as error:
+    except TableError as error:
         raise UserError(f"--{error}" if model is not None else f"rig {rig.name}: recognizer.{error}") from error
     return replace(rig, recognizer=spec if commands else replace(spec, commands=()))

@@ -6,7 +6,8 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import VideoFile
-from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
+from zenocap.common.rig.table_errors import TableError
+from zenocap.common.rig.tracker import TrackerOverrides, with_front_of, with_overrides
 from zenocap.common.rig.viewers import at_rate
 
 SAME_SHAPE = 0.02  # largest difference of the ratio of width and height from that of the calibrated size
@@ -32,7 +33,7 @@ def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
     try:
         spec = with_overrides(rig.tracker, rig.method, overrides)
         spec = with_front_of(spec, {viewer.id: viewer.camera.name for viewer in rig.viewers})
-    except TrackerError as error:
+    except TableError as error:
         raise UserError(f"--{error}") from error
     return replace(rig, tracker=spec)
 

@@ -11,30 +11,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from zenocap.common.video.v4l2.structures import (
-    CAPTURE,
-    CAPTURE_MPLANE,
-    DISCRETE,
-    ENUM_FMT,
-    ENUM_FRAMEINTERVALS,
-    ENUM_FRAMESIZES,
-    G_CTRL,
-    NEXT_CONTROL,
-    QUERY_EXT_CTRL,
-    QUERYCAP,
-    QUERYMENU,
-    S_CTRL,
-    Capabilities,
-    Capability,
-    ControlDescription,
-    ControlFlag,
-    ControlType,
-    ControlValue,
-    FormatDescription,
-    FrameInterval,
-    FrameSize,
-    MenuItem,
-)
+from zenocap.common.video.v4l2 import structures as v4l2
+from zenocap.common.video.v4l2.structures import Capabilities, ControlFlag, ControlType
 
 # Of a file descriptor, a request and a structure, which it changes; raises OSError.
 Ioctl = Callable[[int, int, ctypes.Structure], object]
@@ -81,8 +59,8 @@ class V4l2Camera:
         self.path, self._ioctl = path, ioctl
         self._file = opener(str(path), os.O_RDWR | getattr(os, "O_NONBLOCK", 0))
         try:
-            found = Capability()
-            self._ioctl(self._file, QUERYCAP, found)
+            found = v4l2.Capability()
+            self._ioctl(self._file, v4l2.QUERYCAP, found)
         except OSError:
             os.close(self._file)
             raise
@@ -109,8 +87,8 @@ class V4l2Camera:
         multiplanar = not self.capabilities & Capabilities.VIDEO_CAPTURE
         found: list[Mode] = []
         for index in range(MAX_ENTRIES):
-            entry = FormatDescription(index=index, type=CAPTURE_MPLANE if multiplanar else CAPTURE)
-            if not self._has(ENUM_FMT, entry):
+            entry = v4l2.FormatDescription(index=index, type=v4l2.CAPTURE_MPLANE if multiplanar else v4l2.CAPTURE)
+            if not self._has(v4l2.ENUM_FMT, entry):
                 break
             found += self._sizes(entry.pixelformat)
         return tuple(found)
@@ -121,13 +99,13 @@ class V4l2Camera:
 
     def get(self, control: int) -> int:
         """Value of a control.  Raises OSError."""
-        value = ControlValue(id=control)
-        self._ioctl(self._file, G_CTRL, value)
+        value = v4l2.ControlValue(id=control)
+        self._ioctl(self._file, v4l2.G_CTRL, value)
         return int(value.value)
 
     def set(self, control: int, value: int) -> None:
         """Raises OSError."""
-        self._ioctl(self._file, S_CTRL, ControlValue(id=control, value=value))
+        self._ioctl(self._file, v4l2.S_CTRL, v4l2.ControlValue(id=control, value=value))
 
     def _has(self, request: int, structure: ctypes.Structure) -> bool:
         """Fill the structure; False after the end of a list, or where the driver does not have this list."""
@@ -142,10 +120,10 @@ class V4l2Camera:
     def _sizes(self, pixel_format: int) -> Iterator[Mode]:
         name = fourcc_text(pixel_format)
         for index in range(MAX_ENTRIES):
-            entry = FrameSize(index=index, pixel_format=pixel_format)
-            if not self._has(ENUM_FRAMESIZES, entry):
+            entry = v4l2.FrameSize(index=index, pixel_format=pixel_format)
+            if not self._has(v4l2.ENUM_FRAMESIZES, entry):
                 return
-            if entry.type != DISCRETE:
+            if entry.type != v4l2.DISCRETE:
                 least_width, width, _, least_height, height, _ = entry.values
                 rates = self._rates(pixel_format, width, height)
                 yield Mode(name, (width, height), rates, (least_width, least_height))
@@ -156,36 +134,30 @@ class V4l2Camera:
     def _rates(self, pixel_format: int, width: int, height: int) -> tuple[float, ...]:
         found: set[Fraction] = set()
         for index in range(MAX_ENTRIES):
-            entry = FrameInterval(index=index, pixel_format=pixel_format, width=width, height=height)
-            if not self._has(ENUM_FRAMEINTERVALS, entry):
+            entry = v4l2.FrameInterval(index=index, pixel_format=pixel_format, width=width, height=height)
+            if not self._has(v4l2.ENUM_FRAMEINTERVALS, entry):
                 break
-            pairs = [entry.values[0:2]] if entry.type == DISCRETE else [entry.values[0:2], entry.values[2:4]]
+            pairs = [entry.values[0:2]] if entry.type == v4l2.DISCRETE else [entry.values[0:2], entry.values[2:4]]
             found |= {Fraction(below, above) for above, below in pairs if above and below}
-            if entry.type != DISCRETE:
+            if entry.type != v4l2.DISCRETE:
                 break
         return tuple(float(rate) for rate in sorted(found, reverse=True))
 
     def _controls(self) -> Iterator[Control]:
         last = 0
         for _ in range(MAX_ENTRIES):
-            entry = ControlDescription(id=last | NEXT_CONTROL)
-            if not self._has(QUERY_EXT_CTRL, entry) or entry.id <= last:
+            entry = v4l2.ControlDescription(id=last | v4l2.NEXT_CONTROL)
+            if not self._has(v4l2.QUERY_EXT_CTRL, entry) or entry.id <= last:
                 return
             last = entry.id
             if entry.flags & ControlFlag.DISABLED or entry.type not in iter(NUMBERS) or entry.nr_of_dims:
                 continue
             yield Control(
-                id=entry.id,
-                name=_text(entry.name),
-                minimum=entry.minimum,
-                maximum=entry.maximum,
-                step=entry.step,
-                default=entry.default_value,
-                value=None if entry.flags & ControlFlag.WRITE_ONLY else self._value(entry.id),
-                menu=self._menu(entry),
-                read_only=bool(entry.flags & ControlFlag.READ_ONLY),
+                id=entry.id, name=_text(entry.name), minimum=entry.minimum, maximum=entry.maximum, step=entry.step,
+                default=entry.default_value, value=None if entry.flags & ControlFlag.WRITE_ONLY else self._value(entry.id),
+                menu=self._menu(entry), read_only=bool(entry.flags & ControlFlag.READ_ONLY),
                 inactive=bool(entry.flags & ControlFlag.INACTIVE),
-            )
+            )  # fmt: skip
 
     def _value(self, control: int) -> int | None:
         try:
@@ -193,13 +165,13 @@ class V4l2Camera:
         except OSError:  # some drivers list controls that the camera does not answer
             return None
 
-    def _menu(self, entry: ControlDescription) -> dict[int, str]:
+    def _menu(self, entry: v4l2.ControlDescription) -> dict[int, str]:
         if entry.type not in (ControlType.MENU, ControlType.INTEGER_MENU):
             return {}
         found = {}
         for index in range(max(0, entry.minimum), min(entry.maximum, MAX_ENTRIES) + 1):
-            item = MenuItem(id=entry.id, index=index)
-            if self._has(QUERYMENU, item):  # menus may have gaps
+            item = v4l2.MenuItem(id=entry.id, index=index)
+            if self._has(v4l2.QUERYMENU, item):  # menus may have gaps
                 number = int.from_bytes(bytes(item.text[:8]), "little", signed=True)
                 found[index] = _text(item.text) if entry.type == ControlType.MENU else str(number)
         return found

@@ -166,7 +166,4 @@ def shipped_names() -> tuple[str, ...]:
 
 def find_prior(text: str) -> Path:
     """Path of a prior given by a shipped name, or as a path from the working directory.  Raises UserError."""
-    try:
-        return tracker_table.find_prior(text, Path())
-    except tracker_table.TrackerError as error:
-        raise UserError(str(error)) from None
+    return tracker_table.find_prior(text, Path())

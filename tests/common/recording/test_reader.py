@@ -47,12 +47,8 @@ def test_a_complete_take_round_trips(complete: Path) -> None:
 def test_a_message_keeps_its_times(complete: Path) -> None:
     third = list(Take(complete).messages())[4]
     assert (third.topic, third.schema, third.log_ns, third.publish_ns, third.sequence) == (
-        "zenocap/studio/viewer/1/sighting",
-        "zenocap.Sighting",
-        START_NS + 2 * FRAME_NS,
-        2,
-        2,
-    )
+        "zenocap/studio/viewer/1/sighting", "zenocap.Sighting", START_NS + 2 * FRAME_NS, 2, 2,
+    )  # fmt: skip
     found = envelope(third)
     assert isinstance(found, Envelope)
     assert (found.received_ns, found.data) == (third.log_ns, encode(sighting("1", 2)))

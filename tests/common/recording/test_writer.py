@@ -27,12 +27,9 @@ def envelope(message: m.Message, received_ns: int) -> Envelope:
 
 def record_take(path: Path, frames: int) -> Recording:
     recording = Recording(
-        path,
-        rig="studio",
-        start_ns=START_NS,
-        metadata={"versions": {"zenocap": "0.1.0", "a": "b"}},
+        path, rig="studio", start_ns=START_NS, metadata={"versions": {"zenocap": "0.1.0", "a": "b"}},
         attachments=(Attachment("rig.toml", "application/toml", b'name = "studio"'),),
-    )
+    )  # fmt: skip
     for frame in range(frames):
         recording.record(envelope(sighting("1", frame), START_NS + frame * FRAME_NS))
         recording.record(envelope(bap(frame), START_NS + frame * FRAME_NS + 1000))

@@ -9,15 +9,7 @@ from tests.common.rig.test_rig import RIG, write_rig
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import animator_smoothing
-from zenocap.common.rig.animator import (
-    AnimatorTable,
-    FoxgloveTable,
-    LslTable,
-    RosTable,
-    UdpTable,
-    VmcTable,
-    VrchatTable,
-)
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, RosTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.rig.outputs import OUTPUTS
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.table import attribute
@@ -72,10 +64,7 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         ("[animator.vmc]\nport = 70000\n", "animator.vmc.port = 70000: allowed: `int` <= 65535"),
         ("[animator.udp]\nhost = ''\n", "animator.udp.host = '': allowed: "),
         ("[animator.vrchat]\nport = 0\n", "animator.vrchat.port = 0: allowed: `int` >= 1"),
-        (
-            "[animator.vrchat]\ntrackers = ['hip', 'chets']\n",
-            "animator.vrchat.trackers[1] = 'chets': allowed: 'hip', ",
-        ),
+        ("[animator.vrchat]\ntrackers = ['hip', 'chets']\n", "animator.vrchat.trackers[1] = 'chets': allowed: 'hip', "),
         ("[animator.vrchat]\ntrackers = ['hip', 'hip']\n", "animator.vrchat.trackers[1] = 'hip': allowed: each name once"),
         ("[animator.vrchat]\nhead = 'on'\n", "animator.vrchat.head = 'on': allowed: 'off', 'position', 'position-and-yaw'"),
         ("[animator.ros]\ndomain = 233\n", "animator.ros.domain = 233: allowed: `int` <= 232"),

@@ -14,7 +14,6 @@ from zenocap.common.rig.commands import (
     HTTP_TIMEOUT_S,
     MAX_COMMANDS,
     PROGRAM_TIMEOUT_S,
-    CommandError,
     HttpAction,
     OscAction,
     PostureCommand,
@@ -25,6 +24,7 @@ from zenocap.common.rig.commands import (
     posture_commands,
 )
 from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.table_errors import TableError
 
 EVERY_ACTION = """
 [recognizer]
@@ -98,12 +98,8 @@ def test_every_action_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
     assert osc.arguments == (1, 0.5, "left")
     assert isinstance(get, HttpAction)
     assert (get.method, get.body, get.timeout, get.cooldown, get.min_confidence) == (
-        "GET",
-        "",
-        HTTP_TIMEOUT_S,
-        COOLDOWN_S,
-        0.0,
-    )
+        "GET", "", HTTP_TIMEOUT_S, COOLDOWN_S, 0.0,
+    )  # fmt: skip
     assert isinstance(post, HttpAction)
     assert (post.method, post.body, post.timeout) == ("POST", "{}", 0.5)
     assert program == ProgramAction(program="/bin/sh", arguments=("-c", "exit 0"), timeout=PROGRAM_TIMEOUT_S)
@@ -192,7 +188,7 @@ def test_a_file_that_is_not_executable_is_refused(tmp_path: Path) -> None:
     program = tmp_path / "lights"
     program.write_text("#!/bin/sh\n")
     tables = {"squat": {"action": "program", "program": str(program)}}
-    with pytest.raises(CommandError, match="no such program: allowed: an executable file"):
+    with pytest.raises(TableError, match="no such program: allowed: an executable file"):
         posture_commands(tables, [str(program)])
     os.chmod(program, 0o700)
     assert len(posture_commands(tables, [str(program)])) == 1
@@ -200,14 +196,14 @@ def test_a_file_that_is_not_executable_is_refused(tmp_path: Path) -> None:
 
 def test_there_are_at_most_so_many_commands() -> None:
     tables = {"squat": [{"action": "zenoh", "key": "a"}] * (MAX_COMMANDS + 1)}
-    with pytest.raises(CommandError, match=rf"commands = {MAX_COMMANDS + 1} actions: allowed: at most {MAX_COMMANDS}"):
+    with pytest.raises(TableError, match=rf"commands = {MAX_COMMANDS + 1} actions: allowed: at most {MAX_COMMANDS}"):
         posture_commands(tables, ())
 
 
 def test_a_posture_that_the_model_does_not_have_is_refused() -> None:
     commands = posture_commands({"squatt": {"action": "zenoh", "key": "a"}}, ())
     text = r"commands\.squatt = 'squatt': allowed: 'squat', 'kick'; did you mean 'squat'\?; model: mine\.postures"
-    with pytest.raises(CommandError, match=text):
+    with pytest.raises(TableError, match=text):
         check_postures(commands, ("squat", "kick"), "mine.postures")
     check_postures(commands, ("squatt",), "mine.postures")
 

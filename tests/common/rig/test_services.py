@@ -89,12 +89,8 @@ def test_file_names_titles_and_order_of_services() -> None:
     assert file_name(("integrator", "main")) == title(("integrator", "main")) == "integrator"
     keys = [("viewer", "10"), ("other", "main"), ("viewer", "2"), ("animator", "main"), ("integrator", "main")]
     assert [title(key) for key in sorted(keys, key=sort_key)] == [
-        "viewer 2",
-        "viewer 10",
-        "integrator",
-        "animator",
-        "other",
-    ]
+        "viewer 2", "viewer 10", "integrator", "animator", "other",
+    ]  # fmt: skip
 
 
 def test_the_keys_of_the_topics_name_services_of_the_table() -> None:

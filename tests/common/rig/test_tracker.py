@@ -10,12 +10,12 @@ from tests.common.rig.test_rig import RIG, write_folder, write_rig
 from zenocap.common.errors import UserError
 from zenocap.common.rig import tracker as tracker_table
 from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.table_errors import TableError
 from zenocap.common.rig.tracker import (
     ITERATIONS,
     PARTICLES,
     PRESETS,
     FilterOptions,
-    TrackerError,
     TrackerOverrides,
     TrackerSpec,
     find_prior,
@@ -178,7 +178,7 @@ def test_a_preset_of_the_command_line_replaces_the_options_of_the_rig(tmp_path: 
     assert (paper.prior, paper.filter) == (shipped / "general-paper.prior", PRESETS["paper"].filter)
     assert with_overrides(spec, "hybrid", TrackerOverrides("general", preset="paper")).prior == shipped / "general.prior"
     assert with_overrides(spec, "hybrid", TrackerOverrides(preset="default")) == spec
-    with pytest.raises(TrackerError, match="preset = 'none': allowed: default, paper"):
+    with pytest.raises(TableError, match="preset = 'none': allowed: default, paper"):
         with_overrides(spec, "hybrid", TrackerOverrides(preset="none"))
 
 
@@ -218,9 +218,9 @@ def test_the_command_line_overrides_the_rig(tmp_path: Path, monkeypatch: pytest.
     forced = with_overrides(spec, "hybrid", TrackerOverrides(refinement="force-printed"))
     assert (forced.refinement, forced.iterations) == ("force-printed", ITERATIONS["force-printed"])
     assert with_overrides(spec, "hybrid", TrackerOverrides(iterations=7, refinement="force")).iterations == 7
-    with pytest.raises(TrackerError, match=r"prior = 'none.prior': no file"):
+    with pytest.raises(TableError, match=r"prior = 'none.prior': no file"):
         with_overrides(spec, "hybrid", TrackerOverrides("none.prior"))
-    with pytest.raises(TrackerError, match="particles = 5: allowed: 1"):
+    with pytest.raises(TableError, match="particles = 5: allowed: 1"):
         with_overrides(spec, "image-force", TrackerOverrides(particles=5))
-    with pytest.raises(TrackerError, match=r"refinement = 'none': allowed: gauss-newton"):
+    with pytest.raises(TableError, match=r"refinement = 'none': allowed: gauss-newton"):
         with_overrides(spec, "hybrid", TrackerOverrides(refinement="none"))

@@ -27,18 +27,11 @@ def levels(frames: Sequence[VideoFrame]) -> list[int]:
 
 
 FORMATS = [
-    ("mp4", "libx264", "yuv420p"),
-    ("mov", "libx264", "yuv422p10le"),
-    ("mkv", "libx264", "gray"),
-    ("mp4", "libx265", "yuv420p10le"),
-    ("webm", "libvpx-vp9", "yuv420p"),
-    ("mov", "prores_ks", "yuv422p10le"),
-    ("avi", "mjpeg", "yuvj420p"),
-    ("avi", "rawvideo", "bgr24"),
-    ("mkv", "ffv1", "gray16le"),
-    ("mp4", "mpeg4", "yuv420p"),
+    ("mp4", "libx264", "yuv420p"), ("mov", "libx264", "yuv422p10le"), ("mkv", "libx264", "gray"),
+    ("mp4", "libx265", "yuv420p10le"), ("webm", "libvpx-vp9", "yuv420p"), ("mov", "prores_ks", "yuv422p10le"),
+    ("avi", "mjpeg", "yuvj420p"), ("avi", "rawvideo", "bgr24"), ("mkv", "ffv1", "gray16le"), ("mp4", "mpeg4", "yuv420p"),
     ("mpg", "mpeg2video", "yuv420p"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("suffix", "codec", "pixels"), FORMATS, ids=["-".join(row) for row in FORMATS])

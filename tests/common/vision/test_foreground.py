@@ -5,15 +5,7 @@ import pytest
 
 from zenocap.common.arrays import Image, Labels
 from zenocap.common.vision.background import Background, learn
-from zenocap.common.vision.foreground import (
-    BACKGROUND,
-    SHADOW,
-    STRONG,
-    UNSURE,
-    WEAK,
-    ForegroundOptions,
-    foreground,
-)
+from zenocap.common.vision.foreground import BACKGROUND, SHADOW, STRONG, UNSURE, WEAK, ForegroundOptions, foreground
 
 Scene = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 PLACE = np.s_[20:40, 30:60]

@@ -32,13 +32,7 @@ def body(size: tuple[int, int], dx: int = 0) -> Mask:
     width, height = size
     mask = np.zeros((height, width), dtype=np.uint8)
     u = height / 120
-    for left, top, across, down in (
-        (-6, 35, 12, 32),
-        (-3, 25, 6, 10),
-        (-26, 38, 52, 2),
-        (-6, 67, 4, 28),
-        (2, 67, 4, 28),
-    ):
+    for left, top, across, down in ((-6, 35, 12, 32), (-3, 25, 6, 10), (-26, 38, 52, 2), (-6, 67, 4, 28), (2, 67, 4, 28)):
         x = round(u * (80 + left)) + dx
         mask[round(u * top) : round(u * (top + down)), max(0, x) : max(0, x + round(u * across))] = 1
     return mask

@@ -17,13 +17,13 @@ def test_the_latest_files_are_offered(tmp_path: Path) -> None:
         (tmp_path / f"{number}.bvh").write_text("x")
         paths.append(offered.offer(tmp_path / f"{number}.bvh"))
     assert len(set(paths)) == len(paths)
-    assert offered.at(paths[0]) is None
-    found = offered.at(paths[-1])
+    assert offered.read(paths[0]) is None
+    found = offered.read(paths[-1])
     assert found is not None
-    assert found.path == tmp_path / f"{MAX_OFFERED}.bvh"
-    assert offered.at("/saved/../0.bvh") is None
-    found.path.unlink()
-    assert offered.at(paths[-1]) is None
+    assert found[1]["Content-Disposition"].endswith(f"''{MAX_OFFERED}.bvh")
+    assert offered.read("/saved/../0.bvh") is None
+    (tmp_path / f"{MAX_OFFERED}.bvh").unlink()
+    assert offered.read(paths[-1]) is None
 
 
 def test_a_large_file_is_not_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,7 +36,7 @@ def test_a_file_is_sent_with_its_name_only_with_the_token(tmp_path: Path) -> Non
     (tmp_path / "my walk ö.bvh").write_bytes(b"HIERARCHY")
     with stand_in(tmp_path, token=TOKEN) as animator:
         assert animator.bridge._feed is not None
-        path = animator.bridge._feed.page.server.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
+        path = animator.bridge._feed.page.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
         base, _, query = animator.address.partition("?")
         status, headers, body = fetched(f"{base}{path}?{query}")
         assert (status, body) == (200, b"HIERARCHY")

@@ -21,8 +21,8 @@ from zenocap.common.messages import Preview, Request
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import Decoder
+from zenocap.common.web.page import Page
 from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
-from zenocap.common.web.server import PageServer
 
 TOKEN = "a-token-of-sixteen-letters"
 T = TypeVar("T")
@@ -172,7 +172,7 @@ def test_a_page_that_never_reads_skips_frames_and_costs_no_memory(tmp_path: Path
                 animator.receive(large, bap(k, animator.clock.now_ns(), pose_at(k / 60)))
                 seen += sum(update["type"] == "pose" for update in await updates_of(reading))
             assert animator.bridge._feed is not None
-            return seen, animator.bridge._feed.page.updates.longest_queue
+            return seen, max(len(page.waiting) for page in animator.bridge._feed.page.updates._pages)
 
     with stand_in(tmp_path) as animator:
         animator.begin()
@@ -222,12 +222,11 @@ def test_a_port_in_use_is_one_clear_error() -> None:
         other.listen()
         port = other.getsockname()[1]
         content: PageContent[object] = PageContent({}, Decoder(None), "animator", "animator.page.")
-        server = PageServer(PageTable(port=port), lambda page, command: None, lambda: None, content)
-        with pytest.raises(
-            UserError, match=rf"animator.page: 127.0.0.1:{port} cannot be served.*another animator.page.port"
-        ):
-            server.start()
-        server.close()
+        page = Page(PageTable(port=port), content)
+        refusal = rf"animator.page: 127.0.0.1:{port} cannot be served.*another animator.page.port"
+        with pytest.raises(UserError, match=refusal):
+            page.open()
+        page.close()
 
 
 def test_a_command_that_is_too_long_closes_that_page_only(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from typing import Protocol, cast
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError, SourceError
 from zenocap.common.rig.source_kinds import SOURCES
 from zenocap.common.rig.sources import Device, LiveSource, Stream

@@ -83,16 +83,16 @@ evaluate: $(DEV)
 	$(BIN)/python -m benchmarks all $(if $(QUICK),--small) $(ARGS)
 
 priors: $(DEV)
-	$(BIN)/python -m zenocap.tools.dataset.build_priors $(ARGS)
+	$(BIN)/python -m zenocap.tools.teach.dataset.build_priors $(ARGS)
 
 postures: $(DEV)
-	$(BIN)/python -m zenocap.tools.dataset.build_postures $(ARGS)
+	$(BIN)/python -m zenocap.tools.teach.dataset.build_postures $(ARGS)
 
 sbom: $(DEV)
-	$(BIN)/python -m zenocap.tools.supply_chain.bill_of_materials $(ARGS)
+	$(BIN)/python -m zenocap.tools.operate.supply_chain.bill_of_materials $(ARGS)
 
 lock: $(DEV)
-	$(BIN)/python -m zenocap.tools.supply_chain.lock $(ARGS)
+	$(BIN)/python -m zenocap.tools.operate.supply_chain.lock $(ARGS)
 
 $(RUNTIME): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }

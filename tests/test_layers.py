@@ -15,6 +15,7 @@ import pytest
 
 from tests.support.places import ROOT
 
+ROOMS = ("cli", "measure", "teach", "record", "operate", "setup", "takes", "judge")  # of tools, by what their user does
 LAYERS = ("common", "simulation", "services", "tools")  # each may import itself and the earlier ones
 MATHEMATICS = ("common/body", "common/camera", "common/vision", "simulation")
 ARRAYS = tuple(f"zenocap.{folder.replace('/', '.')}" for folder in MATHEMATICS)
@@ -22,7 +23,9 @@ OUTSIDE = ("logging", "time", "threading", "socket", "subprocess", "random", "ze
 PACKAGES = tuple(sorted(path.name for path in (ROOT / "zenocap").iterdir() if path.is_symlink()))
 HIDDEN = {".venv", "build", ".git"}
 SERVICES = sorted(path.parent.name for path in (ROOT / "services").glob("*/shell.py"))
-STEPPED = tuple(name for name in SERVICES if (ROOT / "services" / name / "step.py").is_file())
+STEPPED = tuple(
+    sorted(".".join(path.relative_to(ROOT / "services").parts[:-1]) for path in (ROOT / "services").rglob("step.py"))
+)  # the services with a pure step, and the rooms in them that have one of their own
 
 
 def module_of(path: Path) -> str:
@@ -153,7 +156,20 @@ def test_every_folder_of_services_is_a_service() -> None:
     """A service has a shell, and one of a rig a step."""
     folders = {path.name for path in (ROOT / "services").iterdir() if path.is_dir() and path.name != "__pycache__"}
     assert folders == set(SERVICES)
-    assert set(SERVICES) - set(STEPPED) == {"camera"}
+    assert set(SERVICES) - {step.split(".")[0] for step in STEPPED} == {"camera"}
+
+
+@pytest.mark.slow
+def test_rooms_of_the_tools_run_one_way() -> None:
+    """Each room imports itself, later ones and the files beside the rooms."""
+    assert sorted(path.parent.name for path in (ROOT / "tools").glob("*/__init__.py")) == sorted(ROOMS)
+    for number, room in enumerate(ROOMS):
+        earlier = tuple(f"zenocap.tools.{name}" for name in ROOMS[:number])
+        modules = [module_of(path) for path in sources(f"tools/{room}")]
+        assert [(one, name) for one in modules for name in internal_imports(one) if within(name, earlier)] == []
+    beside = [module_of(path) for path in (ROOT / "tools").glob("*.py")]
+    rooms = tuple(f"zenocap.tools.{name}" for name in ROOMS)
+    assert [(one, name) for one in beside for name in internal_imports(one) if within(name, rooms)] == []
 
 
 @pytest.mark.parametrize("folder", MATHEMATICS)
@@ -178,7 +194,7 @@ def test_a_step_and_all_it_imports_have_no_threads_sockets_files_or_clocks(servi
     modules = closure(f"zenocap.services.{service}.step")
     assert len(modules) > 5
     assert [(one, name) for one in modules for name in imported(one) if within(name, OUTSIDE)] == []
-    assert f"zenocap.services.{service}.shell" not in modules
+    assert f"zenocap.services.{service.split('.')[0]}.shell" not in modules
 
 
 @pytest.mark.parametrize("service", STEPPED)

@@ -8,10 +8,10 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
-from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
-from zenocap.tools.recordings.rig_changes import at_working_size, decoded_by_hardware, of_height, with_tracker
-from zenocap.tools.recordings.track import TrackedFrameSet
-from zenocap.tools.recordings.track import track as write_take
+from zenocap.tools.takes.both_ways import has_second_pass, track_both_ways
+from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, of_height, with_tracker
+from zenocap.tools.takes.track import TrackedFrameSet
+from zenocap.tools.takes.track import track as write_take
 
 logger = logging.getLogger(__name__)
 

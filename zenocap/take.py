@@ -22,7 +22,7 @@ from zenocap.common.formats.take_poses import TOPICS_USED, Summary, limbs_of, su
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
-from zenocap.tools.recordings.export import Exported, ExportOptions, export
+from zenocap.tools.takes.export import Exported, ExportOptions, export
 
 CHUNK = 1000  # frames: 40 s at 25 frames/s, about 1 MB of arrays
 REORDERED = 64  # poses that may be recorded out of the order of their capture times
@@ -112,7 +112,7 @@ class Take:
 
         As recorded in the take, of the poses of both passes where there are any; computed where the take has none.
         """
-        from zenocap.tools.verdict.verdict import verdict_in
+        from zenocap.tools.judge.verdict import verdict_in
 
         return verdict_in(self.path).verdict
 

@@ -38,8 +38,8 @@ from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.parameters import HELD_OUT_EVERY, MIN_FRAMES_PER_REGION
 from zenocap.services.tracker.states import Method, Options, Setup
-from zenocap.tools.dataset.build_priors import PAPER as PAPER_SUFFIX
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
+from zenocap.tools.teach.dataset.build_priors import PAPER as PAPER_SUFFIX
 
 SEVEN = ("walk7", "jog7", "box7")
 PAIRS = ("walk2", "bend2", "kick2", "turned2", "jump2")

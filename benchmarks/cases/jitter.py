@@ -21,7 +21,7 @@ from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.states import Options, Setup
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 
 FIRST_PERSON = 108
 MAX_LAG = 8  # frames

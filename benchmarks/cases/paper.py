@@ -12,8 +12,8 @@ from benchmarks.people.tracker import errors, trajectories
 from zenocap.common.formats.angle_series import angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.recordings.evaluate import ScoredFrames
-from zenocap.tools.recordings.evaluate_angles import AngleCurves, compared
+from zenocap.tools.takes.evaluate import ScoredFrames
+from zenocap.tools.takes.evaluate_angles import AngleCurves, compared
 
 MOTIONS = {"walk7": "walking", "jog7": "jogging", "box7": "boxing"}
 METHODS = ("hybrid", "image-force", "particle-filter")

@@ -23,7 +23,7 @@ from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 
 SWITCHES = tuple(name for name, value in msgspec.structs.asdict(DEFAULT_FILTER).items() if value is True)
 HYBRID = "hybrid"

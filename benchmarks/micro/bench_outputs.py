@@ -27,11 +27,11 @@ from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
 from zenocap.services.animator.outputs.vrchat import VrchatOutput
-from zenocap.services.animator.render.camera_path import framing_camera
-from zenocap.services.animator.render.scene import Ground, Scene, sun_of
-from zenocap.services.animator.render.surfaces import body_surface, posed_surface
-from zenocap.services.animator.render.theme import THEMES
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.takes.render.camera_path import framing_camera
+from zenocap.tools.takes.render.scene import Ground, Scene, sun_of
+from zenocap.tools.takes.render.surfaces import body_surface, posed_surface
+from zenocap.tools.takes.render.theme import THEMES
 
 NAMES = list(BODIES)
 

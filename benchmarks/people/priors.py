@@ -15,7 +15,7 @@ from zenocap.services.tracker.prior.file import find_prior, read_prior
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.motions import Motion, motion_of, read_motion
 from zenocap.services.tracker.prior.training import Plan, Recording, train
-from zenocap.tools.dataset.build_priors import PEOPLE, recording
+from zenocap.tools.teach.dataset.build_priors import PEOPLE, recording
 
 TAKE_FRAMES = 100  # of the same take's ground truth, as in the paper; half of a shorter take
 KINDS = {
@@ -40,7 +40,7 @@ def prior_named(name: str, anatomy: Anatomy = ANATOMY) -> Prior | None:
     if ":" not in name:
         return read_prior(find_prior(name), anatomy) if name else None
     return stored(
-        partial(_trained, name, anatomy), name, anatomy.name, sources=(__name__, "zenocap.tools.dataset.build_priors")
+        partial(_trained, name, anatomy), name, anatomy.name, sources=(__name__, "zenocap.tools.teach.dataset.build_priors")
     )
 
 

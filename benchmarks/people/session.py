@@ -23,10 +23,10 @@ from zenocap.common.session.session import Session
 from zenocap.common.topics import TOPICS
 from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.inputs import Inputs
-from zenocap.tools.recordings.members import members
-from zenocap.tools.recordings.rig_changes import at_working_size
-from zenocap.tools.recordings.track import opened, tolerance_ns
+from zenocap.tools.takes.inputs import Inputs
+from zenocap.tools.takes.members import members
+from zenocap.tools.takes.rig_changes import at_working_size
+from zenocap.tools.takes.track import opened, tolerance_ns
 
 NAME = "evaluation"
 M = TypeVar("M", bound=m.Message)

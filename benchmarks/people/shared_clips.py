@@ -23,9 +23,9 @@ from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.inputs import Inputs
-from zenocap.tools.recordings.rig_changes import at_working_size
-from zenocap.tools.recordings.track import opened, tolerance_ns
+from zenocap.tools.takes.inputs import Inputs
+from zenocap.tools.takes.rig_changes import at_working_size
+from zenocap.tools.takes.track import opened, tolerance_ns
 
 TRUTHS = ("truth.trc", "reference.trc")  # of a rendered clip; of a real one, which is no ground truth
 

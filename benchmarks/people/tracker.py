@@ -20,8 +20,8 @@ from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import describe, initial_state, track
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
-from zenocap.tools.recordings.evaluate_angles import AngleError, compared
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
+from zenocap.tools.takes.evaluate_angles import AngleError, compared
 
 ANATOMY = FOURTEEN_PARTS
 NAMES = tuple(marker.name for marker in ANATOMY.markers)

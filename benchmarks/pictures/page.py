@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_pose, served
 from tests.system.test_animator import rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
 SIZES: tuple[ViewportSize, ...] = (

@@ -94,15 +94,15 @@ PARQUET = ExportFormat(
 )
 NPZ = ExportFormat("npz", "zenocap.common.formats.tables:export_npz", (".npz",), points=True, confidence=True)
 OPENSIM = ExportFormat(
-    "opensim", "zenocap.tools.recordings.opensim_folder:export", (), units=("m",), axes=("y-up", "opensim"),
+    "opensim", "zenocap.tools.takes.opensim_folder:export", (), units=("m",), axes=("y-up", "opensim"),
     confidence=True, model="an .osim file", empty="left out",
 )  # fmt: skip
 GLB = ExportFormat(
-    "glb", "zenocap.tools.recordings.export:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
+    "glb", "zenocap.tools.takes.export:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
     numbered=False, bones=True, empty="last pose repeated", needs=("pygltflib", "pygltflib", "gltf"),
 )  # fmt: skip
 USD = ExportFormat(
-    "usd", "zenocap.tools.recordings.export:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),
+    "usd", "zenocap.tools.takes.export:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),
     axes=("y-up",), numbered=False, bones=True, suffix_decides=True, empty="last pose repeated, invisible",
     needs=("pxr", "usd-core", "usd"),
 )  # fmt: skip

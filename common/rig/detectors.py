@@ -92,7 +92,7 @@ PEOPLE = Detector(
     "zenocap.services.viewer.people.network:loaded",
     option="people = true",
     files=(SELFIE,),
-    get="zenocap.tools.models.wheel:contents",
+    get="zenocap.tools.setup.models.wheel:contents",
     licence=f"""{SELFIE.name}: the general model of MediaPipe Selfie Segmentation.
 Copyright The MediaPipe Authors.  Licensed under the Apache License, Version 2.0; text: the file LICENSE of zenocap, or
 https://www.apache.org/licenses/LICENSE-2.0

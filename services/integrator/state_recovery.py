@@ -9,9 +9,9 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.conversion import angles_of, bdp_of
 from zenocap.common.messages import Message, Sighting, UniversalBap, UniversalBdp
 from zenocap.common.synchronizer import FrameSet
-from zenocap.services.integrator.arbitrator import View
 from zenocap.services.integrator.parameters import REMINDER_NS
 from zenocap.services.integrator.states import AssignedRootPose, Person, Setup, State
+from zenocap.services.integrator.two_view.arbitrator import View
 
 
 def resume(setup: Setup, state: State, message: UniversalBdp | UniversalBap) -> tuple[State, list[Message]]:

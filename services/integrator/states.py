@@ -12,9 +12,9 @@ from zenocap.common.messages import PartialBap, PartialBdp, Sighting, UniversalB
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import Synchronizer
-from zenocap.services.integrator.arbitrator import View
 from zenocap.services.integrator.parameters import LEAST_ORIGIN_M
 from zenocap.services.integrator.rate_reports import RateSetup, RateState
+from zenocap.services.integrator.two_view.arbitrator import View
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from zenocap.common.rig.viewers import Viewer
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
 from zenocap.services.viewer.parameters import BACKGROUNDS, KEEP_S
-from zenocap.services.viewer.silhouette_step import Segmenting, State
+from zenocap.services.viewer.step import Segmenting, State
 
 logger = logging.getLogger(__name__)
 

@@ -30,10 +30,9 @@ from zenocap.common.table import attribute
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
-from zenocap.services.viewer import silhouette_step as watching
+from zenocap.services.viewer import step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.jit_warmup import load_compiled
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
@@ -44,7 +43,8 @@ from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Filming, Tap
 from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup, State, viewer_setup
-from zenocap.services.viewer.step import answered_frame, describe, initial_state, phase_of, step
+from zenocap.services.viewer.two_view.jit_warmup import load_compiled
+from zenocap.services.viewer.two_view.step import answered_frame, describe, initial_state, phase_of, step
 
 logger = logging.getLogger(__name__)
 

@@ -15,9 +15,9 @@ from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.advice.watch import Watch
-from zenocap.services.viewer.body_fit import BodyModel, camera_rows
 from zenocap.services.viewer.feedback import NO_FEEDBACK, Feedback
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
+from zenocap.services.viewer.two_view.body_fit import BodyModel, camera_rows
 
 BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 

@@ -22,7 +22,7 @@ from tests.support.built_messages import built
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.topics import REQUEST
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 S = 1_000_000_000
 

@@ -11,7 +11,7 @@ from benchmarks.people.simulated_clips import SIZE, TEST_FRAMES, TRAINING_FRAMES
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import neutral
 from zenocap.simulation.motion.timeline import t_pose
-from zenocap.tools.dataset import build_priors
+from zenocap.tools.teach.dataset import build_priors
 
 SUBJECT = person(3)
 

@@ -23,7 +23,7 @@ from benchmarks.people.tracker import (
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.body.average_body import body_of_height
-from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 
 NAN = float("nan")
 FRAMES, RATE = range(40), 60.0

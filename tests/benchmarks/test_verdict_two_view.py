@@ -13,8 +13,8 @@ from zenocap.common import messages as m
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.verdict.evidence import evidence_of
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.judge.evidence import evidence_of
+from zenocap.tools.judge.verdict import verdict_of
 
 FPS, FRAMES = 15.0, 80
 

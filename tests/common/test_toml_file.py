@@ -7,7 +7,7 @@ import pytest
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.toml_file import read_toml
-from zenocap.tools.calibration.lines_file import read_measurements
+from zenocap.tools.setup.calibration.lines_file import read_measurements
 
 COSTLY = {
     "nested": ("a = " + "[" * 5000 + "]" * 5000, "too deeply nested"),

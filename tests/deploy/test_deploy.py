@@ -12,7 +12,7 @@ import yaml
 from tests.support.places import ROOT
 from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
 from zenocap.common.rig.rig import load_rig
-from zenocap.tools.launcher.child_processes import STOPPED_S
+from zenocap.tools.record.launcher.child_processes import STOPPED_S
 
 DEPLOY = ROOT / "deploy"
 UNITS = sorted((DEPLOY / "systemd").glob("*.service"))

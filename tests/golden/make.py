@@ -44,10 +44,10 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import CAMERA_DELAYS, TRACKER_POSE
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.recordings.both_ways import track_both_ways
-from zenocap.tools.recordings.rig_changes import with_tracker
-from zenocap.tools.recordings.track import track
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.takes.both_ways import track_both_ways
+from zenocap.tools.takes.rig_changes import with_tracker
+from zenocap.tools.takes.track import track
 
 HERE = Path(__file__).parent
 RING = HERE / "ring.toml"

@@ -9,7 +9,7 @@ from tests.golden.make import HERE, TAKES, readable
 from tests.golden.texts import TEXTS
 from zenocap.common.recording.reader import Take
 from zenocap.common.runtime.service_info import processor
-from zenocap.tools.verify.recompute import verify
+from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 

@@ -30,10 +30,10 @@ from zenocap.services.animator.presence import Presence
 from zenocap.services.animator.presence import observed as presence_after
 from zenocap.services.animator.states import Setup, State
 from zenocap.services.animator.step import step
-from zenocap.tools.metrics.observations import Observations
-from zenocap.tools.monitor.display import as_json
-from zenocap.tools.recordings.export import ExportOptions, export
-from zenocap.tools.recordings.info import info
+from zenocap.tools.operate.metrics.observations import Observations
+from zenocap.tools.operate.monitor.display import as_json
+from zenocap.tools.takes.export import ExportOptions, export
+from zenocap.tools.takes.info import info
 
 SECOND_NS = 1_000_000_000
 OWN = ("trc", "bvh", "csv", "mot", "npz")  # formats whose bytes depend on no library
@@ -114,7 +114,7 @@ def metrics_text(path: Path) -> str:
     """The answer to a scrape at the end of the take, without what is of this machine's programs."""
     from prometheus_client import CollectorRegistry, generate_latest
 
-    from zenocap.tools.metrics.families import RigCollector
+    from zenocap.tools.operate.metrics.families import RigCollector
 
     rig = rig_of(path)
     observations = Observations({rig: services(path)})

@@ -22,8 +22,8 @@ from tests.support.two_view_run import (
 from zenocap.common import messages as m
 from zenocap.common import topics
 from zenocap.services.integrator import step as integrator
-from zenocap.services.viewer import step as viewer
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.two_view import step as viewer
 
 pytestmark = pytest.mark.slow
 

@@ -8,11 +8,11 @@ from tests.support.stored import stored_files
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.common.rig.tracker import TrackerOverrides
-from zenocap.tools.recordings.both_ways import track_both_ways
-from zenocap.tools.recordings.rig_changes import with_tracker
-from zenocap.tools.recordings.track import track
+from zenocap.tools.takes.both_ways import track_both_ways
+from zenocap.tools.takes.rig_changes import with_tracker
+from zenocap.tools.takes.track import track
 
-SOURCES = (__name__, "zenocap.tools.recordings.both_ways")
+SOURCES = (__name__, "zenocap.tools.takes.both_ways")
 TAKE = "take.mcap"
 
 

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from tests.support.board_views import BOARD, board_views, room
-from zenocap.tools.calibration.board_views import CameraViews
-from zenocap.tools.calibration.parameters import BURST_S
-from zenocap.tools.live.board_guide import BoardGuide, CameraProgress
-from zenocap.tools.live.board_search import Burst
+from zenocap.tools.setup.calibration.board_views import CameraViews
+from zenocap.tools.setup.calibration.parameters import BURST_S
+from zenocap.tools.setup.page.board_guide import BoardGuide, CameraProgress
+from zenocap.tools.setup.page.board_search import Burst
 
 FPS = 15.0
 

@@ -10,7 +10,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.board_film import BoardMotion, board_image
 from zenocap.simulation.rendering.video_file import write_video
-from zenocap.tools.calibration.board import Board, checked_board
+from zenocap.tools.setup.calibration.board import Board, checked_board
 
 FILM_BOARD = checked_board("charuco", 5, 7, 200.0)
 SIZE, VIDEO_SIZE = (960, 540), (640, 360)

@@ -6,7 +6,7 @@ import numpy as np
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.board_film import board_image, seen_corners
-from zenocap.tools.calibration.board import Board
+from zenocap.tools.setup.calibration.board import Board
 
 SQUARE_PX = 40  # of the drawn board
 

@@ -10,11 +10,11 @@ from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.board_film import BoardMotion, seen_corners
-from zenocap.tools.calibration.board import Board, checked_board
-from zenocap.tools.calibration.board_views import CameraViews, View, with_velocities
-from zenocap.tools.calibration.lens_model import LensModel
-from zenocap.tools.calibration.precision import aligned_errors, seen_pixels, triangulated
-from zenocap.tools.calibration.rig_start import Pose
+from zenocap.tools.setup.calibration.board import Board, checked_board
+from zenocap.tools.setup.calibration.board_views import CameraViews, View, with_velocities
+from zenocap.tools.setup.calibration.lens_model import LensModel
+from zenocap.tools.setup.calibration.precision import aligned_errors, seen_pixels, triangulated
+from zenocap.tools.setup.calibration.rig_start import Pose
 
 BOARD = checked_board("charuco", 7, 9, 60.0)
 

@@ -23,8 +23,8 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.ros_camera_info import ros_info_text
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.data import POSTURES, PRIORS
-from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.scene import SCENE_EXAMPLE
+from zenocap.tools.setup.calibration.board import checked_board
 
 RUN_S, END_S = 2.0, 500.0
 TRACKING = ("zenocap.tools.cli.track", "zenocap.tools.cli.export")

@@ -4,8 +4,8 @@ import numpy as np
 
 from tests.support.two_view_scene import MODEL, NAVEL, model_mask, rows
 from zenocap.common.arrays import Floats
-from zenocap.services.viewer.body_fit import BodyFit
-from zenocap.services.viewer.limb_search import turn_limb
+from zenocap.services.viewer.two_view.body_fit import BodyFit
+from zenocap.services.viewer.two_view.limb_search import turn_limb
 
 UPRIGHT = np.eye(3)
 

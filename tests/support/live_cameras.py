@@ -8,8 +8,8 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import Viewer
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.cameras.named_sources import named_sources
-from zenocap.tools.live.camera import LiveCamera
+from zenocap.tools.setup.cameras.named_sources import named_sources
+from zenocap.tools.setup.page.camera import LiveCamera
 
 SIZE = (96, 64)
 

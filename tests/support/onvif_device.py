@@ -13,7 +13,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from xml.etree import ElementTree
 
-from zenocap.tools.cameras.onvif_discovery import GROUP
+from zenocap.tools.setup.cameras.onvif_discovery import GROUP
 
 LOOPBACK = "127.0.0.1"
 ALONE_S = 120.0  # until the device of another worker or clone on this machine has ended

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import MotionTimeline, session_timeline
-from zenocap.tools.dataset.generate import dataset_rig, generate_take
+from zenocap.tools.teach.dataset.generate import dataset_rig, generate_take
 
 NAMES = ("raise-right-arm", "squat", "kick-left")
 REPETITIONS = 3

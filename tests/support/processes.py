@@ -17,7 +17,7 @@ from tests.support.places import ROOT
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import UNIVERSAL_BAP
-from zenocap.tools.verify.recompute import Verification, verify
+from zenocap.tools.takes.verify.recompute import Verification, verify
 
 PATIENCE_S = 150.0  # time limit for reaching a state, which only a hang exceeds (s)
 M = TypeVar("M", bound=m.Message)

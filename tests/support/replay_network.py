@@ -10,12 +10,12 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.keyboard import Key, Keyboard
 from zenocap.common.topics import TOPICS
-from zenocap.tools.replay.consumers import Consumers
-from zenocap.tools.replay.player import Player, Status
-from zenocap.tools.replay.remap import Remapping
-from zenocap.tools.replay.selection import ReplaySelection
-from zenocap.tools.replay.shell import ReplayOptions, planned
-from zenocap.tools.replay.timeline import Timeline
+from zenocap.tools.record.replay.consumers import Consumers
+from zenocap.tools.record.replay.player import Player, Status
+from zenocap.tools.record.replay.remap import Remapping
+from zenocap.tools.record.replay.selection import ReplaySelection
+from zenocap.tools.record.replay.shell import ReplayOptions, planned
+from zenocap.tools.record.replay.timeline import Timeline
 
 TODAY_NS = 1_800_000_000_000_000_000
 

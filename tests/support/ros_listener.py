@@ -10,7 +10,7 @@ import zenoh
 from rosbags.typesys import Stores, get_typestore
 
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, NO_HASH, TF_MESSAGE
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WAIT_S = 150.0

@@ -30,8 +30,8 @@ from zenocap.common.rig.rig import Rig, demo_rig_file, load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
-from zenocap.tools.certificates.folder import certify
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.setup.certificates.folder import certify
 
 START_S = 600.0  # time limit for a first pose, with kernels to be compiled before it (s)
 TRACKED = 120  # frames of a take with the person tracked, 8 s

@@ -25,7 +25,7 @@ def stored(make: Callable[[], T], *key: object, sources: Sequence[str] = ("zenoc
     """Return make(), from the cache if an earlier call with equal key and equal sources has made it.
 
     key: everything that `make` depends on, with a stable `repr`.  sources: modules or packages that it runs, as in
-    "zenocap.tools.recordings.track" or "tests.support.walkers"; all that these import counts as well.
+    "zenocap.tools.takes.track" or "tests.support.walkers"; all that these import counts as well.
     """
     folder = cache_folder() / "tests" / _digest(tuple(sources))
     mark_used(folder)

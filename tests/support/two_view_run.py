@@ -18,8 +18,8 @@ from zenocap.common.topics import topic_of
 from zenocap.services.integrator import states as integrator_states
 from zenocap.services.integrator import step as integrator
 from zenocap.services.viewer import states as viewer_states
-from zenocap.services.viewer import step as viewer
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.two_view import step as viewer
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera

@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_directions
 from zenocap.common.camera.level_view import level_view
-from zenocap.services.viewer.body_fit import BodyFit, BodyModel, body_model, camera_rows
+from zenocap.services.viewer.two_view.body_fit import BodyFit, BodyModel, body_model, camera_rows
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 

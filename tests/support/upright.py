@@ -5,8 +5,8 @@ import numpy as np
 from tests.support.simulated_cameras import MATRIX
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.tools.calibration.silhouettes import Hulls
-from zenocap.tools.calibration.walk.single_view import level_frame, up_of
+from zenocap.tools.setup.calibration.silhouettes import Hulls
+from zenocap.tools.setup.calibration.walk.single_view import level_frame, up_of
 
 HEIGHT_M, RADIUS_M = 1.7, 0.12
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)

@@ -16,7 +16,7 @@ from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 Updates = dict[str, dict[str, object]]  # the last of each type
 

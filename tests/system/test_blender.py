@@ -19,7 +19,7 @@ from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.places import ROOT
 from tests.support.pose_tracks import moving
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.tools.recordings.export import ExportOptions, export
+from zenocap.tools.takes.export import ExportOptions, export
 
 OWN = ROOT / "build" / "blender" / "bin" / "python"
 JOINTS = {

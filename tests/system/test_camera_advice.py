@@ -16,7 +16,7 @@ from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.simulation.body.person import person
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
 SIZE, FPS = (160, 120), 20.0

@@ -21,7 +21,7 @@ from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # films in real time, whose rates other load changes
 SIZE, FPS, EMPTY_S, FILM_S, SHOWN_S = (320, 240), 15.0, 4.0, 12.0, 16.0

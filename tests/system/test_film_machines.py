@@ -32,9 +32,9 @@ from zenocap.common.topics import FILM, HOST_FILM
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
-from zenocap.tools.film.film import film
-from zenocap.tools.film.rig_film import cameras_of
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.film.film import film
+from zenocap.tools.record.film.rig_film import cameras_of
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # films in real time, whose rates other load changes
 SIZE, FPS, FILM_S = (320, 240), 30.0, 4.0

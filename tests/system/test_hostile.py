@@ -23,7 +23,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = [
     pytest.mark.nightly,

@@ -25,7 +25,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import ASSIGNMENT, HEALTH, SIGHTING
 from zenocap.services.recognizer.model_file import find_model
-from zenocap.tools.recordings.recover import recover
+from zenocap.tools.takes.recover import recover
 
 pytestmark = pytest.mark.nightly
 LOSS_NS = 3_000_000_000  # at most, of a log that is written every second

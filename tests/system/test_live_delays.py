@@ -32,7 +32,7 @@ from zenocap.common.messages import CameraDelays, Health, Silhouette, TrackerPos
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import CAMERA_DELAYS
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.verify.recompute import verify
+from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.nightly  # the delays of images in real time, which load changes
 FPS, LATE_FRAMES, SECONDS = 15, 2, 110

@@ -17,8 +17,8 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.session_rigs import SessionRig
-from tests.tools.metrics.test_families import dashboard_queries
-from zenocap.tools.launcher.peer_mesh import free_ports
+from tests.tools.operate.metrics.test_families import dashboard_queries
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
 SERVICES = 7  # three viewers, integrator, tracker, recognizer, animator

@@ -15,7 +15,7 @@ from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_
 from tests.system.test_replay import network
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 

@@ -23,7 +23,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import COMMAND, HEALTH, POSTURE, UNIVERSAL_BAP
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
 START = 1_700_000_000 * SECOND

@@ -33,7 +33,7 @@ from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP
-from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import Peer, free_ports, peer_mesh
 
 pytestmark = pytest.mark.core
 

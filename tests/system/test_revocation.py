@@ -21,8 +21,8 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
-from zenocap.tools.certificates.folder import certify
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.nightly
 SOON_S = 5.0  # within which a revoked certificate is to be excluded

@@ -18,7 +18,7 @@ from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import convert
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 OUTPUT = '\n[animator.page]\nenabled = false\n\n[animator.ros]\nconnect = "{endpoint}"\n'

@@ -41,8 +41,8 @@ from zenocap.common.topics import (
 )  # fmt: skip
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
-from zenocap.tools.certificates.folder import certify
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.core
 SHORT_S = 2.0

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.person_films import walker_film
 from tests.support.places import ROOT
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
 

@@ -12,7 +12,7 @@ from websockets.asyncio.client import connect
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.pose_tracks import moving
 from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, started, wait_until
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
 

@@ -15,7 +15,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.stamps import SourceRate
-from zenocap.tools.cameras.streams import tried_stream
+from zenocap.tools.setup.cameras.streams import tried_stream
 
 pytestmark = pytest.mark.nightly  # ages and rates of images in real time, which load changes
 SIZE, FPS = (320, 240), 25.0

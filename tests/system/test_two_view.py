@@ -31,7 +31,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import UNIVERSAL_BAP
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.core
 

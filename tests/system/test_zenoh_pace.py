@@ -16,7 +16,7 @@ from zenocap.common.codec import encode
 from zenocap.common.messages import PaceQuery
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import FLOW_CONTROL, SIGHTING
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 RIG, MAIN = "pace", ("integrator", "main")

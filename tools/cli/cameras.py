@@ -17,7 +17,7 @@ from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.video.v4l2.listing import FoundCamera
-    from zenocap.tools.cameras.streams import TriedStream
+    from zenocap.tools.setup.cameras.streams import TriedStream
 
 Urls = Annotated[
     list[str] | None,
@@ -114,7 +114,7 @@ def cameras(
     given.check(urls, expert)
     with one_line_errors():
         if given.live:
-            from zenocap.tools.live.page import CamerasOnly
+            from zenocap.tools.setup.page.page import CamerasOnly
 
             run_page(urls or [], images, page.table(), "zenocap cameras --live", lambda *_: CamerasOnly())
             return
@@ -131,8 +131,8 @@ def cameras(
 
 def _devices(folder: Path | None, as_json: bool) -> bool:
     from zenocap.common.video.v4l2.listing import found_cameras
-    from zenocap.tools.cameras.pictures import camera_image, written_pictures
-    from zenocap.tools.cameras.text import camera_data, camera_lines
+    from zenocap.tools.setup.cameras.pictures import camera_image, written_pictures
+    from zenocap.tools.setup.cameras.text import camera_data, camera_lines
 
     found = found_cameras()
     paths: dict[str, str] = {}
@@ -153,7 +153,7 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
     import time
 
     from zenocap.common.bus.zenoh_film import FilmSession
-    from zenocap.tools.cameras.hosts import PATIENCE_S, announced, host_data, host_lines
+    from zenocap.tools.setup.cameras.hosts import PATIENCE_S, announced, host_data, host_lines
 
     end_s = time.monotonic() + PATIENCE_S
     options = zenoh.options()
@@ -168,10 +168,10 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
 
 
 def _onvif(hosts: list[str], given: CamerasArguments, expert: OnvifArguments) -> bool:
-    from zenocap.tools.cameras.onvif_device import asked_devices, device_address, with_user
-    from zenocap.tools.cameras.onvif_discovery import OnvifDevice, found_devices
-    from zenocap.tools.cameras.onvif_http import User, trusted
-    from zenocap.tools.cameras.text import onvif_data, onvif_lines
+    from zenocap.tools.setup.cameras.onvif_device import asked_devices, device_address, with_user
+    from zenocap.tools.setup.cameras.onvif_discovery import OnvifDevice, found_devices
+    from zenocap.tools.setup.cameras.onvif_http import User, trusted
+    from zenocap.tools.setup.cameras.text import onvif_data, onvif_lines
 
     own = None
     if given.user is not None:
@@ -191,9 +191,9 @@ def _onvif(hosts: list[str], given: CamerasArguments, expert: OnvifArguments) ->
 
 
 def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:
-    from zenocap.tools.cameras.pictures import written_pictures
-    from zenocap.tools.cameras.streams import tried_streams
-    from zenocap.tools.cameras.text import stream_data, stream_lines
+    from zenocap.tools.setup.cameras.pictures import written_pictures
+    from zenocap.tools.setup.cameras.streams import tried_streams
+    from zenocap.tools.setup.cameras.text import stream_data, stream_lines
 
     with progress("trying the streams"):
         found: list[TriedStream] = tried_streams(urls)

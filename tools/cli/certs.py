@@ -55,8 +55,8 @@ def certs(rig: RigPath, *, given: CertsArguments) -> None:
     from zenocap.common.rig.security import needed_members
 
     with one_line_errors():
-        from zenocap.tools.certificates.folder import certify
-        from zenocap.tools.certificates.report import report
+        from zenocap.tools.setup.certificates.folder import certify
+        from zenocap.tools.setup.certificates.report import report
 
         one = rig_at(rig, files=False)
         folder = given.output or one.security or one.base / "certs"
@@ -83,7 +83,7 @@ def renew_certificates(rig: Rig) -> None:
     from zenocap.common.bus.access import ROUTER, Member
     from zenocap.common.errors import UserError
     from zenocap.common.rig.security import allowed_members
-    from zenocap.tools.certificates.folder import renew_expiring
+    from zenocap.tools.setup.certificates.folder import renew_expiring
 
     try:
         made = renew_expiring(rig.security, rig.name, (*allowed_members(rig), Member(ROUTER)), datetime.now(UTC))
@@ -102,7 +102,7 @@ def _revoke(rig: Rig, folder: Path, names: list[str], days: int) -> None:
     from zenocap.common.bus.zenoh_revocations import confirmed, sender
     from zenocap.common.bus.zenoh_session import ZenohOptions
     from zenocap.common.rig.security import certificate_file, revocations_file, security_in
-    from zenocap.tools.certificates.folder import renewed, revoke
+    from zenocap.tools.setup.certificates.folder import renewed, revoke
 
     now = datetime.now(UTC)
     members = _chosen(rig, names, "--revoke")

@@ -13,7 +13,7 @@ from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
-    from zenocap.tools.doctor.finding import CheckResult
+    from zenocap.tools.setup.doctor.finding import CheckResult
 
 MAX_WORDS = 2000  # characters of a finding
 STYLES = {"ok": "green", "warning": "yellow", "wrong": "red"}
@@ -41,7 +41,7 @@ def doctor(
     Example: `zenocap doctor studio.toml --service viewer-1`
     """
     from zenocap.common.errors import UserError
-    from zenocap.tools.doctor.finding import ok, wrong
+    from zenocap.tools.setup.doctor.finding import ok, wrong
 
     try:
         one = rig_at(rig, files=False)
@@ -49,7 +49,7 @@ def doctor(
         findings = [wrong("rig file", str(error), "correct the file; it must be the same on every machine")]
     else:
         with one_line_errors():
-            from zenocap.tools.doctor.shell import examine
+            from zenocap.tools.setup.doctor.shell import examine
 
             name = _member(one, service)
             options = zenoh.options(one, name)
@@ -63,7 +63,7 @@ def _member(rig: Rig, service: str | None) -> str:
     """By whose certificate to look: a reader's, or that of the service.  Raises UserError for a service it has not."""
     from zenocap.common.errors import UserError
     from zenocap.common.rig.security import allowed_members, certificate_file
-    from zenocap.tools.doctor.machine_probe import certified
+    from zenocap.tools.setup.doctor.machine_probe import certified
 
     known = [member.name for member in allowed_members(rig)]
     if service is not None and service not in known:

@@ -16,7 +16,7 @@ from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.take_poses import Poses
-    from zenocap.tools.recordings.evaluate import ScoredFrames
+    from zenocap.tools.takes.evaluate import ScoredFrames
 
 CENTRES = ".trc"  # suffix of files whose joint centres are compared by default; of others, joint angles
 
@@ -82,8 +82,8 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
     use_angles = given.use_angles()
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.formats.take_poses import read_poses, summary_of
-        from zenocap.tools.recordings.angle_report import check_picture
-        from zenocap.tools.recordings.evaluate import ScoredFrames, check_truth
+        from zenocap.tools.takes.angle_report import check_picture
+        from zenocap.tools.takes.evaluate import ScoredFrames, check_truth
 
         check_truth(given.truth, angles=use_angles)
         if given.plot is not None:
@@ -103,8 +103,8 @@ def _angles(
     poses: Poses, take: Path, given: EvaluateArguments, selection: ScoredFrames
 ) -> tuple[dict[str, object], list[str]]:
     """Errors of joint angles, for programs and for people; drawn where that is asked for.  Raises UserError."""
-    from zenocap.tools.recordings.angle_report import angle_lines, draw_angles
-    from zenocap.tools.recordings.evaluate_angles import angle_accuracy
+    from zenocap.tools.takes.angle_report import angle_lines, draw_angles
+    from zenocap.tools.takes.evaluate_angles import angle_accuracy
 
     found, curves = angle_accuracy(poses.track(), given.truth, selection, take)
     if given.plot is not None:
@@ -117,7 +117,7 @@ def _centres(
 ) -> tuple[dict[str, object], list[str]]:
     """Errors of joint centres, for programs and for people.  Raises UserError."""
     from zenocap.common.formats.motion_files import read_centres
-    from zenocap.tools.recordings.evaluate import accuracy, centre_lines, pairing_note
+    from zenocap.tools.takes.evaluate import accuracy, centre_lines, pairing_note
 
     track, centres = poses.trajectories(given.joints), read_centres(given.truth)
     found = accuracy(track, centres, selection)

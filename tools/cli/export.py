@@ -26,7 +26,7 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.recordings.export import Exported, ExportOptions
+    from zenocap.tools.takes.export import Exported, ExportOptions
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def export(
     form = chosen_format(output, given.to)
     options = _options(form, given, span, expert)
     with one_line_errors(), progress(f"exporting {take}", remote=expert.remote):
-        from zenocap.tools.recordings.export import export as run_export
+        from zenocap.tools.takes.export import export as run_export
 
         written = run_export(checked_take(take), output, options)
     axes = "opensim" if form.model else given.axes
@@ -134,7 +134,7 @@ def export(
 
 def _options(form: ExportFormat, given: ExportArguments, span: FrameRange, expert: ExportExpert) -> ExportOptions:
     """Raises typer.BadParameter."""
-    from zenocap.tools.recordings.export import ExportOptions
+    from zenocap.tools.takes.export import ExportOptions
 
     first, last = span.bounds()
     cutoff_hz = smoothing("--smooth", expert.smooth)

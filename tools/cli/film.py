@@ -17,7 +17,7 @@ from zenocap.tools.service_arguments import ZenohArguments
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.bus.zenoh_session import ZenohOptions
     from zenocap.common.messages import FilmBoard
-    from zenocap.tools.film.session import FilmRequest
+    from zenocap.tools.record.film.session import FilmRequest
 
 RigOrCameras = Annotated[
     list[str],
@@ -78,8 +78,8 @@ def film(
     """
     with one_line_errors():
         from zenocap.common.errors import UserError
-        from zenocap.tools.cameras.away import write_away
-        from zenocap.tools.film.session import lines_of, next_lines, run_film
+        from zenocap.tools.record.film.session import lines_of, next_lines, run_film
+        from zenocap.tools.setup.cameras.away import write_away
 
         board = board_options.film_board(given.square)
         if board is not None and given.fetch:
@@ -106,9 +106,9 @@ def _request(
     """
     from zenocap.common.bus.access import OPERATOR
     from zenocap.common.rig.sources import Announced
-    from zenocap.tools.cameras.named_sources import named_sources
-    from zenocap.tools.film.film import filmed_viewers
-    from zenocap.tools.film.session import FilmRequest
+    from zenocap.tools.record.film.film import filmed_viewers
+    from zenocap.tools.record.film.session import FilmRequest
+    from zenocap.tools.setup.cameras.named_sources import named_sources
 
     options: ZenohOptions | None = None
     if len(texts) == 1 and ("=" not in texts[0] or Path(texts[0]).exists()):

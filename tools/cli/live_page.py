@@ -14,8 +14,8 @@ from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable
-    from zenocap.tools.live.camera import LiveCamera
-    from zenocap.tools.live.page import LivePage, Mode
+    from zenocap.tools.setup.page.camera import LiveCamera
+    from zenocap.tools.setup.page.page import LivePage, Mode
 
 DEFAULT_PORT = 8090  # beside 8080 of the rig's page
 
@@ -88,10 +88,10 @@ def run_page(
     make_mode: of the cameras, and the capture time of the first frame of files, ns.
     """
     from zenocap.common.runtime import logs
-    from zenocap.tools.live.camera import LiveCamera, first_epoch_ns
-    from zenocap.tools.live.page import LivePage
-    from zenocap.tools.live.parameters import FILE_DELAY_S
-    from zenocap.tools.live.sources import live_viewers
+    from zenocap.tools.setup.page.camera import LiveCamera, first_epoch_ns
+    from zenocap.tools.setup.page.page import LivePage
+    from zenocap.tools.setup.page.parameters import FILE_DELAY_S
+    from zenocap.tools.setup.page.sources import live_viewers
 
     logs.configure("cameras")
     viewers, notes = live_viewers(texts, parsed_size(images.size), images.fps, lambda path: rig_at(Path(path), files=False))
@@ -107,7 +107,7 @@ def run_page(
 def _serve(page: LivePage, cameras: Sequence[LiveCamera]) -> None:
     """Serve the page, with the cameras open, until Ctrl-C or its end.  Raises UserError."""
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.live.page import wait_for_images
+    from zenocap.tools.setup.page.page import wait_for_images
 
     with stop_signals() as stopped:
         try:

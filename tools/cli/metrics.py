@@ -26,7 +26,7 @@ def metrics(
     from zenocap.common.rig.services import services_of
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.metrics.shell import run_metrics
+    from zenocap.tools.operate.metrics.shell import run_metrics
 
     logs.configure("metrics")
     with one_line_errors(), stop_signals() as stopped:

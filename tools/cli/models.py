@@ -40,7 +40,7 @@ def add(
     Examples: `zenocap models add people`, `zenocap models add people --from selfie_segmentation.tflite`
     """
     with one_line_errors():
-        from zenocap.tools.models import store
+        from zenocap.tools.setup.models import store
 
         detector = _detector(name)
         path, written = store.add(detector, lambda: detector.contents(file))
@@ -55,7 +55,7 @@ def list_models(as_json: JsonOption = False) -> None:
     """
     with one_line_errors():
         from zenocap.common.rig.detectors import DETECTORS
-        from zenocap.tools.models.store import state_of
+        from zenocap.tools.setup.models.store import state_of
 
         states = [state_of(detector) for detector in DETECTORS.rows().values() if detector.files]
     if as_json:
@@ -74,7 +74,7 @@ def remove(name: Name) -> None:
     Example: `zenocap models remove people`
     """
     with one_line_errors():
-        from zenocap.tools.models import store
+        from zenocap.tools.setup.models import store
 
         there = store.remove(_detector(name))
     typer.echo(f"{name}: {'removed' if there else 'was not there'}")

@@ -19,7 +19,7 @@ from zenocap.tools.service_arguments import ZenohArguments
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.recording.parts import PartLimits
     from zenocap.common.rig.file import LogTable
-    from zenocap.tools.recordings.record import RecordingProgress, RecordingSelection
+    from zenocap.tools.record.recorder import RecordingProgress, RecordingSelection
 
 PLAIN_S = 10  # seconds from line to line where there is no terminal
 
@@ -83,7 +83,7 @@ def record(what: What, *, given: RecordArguments, parts: Annotated[PartArguments
     from zenocap.common.rig.file import LogTable
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.recordings.record import own_id, parse_selection, run_recorder, topics_named
+    from zenocap.tools.record.recorder import own_id, parse_selection, run_recorder, topics_named
 
     logs.configure("recorder")
     with one_line_errors(), stop_signals() as stopped:

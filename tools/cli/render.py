@@ -24,7 +24,7 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.services.animator.render.film import RenderOptions
+    from zenocap.tools.takes.render.film import RenderOptions
 
 MIN_SIZE_PX, MAX_SIZE_PX = 64, 8192
 
@@ -78,7 +78,7 @@ def render(
     """
     options = _options(given, frames, expert)
     with one_line_errors():
-        from zenocap.services.animator.render.film import render as render_take
+        from zenocap.tools.takes.render.film import render as render_take
 
         with progress("drawing", "pictures", remote=expert.remote) as state:
             rendered = render_take(take, output, options, state.update)
@@ -94,8 +94,8 @@ def _options(given: RenderArguments, frames: FrameRange, expert: RenderExpert) -
     size = parse_size(given.size)
     first, last = frames.bounds()
     cutoff_hz = smoothing("--smooth", expert.smooth)
-    from zenocap.services.animator.render.camera_path import Shot
-    from zenocap.services.animator.render.film import RenderOptions
+    from zenocap.tools.takes.render.camera_path import Shot
+    from zenocap.tools.takes.render.film import RenderOptions
 
     shot = Shot(given.view, given.follow, radians(expert.turn))
     captions = not expert.no_captions

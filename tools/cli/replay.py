@@ -15,7 +15,7 @@ from zenocap.tools.service_arguments import PANEL, ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.bus.zenoh_session import ZenohOptions
-    from zenocap.tools.replay.shell import ReplayOptions
+    from zenocap.tools.record.replay.shell import ReplayOptions
 
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
 Takes = Annotated[
@@ -88,7 +88,7 @@ def replay(
     from zenocap.common.runtime.signals import stop_signals
 
     with one_line_errors(), stop_signals() as stopped:
-        from zenocap.tools.replay.shell import run_replay
+        from zenocap.tools.record.replay.shell import run_replay
 
         for take in takes:
             checked_take(take)
@@ -103,9 +103,9 @@ def replay(
 
 def _options(given: ReplayArguments, span: FrameRange, expert: ReplayExpert) -> ReplayOptions:
     """Raises typer.BadParameter."""
-    from zenocap.tools.replay.remap import Remapping, parsed_remap
-    from zenocap.tools.replay.selection import ReplaySelection
-    from zenocap.tools.replay.shell import ReplayOptions
+    from zenocap.tools.record.replay.remap import Remapping, parsed_remap
+    from zenocap.tools.record.replay.selection import ReplaySelection
+    from zenocap.tools.record.replay.shell import ReplayOptions
 
     first, last = span.bounds()
     try:

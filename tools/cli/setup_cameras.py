@@ -61,7 +61,7 @@ def _announced(zenoh: ZenohArguments) -> list[tuple[str, str, str]]:
     from zenocap.common.bus.protocol import BusError
     from zenocap.common.bus.zenoh_film import FilmSession
     from zenocap.common.rig.sources import Announced
-    from zenocap.tools.cameras.hosts import PATIENCE_S, announced, host_problem
+    from zenocap.tools.setup.cameras.hosts import PATIENCE_S, announced, host_problem
 
     typer.echo("looking for machines on which `zenocap viewer --discover` runs ...")
     end_s = time.monotonic() + PATIENCE_S

@@ -70,7 +70,7 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.services.animator.show import show_take
-        from zenocap.tools.recordings.take_videos import take_of, videos_of
+        from zenocap.tools.takes.take_videos import take_of, videos_of
 
         if given.offset and given.beside is None:
             raise UserError(
@@ -99,7 +99,7 @@ def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Cal
     """Function that reads both takes, until its argument is true.  Raises UserError."""
     from zenocap.services.animator.comparison_reader import compare
     from zenocap.services.animator.show import check_take
-    from zenocap.tools.recordings.take_videos import take_of
+    from zenocap.tools.takes.take_videos import take_of
 
     other = take_of(beside)
     check_take(other)

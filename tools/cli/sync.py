@@ -16,7 +16,7 @@ from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
-    from zenocap.tools.sync.synchronize import CameraOffset
+    from zenocap.tools.setup.sync.synchronize import CameraOffset
 
 RigOrTake = Annotated[
     Path,
@@ -72,7 +72,7 @@ def sync(rig: RigOrTake, *, given: SyncArguments) -> None:
         if rig.suffix.lower() == ".mcap":
             _sync_take(rig)
         from zenocap.common.runtime import logs
-        from zenocap.tools.sync.synchronize import SyncOptions, synchronize
+        from zenocap.tools.setup.sync.synchronize import SyncOptions, synchronize
 
         logs.configure("sync")
         one = rig_at(rig, files=True, cameras=camera_list(given.cameras))
@@ -95,7 +95,7 @@ def _write(rig: Path, found: Mapping[str, CameraOffset], given: SyncArguments) -
 
     Raises UserError.
     """
-    from zenocap.tools.sync.synchronize import sync_text, write_sync
+    from zenocap.tools.setup.sync.synchronize import sync_text, write_sync
 
     sources = " and ".join(dict.fromkeys(camera.source for camera in found.values()))
     offsets = {id: camera.offset.offset_s for id, camera in found.items()}
@@ -115,7 +115,7 @@ def _write(rig: Path, found: Mapping[str, CameraOffset], given: SyncArguments) -
 
 def _sync_take(path: Path) -> None:
     """Print the delays of a take's cameras, and exit.  Raises UserError."""
-    from zenocap.tools.sync import take
+    from zenocap.tools.setup.sync import take
 
     found = take.take_delays(path)
     for line in take.lines_of(found):

@@ -27,8 +27,8 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
     """
     first, last = span.bounds()
     with one_line_errors(), progress(f"reading {take}", "messages") as state:
-        from zenocap.tools.recordings.info import info as read_info
-        from zenocap.tools.recordings.info_text import lines_of
+        from zenocap.tools.takes.info import info as read_info
+        from zenocap.tools.takes.info_text import lines_of
 
         found = read_info(checked_take(take), first, last, state.update)
     if as_json:
@@ -60,8 +60,8 @@ def recover(
     """
     with one_line_errors():
         from zenocap.common.recording.parts import free_name
-        from zenocap.tools.recordings.recover import loss_lines
-        from zenocap.tools.recordings.recover import recover as run_recover
+        from zenocap.tools.takes.recover import loss_lines
+        from zenocap.tools.takes.recover import recover as run_recover
 
         checked_take(take)
         output = output or free_name(take.with_name(f"{take.stem}-recovered{take.suffix}"))

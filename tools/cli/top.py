@@ -28,7 +28,7 @@ def top(
 
     from zenocap.common.rig.services import services_of
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.monitor.shell import run_top
+    from zenocap.tools.operate.monitor.shell import run_top
 
     with one_line_errors(), stop_signals() as stopped:
         loaded = [rig_at(path, files=False) for path in rigs or ()]

@@ -42,7 +42,7 @@ def traces(
         if parts.scheme not in ("http", "https") or not parts.hostname:
             raise UserError(f"--endpoint {endpoint}: allowed: an address such as {DEFAULT_ENDPOINT}")
         try:
-            from zenocap.tools.traces.export import run_traces
+            from zenocap.tools.operate.traces.export import run_traces
         except ModuleNotFoundError as error:
             raise UserError(f"no package {error.name}: pip install 'zenocap[traces]'") from error
         loaded = [rig_at(path, files=False) for path in rigs]

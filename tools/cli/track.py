@@ -16,8 +16,8 @@ from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackRe
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.recordings.track import Tracked
-    from zenocap.tools.recordings.track_job import TrackJob
+    from zenocap.tools.takes.track import Tracked
+    from zenocap.tools.takes.track_job import TrackJob
 
 Source = Annotated[
     list[Path],
@@ -76,8 +76,8 @@ def track(
     """
     with one_line_errors():
         from zenocap.common.runtime import logs
-        from zenocap.tools.recordings.both_ways import has_second_pass
-        from zenocap.tools.recordings.track_job import TrackJob, overlay
+        from zenocap.tools.takes.both_ways import has_second_pass
+        from zenocap.tools.takes.track_job import TrackJob, overlay
 
         logs.configure("track")
         rig = configured_rig(source, given, expert, research)
@@ -112,7 +112,7 @@ def _tracked(job: TrackJob, take: Path) -> Tracked:
 
 def _exported(job: TrackJob, output: Path, to: ExportFormat) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses.  Raises as `TrackJob.run`."""
-    from zenocap.tools.recordings.export import ExportOptions, export
+    from zenocap.tools.takes.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
         take = Path(folder) / f"{output.stem}.mcap"
@@ -130,7 +130,7 @@ def _exported(job: TrackJob, output: Path, to: ExportFormat) -> Tracked:
 
 def _run(job: TrackJob, take: Path, *, kept: bool = True) -> Tracked:
     """Track with progress on standard error.  kept: whether the take stays."""
-    from zenocap.tools.recordings.track_job import expected_frame_sets
+    from zenocap.tools.takes.track_job import expected_frame_sets
 
     try:
         with progress("tracking (the first run compiles for some 20 s)", "frames", expected_frame_sets(job.rig)) as state:
@@ -165,7 +165,7 @@ def _status(result: Tracked) -> int:
 
     rating = "good" if result.verdict is None else result.verdict.rating
     if result.verdict is not None:
-        from zenocap.tools.verdict.text import verdict_lines
+        from zenocap.tools.judge.text import verdict_lines
 
         for line in verdict_lines(result.verdict):
             typer.echo(line, err=rating != "good")

@@ -113,7 +113,7 @@ class TrackResearch:
 def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:
     """The rig to track, with the options instead of its own.  Raises UserError, WrongArgument, typer.BadParameter."""
     from zenocap.common.rig.tracker import TrackerOverrides
-    from zenocap.tools.recordings.rig_changes import (
+    from zenocap.tools.takes.rig_changes import (
         at_working_size,
         decoded_by_hardware,
         of_height,

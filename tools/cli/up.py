@@ -72,7 +72,7 @@ def _run(path: Path, given: RunArguments, zenoh: ZenohArguments) -> NoReturn:
     from zenocap.common.recording.parts import take_path
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.tools.cli.certs import renew_certificates
-    from zenocap.tools.launcher.shell import run_rig
+    from zenocap.tools.record.launcher.shell import run_rig
 
     with one_line_errors():
         rig = rig_at(path, files=True)
@@ -93,7 +93,7 @@ def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) 
     Example: `zenocap warmup`
     """
     if part:
-        from zenocap.tools.warmup.parts import warm_up
+        from zenocap.tools.operate.warmup.parts import warm_up
 
         for one in part:
             warm_up(one)
@@ -102,8 +102,8 @@ def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) 
 
     from zenocap.common.errors import UserError
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.warmup.parts import PARTS
-    from zenocap.tools.warmup.processes import cache_problem, compile_parts
+    from zenocap.tools.operate.warmup.parts import PARTS
+    from zenocap.tools.operate.warmup.processes import cache_problem, compile_parts
 
     with one_line_errors(), stop_signals() as stopped:
         if problem := cache_problem():

@@ -40,8 +40,8 @@ def verify(
     Example: `zenocap verify monday.mcap`
     """
     with one_line_errors():
-        from zenocap.tools.verify.recompute import verify as run_verify
-        from zenocap.tools.verify.result import other_versions, report
+        from zenocap.tools.takes.verify.recompute import verify as run_verify
+        from zenocap.tools.takes.verify.result import other_versions, report
 
         for take in takes:
             checked_take(take)

@@ -20,7 +20,7 @@ from zenocap.tools.measure.report import csv_of_soak, csv_text, report, write
 from zenocap.tools.measure.scene import calibration, film, recording_rig_file, rig_files
 from zenocap.tools.measure.soak import Soak, soak
 from zenocap.tools.measure.tables import costs_table, histogram_lines, points_table, rate_line, soak_lines, soak_table
-from zenocap.tools.warmup.processes import compile_parts
+from zenocap.tools.operate.warmup.processes import compile_parts
 
 DONE, FAILED, LOSS = 0, 1, 3
 LINE_S = 10.0  # between lines of progress where there is no terminal

@@ -19,7 +19,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import service_of
 from zenocap.services.viewer.sources.rendered import opened
 from zenocap.tools.measure.scene import FILM_FPS
-from zenocap.tools.recordings.members import cameras, members
+from zenocap.tools.takes.members import cameras, members
 
 LEARNING_FRAMES = 12  # repetitions of the first image, to learn the background and find the pose
 EPOCH_NS = 1_000_000_000_000

@@ -1,1 +1,1 @@
-"""The guided set-up of a rig: which steps are done, and the files they leave."""
+"""Set-up of rigs: calibration, cameras, page, synchronization, certificates, checks, models; its steps and their state."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from tests.support.board_views import BOARD, board_views, places, rig_error_m, room, with_fisheye
-from zenocap.tools.calibration.board_calibration import calibrated_rig
+from zenocap.tools.setup.calibration.board_calibration import calibrated_rig
 
 
 def run(one: Case) -> Figures:

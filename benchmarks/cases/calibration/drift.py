@@ -6,7 +6,7 @@ import numpy as np
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.simulated_clips import cycle_clip
 from zenocap.common.lags.tangents import outline_of
-from zenocap.tools.calibration.drift import drift_of, moved_camera
+from zenocap.tools.setup.calibration.drift import drift_of, moved_camera
 
 TURNS_DEG = (0.0, 0.5, 1.0, 2.0)
 EVERY = 15  # frames of 60 a second

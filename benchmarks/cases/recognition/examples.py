@@ -13,8 +13,8 @@ from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.simulation.motion.timeline import MotionTimeline
-from zenocap.tools.dataset.batch import PEOPLE, generate_takes, people, posture_takes, take_path
-from zenocap.tools.dataset.generate import Method, dataset_rig, generate_take
+from zenocap.tools.teach.dataset.batch import PEOPLE, generate_takes, people, posture_takes, take_path
+from zenocap.tools.teach.dataset.generate import Method, dataset_rig, generate_take
 
 Size = tuple[int, int]
 SETTINGS_SEED = 9  # persons 108 to 119: settings were chosen on them; they are in no test

@@ -20,7 +20,7 @@ from zenocap.services.recognizer.training.examples import (
     prepare,
 )  # fmt: skip
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.tools.dataset.batch import PEOPLE, REPETITIONS
+from zenocap.tools.teach.dataset.batch import PEOPLE, REPETITIONS
 
 # Paper (replaced): [Two-view 5] has twelve people before two cameras; here simulated people.
 PAPER = (22, 21, 23, 21, 24, 20, 23, 24, 22, 22, 23, 24, 21, 22, 20)  # Table 2, of 24 for each posture

@@ -21,7 +21,7 @@ from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.stream import StreamSetup, finish, initial_stream, push, stream_setup
 from zenocap.services.recognizer.training.example_files import read_features
 from zenocap.simulation.motion.timeline import MotionTimeline
-from zenocap.tools.dataset.batch import people
+from zenocap.tools.teach.dataset.batch import people
 
 MODEL = "fifteen"
 STREAM_SEED = 10  # persons from 120 on

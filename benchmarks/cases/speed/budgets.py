@@ -30,9 +30,9 @@ from zenocap.services.tracker import tracking
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.both_ways import add_both_ways
-from zenocap.tools.recordings.members import members
-from zenocap.tools.recordings.track import TrackedFrameSet, track
+from zenocap.tools.takes.both_ways import add_both_ways
+from zenocap.tools.takes.members import members
+from zenocap.tools.takes.track import TrackedFrameSet, track
 
 CLIPS = {7: "walk7", 4: "walk7", 3: "walk7", 2: "walk2"}
 PERIOD_S = 1 / 30  # of frame sets in real time

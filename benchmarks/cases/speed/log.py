@@ -16,7 +16,7 @@ from zenocap.common.recording.log import Log
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.writer import Recording, no_conversion
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.recordings.recover import recover
+from zenocap.tools.takes.recover import recover
 
 FPS = 60.0
 

@@ -24,8 +24,8 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
-from zenocap.tools.recordings.recover import recover
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.takes.recover import recover
 
 VIEWER_MESSAGES = (m.Sighting, m.PartialBap, m.Silhouette, m.Preview)
 PATIENCE_S = 60.0

@@ -14,8 +14,8 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig
-from zenocap.tools.recordings.rig_changes import at_working_size
-from zenocap.tools.recordings.track import track
+from zenocap.tools.takes.rig_changes import at_working_size
+from zenocap.tools.takes.track import track
 
 START_NS = 1_700_000_000_000_000_000
 

@@ -26,7 +26,7 @@ from zenocap.common.camera.calibration_files import read_calibration, write_cali
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.rendering.video_file import write_video
-from zenocap.tools.verdict.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
+from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
 
 STATUS = {0: "good", 3: "doubtful", 4: "unusable"}
 RING = ("cam01", "cam03", "cam05")  # of seven cameras, a third of the ring or more apart

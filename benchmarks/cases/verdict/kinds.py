@@ -15,7 +15,7 @@ from benchmarks.cases.verdict.truth import CLASSES, Truth, evidence_for, true_er
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.judge.verdict import verdict_of
 
 ALL = "all"
 PAIRS = tuple((true, found) for true in CLASSES for found in CLASSES)

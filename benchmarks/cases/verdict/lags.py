@@ -7,8 +7,8 @@ from benchmarks.cases.verdict.takes import FPS, MOTIONS, FaultyTake, taken, tria
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
-from zenocap.tools.verdict.evidence import TakeEvidence, evidence_of
-from zenocap.tools.verdict.view_lag import view_lags
+from zenocap.tools.judge.evidence import TakeEvidence, evidence_of
+from zenocap.tools.judge.view_lag import view_lags
 
 SHIFTS_S = (0.0, 0.2, -0.5, 1.0)
 RIGHT_S = 0.5 / FPS

@@ -30,8 +30,8 @@ from zenocap.services.viewer.frame import SegmentedFrame
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.skeleton import Bones
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.both_ways import both_ways_message
-from zenocap.tools.recordings.members import cameras, members
+from zenocap.tools.takes.both_ways import both_ways_message
+from zenocap.tools.takes.members import cameras, members
 
 FPS, LONGEST_S = 25.0, 4.0
 MOTIONS = ("02_07", "07_02", "07_05", "10_01")  # other ones than those of the fit

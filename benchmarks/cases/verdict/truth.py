@@ -11,9 +11,8 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
-from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.verdict.evidence import PoseRow, TakeEvidence, evidence_of
-from zenocap.tools.verdict.parameters import (
+from zenocap.tools.judge.evidence import PoseRow, TakeEvidence, evidence_of
+from zenocap.tools.judge.parameters import (
     GOOD_ERROR_M,
     GOOD_LOST,
     LOST_ERROR_M,
@@ -21,6 +20,7 @@ from zenocap.tools.verdict.parameters import (
     UNUSABLE_ERROR_M,
     UNUSABLE_LOST,
 )
+from zenocap.tools.parameters import EPOCH_NS
 
 LOST_M = 0.25  # as in `zenocap evaluate`
 CLASSES: tuple[m.Rating, ...] = ("good", "doubtful", "unusable")

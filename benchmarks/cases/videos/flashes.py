@@ -24,9 +24,9 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import motion_timeline
 from zenocap.simulation.rendering.video_file import write_video
-from zenocap.tools.sync.light import FLASH_LIMITS, FlashPair, light_changes
-from zenocap.tools.sync.synchronize import SyncOptions, synchronize
-from zenocap.tools.sync.videos import Brightness, brightness_of
+from zenocap.tools.setup.sync.light import FLASH_LIMITS, FlashPair, light_changes
+from zenocap.tools.setup.sync.synchronize import SyncOptions, synchronize
+from zenocap.tools.setup.sync.videos import Brightness, brightness_of
 
 FPS, RENDERED_FPS = 30.0, 60.0
 FILM_S, LENGTH_S = 8.0, 4.0  # rendered, and of each video

@@ -18,7 +18,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
-from zenocap.tools.sync.sound import RATE, SOUND_LIMITS, SoundPair
+from zenocap.tools.setup.sync.sound import RATE, SOUND_LIMITS, SoundPair
 
 PERIOD_S = 1 / 30
 SHIFTS_S = (0.0, 0.37, -0.37, 1.13, -1.13, 2.0, -2.0)  # of the second, fourth, ... camera; rounded to frames

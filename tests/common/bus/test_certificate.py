@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from zenocap.common.bus.certificate import Expiry, days_left, valid_until
-from zenocap.tools.certificates.authority import issue, new_authority, pem
+from zenocap.tools.setup.certificates.authority import issue, new_authority, pem
 
 NOW = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 

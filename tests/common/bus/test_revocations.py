@@ -11,7 +11,7 @@ from zenocap.common.bus.access import ROUTER, Member, access_control
 from zenocap.common.bus.revocations import MAX_BYTES, BadRevocations, Revocations, read_revocations
 from zenocap.common.bus.security import RouterFiles
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.tools.certificates.folder import certify, revoke
+from zenocap.tools.setup.certificates.folder import certify, revoke
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
 ONE, TWO = Member("viewer", "1"), Member("viewer", "2")

@@ -10,7 +10,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS, format_of
 from zenocap.common.table import attribute
 from zenocap.services.animator.page.save_messages import DRAWN, Kind
-from zenocap.tools.recordings.export import ExportOptions, export
+from zenocap.tools.takes.export import ExportOptions, export
 
 
 @pytest.mark.parametrize("name", FORMATS.names())

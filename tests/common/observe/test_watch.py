@@ -13,7 +13,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.observe.watch import Watch
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import SIGHTING, UNIVERSAL_BAP
-from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 RIGS = ("one", "two")
 PATIENCE_S = 30.0

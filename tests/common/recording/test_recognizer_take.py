@@ -23,8 +23,8 @@ from zenocap.common.rig.recognizer import RecognizerSpec
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.tools.recordings.track import Tracked, track
-from zenocap.tools.verify.recompute import verify
+from zenocap.tools.takes.track import Tracked, track
+from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 
@@ -46,7 +46,7 @@ def tracked(folder: Path) -> Tracked:
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The take, beside its model."""
-    sources = [__name__, "zenocap.tools.recordings.track"]
+    sources = [__name__, "zenocap.tools.takes.track"]
     return stored_files(tmp_path_factory.mktemp("take"), tracked, "recognizer", sources=sources) / "a.mcap"
 
 

@@ -26,7 +26,7 @@ from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.writer import Channel, Recording, no_conversion
 from zenocap.common.rig.rig import demo_rig
-from zenocap.tools.recordings.info import info
+from zenocap.tools.takes.info import info
 
 LAYOUT = ROOT / "deploy" / "lichtblick" / "demo.json"
 START_NS = 1_700_000_000_000_000_000

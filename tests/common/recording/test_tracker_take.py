@@ -23,9 +23,9 @@ from zenocap.common.rig.sources import Actor, VideoFile
 from zenocap.common.rig.tracker import TrackerOverrides, TrackerSpec
 from zenocap.common.runtime.service import TooManyFailures
 from zenocap.services.viewer import segmentation
-from zenocap.tools.recordings.rig_changes import with_tracker
-from zenocap.tools.recordings.track import TrackedFrameSet, track
-from zenocap.tools.verify.recompute import verify
+from zenocap.tools.takes.rig_changes import with_tracker
+from zenocap.tools.takes.track import TrackedFrameSet, track
+from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 

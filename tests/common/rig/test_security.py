@@ -14,7 +14,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.security import allowed_members, host_of, needed_members, security_in, security_of
-from zenocap.tools.certificates.folder import certify, revoke
+from zenocap.tools.setup.certificates.folder import certify, revoke
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from zenocap.common.rig.services import (
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.topics import TOPICS, service_at
 from zenocap.tools.cli.main import COMMANDS
-from zenocap.tools.warmup.parts import PARTS
+from zenocap.tools.operate.warmup.parts import PARTS
 
 TWO_VIEW = replace(demo_rig("two-view"), recognizer=None)
 HYBRID = replace(TWO_VIEW, method="hybrid", tracker=tracker_spec(TrackerTable(), "hybrid", True, Path()))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 from rich.text import Text
 
-from tests.tools.launcher.test_rig_status import SERVICES, health, status_after
+from tests.tools.record.launcher.test_rig_status import SERVICES, health, status_after
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import Inbox
@@ -17,11 +17,11 @@ from zenocap.common.observe.view import ServiceRow
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.foreign_text import MAX_TEXT, printable
 from zenocap.common.topics import HEALTH
-from zenocap.tools.launcher.display import plain_line, table
-from zenocap.tools.monitor.display import shown
-from zenocap.tools.monitor.shell import plain_line as top_line
-from zenocap.tools.recordings.info_text import lines_of
-from zenocap.tools.verdict.text import verdict_lines
+from zenocap.tools.judge.text import verdict_lines
+from zenocap.tools.operate.monitor.display import shown
+from zenocap.tools.operate.monitor.shell import plain_line as top_line
+from zenocap.tools.record.launcher.display import plain_line, table
+from zenocap.tools.takes.info_text import lines_of
 
 HOSTILE = "tracking\n2026-01-01 00:00:00,000 ERROR integrator: forged\x1b]0;title\x07\x1b[31m\u202e[red]markup[/red] [/b]"
 
@@ -111,7 +111,7 @@ def test_posture_labels_and_reasons_of_a_take_are_escaped() -> None:
 
 def test_info_escapes_every_text_of_the_take(tmp_path) -> None:
     from zenocap.common.recording.writer import Attachment, Channel, Recording
-    from zenocap.tools.recordings.info import info
+    from zenocap.tools.takes.info import info
 
     path = tmp_path / "take.mcap"
     recording = Recording(

@@ -13,7 +13,7 @@ from zenocap.common.video.v4l2.listing import FoundCamera
 from zenocap.services.camera.endpoint import Permission
 from zenocap.services.camera.host_cameras import MOST_CAMERAS, named_camera
 from zenocap.services.camera.shell import CameraHostServer
-from zenocap.tools.cameras.hosts import host_data, host_lines
+from zenocap.tools.setup.cameras.hosts import host_data, host_lines
 
 
 class Server:

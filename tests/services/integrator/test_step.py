@@ -30,7 +30,7 @@ from zenocap.common.codec import decode, encode
 from zenocap.common.conversion import bdp_of
 from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY, RECOVERY_TICKS
-from zenocap.services.integrator.perspective import scaling_factor
+from zenocap.services.integrator.two_view.perspective import scaling_factor
 
 
 def assignments(published: list[m.Message]) -> list[m.Assignment]:

@@ -11,11 +11,11 @@ from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import AdaptiveBackground, Device, Source, Stream
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
-from zenocap.services.viewer import silhouette_step
+from zenocap.services.viewer import step as silhouette_step
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.parameters import KEEP_S
-from zenocap.services.viewer.silhouette_step import Segmenting
 from zenocap.services.viewer.states import Setup
+from zenocap.services.viewer.step import Segmenting
 
 SETUP = replace(viewer_setup("1"), background=AdaptiveBackground())
 CAMERA = Device(0)

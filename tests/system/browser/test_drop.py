@@ -16,7 +16,7 @@ from tests.system.browser.test_save import save
 from tests.system.test_animator import rig_file
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.show import TakePage
-from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
 DROP = """([name, content]) => {

@@ -13,7 +13,7 @@ import pytest
 from tests.support.browser import visited
 from tests.support.places import ROOT
 from zenocap.common.formats.pose_track import Bound
-from zenocap.services.animator.render.film import RenderOptions, render
+from zenocap.tools.takes.render.film import RenderOptions, render
 
 pytestmark = pytest.mark.nightly
 TAKE = ROOT / "tests" / "golden" / "arms.mcap"

@@ -9,10 +9,10 @@ from tests.support.board_bursts import SimulatedSearch, simulated
 from tests.support.board_views import BOARD
 from tests.support.browser import visited
 from tests.support.live_cameras import camera_of, paced, picture
-from tests.tools.live.test_live_page import served
-from zenocap.tools.live import board_mode
-from zenocap.tools.live.board_mode import BoardMode
-from zenocap.tools.live.camera import LiveCamera
+from tests.tools.setup.page.test_live_page import served
+from zenocap.tools.setup.page import board_mode
+from zenocap.tools.setup.page.board_mode import BoardMode
+from zenocap.tools.setup.page.camera import LiveCamera
 
 pytestmark = pytest.mark.core
 SIZE = (640, 360)

@@ -10,13 +10,13 @@ from tests.support.browser import visited
 from tests.support.live_cameras import at_once, camera_of
 from tests.support.room_pictures import ROOM, marked_picture, room_camera
 from tests.support.simulated_cameras import paper_cameras
-from tests.tools.live.test_live_page import served
+from tests.tools.setup.page.test_live_page import served
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens import Lens
-from zenocap.tools.calibration.scene_file import read_scene
-from zenocap.tools.live.points_lines import LinePoints
-from zenocap.tools.live.points_mode import PointsMode
-from zenocap.tools.live.points_scene import ScenePoints
+from zenocap.tools.setup.calibration.scene_file import read_scene
+from zenocap.tools.setup.page.points_lines import LinePoints
+from zenocap.tools.setup.page.points_mode import PointsMode
+from zenocap.tools.setup.page.points_scene import ScenePoints
 
 pytestmark = pytest.mark.core
 

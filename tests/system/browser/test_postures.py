@@ -12,18 +12,18 @@ import pytest
 
 from tests.support.browser import Visit, visited
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_spans, posture_take
-from tests.tools.posture_page.test_session import reader_of
+from tests.tools.teach.page.test_session import reader_of
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.training.manifest import read_manifest
-from zenocap.tools.dataset.generate import dataset_rig
-from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.posture_page.live_trial import LiveTrial, live_trial
-from zenocap.tools.posture_page.manifest_file import ManifestFile
-from zenocap.tools.posture_page.motion_view import open_motion
-from zenocap.tools.posture_page.page import PosturePage
-from zenocap.tools.posture_page.session import Publish, Session
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.teach.dataset.generate import dataset_rig
+from zenocap.tools.teach.page.live_trial import LiveTrial, live_trial
+from zenocap.tools.teach.page.manifest_file import ManifestFile
+from zenocap.tools.teach.page.motion_view import open_motion
+from zenocap.tools.teach.page.page import PosturePage
+from zenocap.tools.teach.page.session import Publish, Session
 
 pytestmark = pytest.mark.nightly
 

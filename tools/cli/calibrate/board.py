@@ -19,10 +19,10 @@ from zenocap.tools.option_groups import EXPERT, option
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.camera.lens import Lens
     from zenocap.common.rig.animator import PageTable
-    from zenocap.tools.calibration.board import Board
-    from zenocap.tools.calibration.board_calibration import BoardCalibration
-    from zenocap.tools.live.camera import LiveCamera
-    from zenocap.tools.live.page import Mode
+    from zenocap.tools.setup.calibration.board import Board
+    from zenocap.tools.setup.calibration.board_calibration import BoardCalibration
+    from zenocap.tools.setup.page.camera import LiveCamera
+    from zenocap.tools.setup.page.page import Mode
 
 Films = Annotated[
     list[str] | None,
@@ -85,7 +85,7 @@ def board(
     """
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.board_report import report, report_data, verdict
+    from zenocap.tools.setup.calibration.board_report import report, report_data, verdict
 
     output = given.output
     with one_line_errors():
@@ -109,8 +109,8 @@ def _calibrated(
     films: Sequence[str], described: Board, lenses: Mapping[str, Lens] | None, floor: Sequence[float], *, delays: bool
 ) -> BoardCalibration:
     """Search the board in films and calibrate, with progress.  Raises UserError."""
-    from zenocap.tools.calibration.board_calibration import calibrated_rig
-    from zenocap.tools.calibration.board_films import board_films, board_views
+    from zenocap.tools.setup.calibration.board_calibration import calibrated_rig
+    from zenocap.tools.setup.calibration.board_films import board_films, board_views
 
     found, notes = board_films([Path(film) for film in films])
     for note in notes:
@@ -144,8 +144,8 @@ class LiveCalibration:
 
     def run(self, texts: Sequence[str], images: ImageArguments, table: PageTable) -> int:
         """Guide and calibrate on a page; returns the exit status, FAILED without a calibration."""
-        from zenocap.tools.calibration.board_report import verdict
-        from zenocap.tools.live.board_mode import BoardMode
+        from zenocap.tools.setup.calibration.board_report import verdict
+        from zenocap.tools.setup.page.board_mode import BoardMode
 
         def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
             return BoardMode(cameras, self.described, epoch_ns, self._written, self.lenses, self.delays)
@@ -160,7 +160,7 @@ class LiveCalibration:
         return POOR if verdict(mode.result)[0] == "poor" else DONE
 
     def _written(self, found: BoardCalibration) -> str:
-        from zenocap.tools.calibration.board_report import report, verdict
+        from zenocap.tools.setup.calibration.board_report import report, verdict
 
         write(found, self.output)
         show([*report(found), f"written: {self.output}"], verdict(found))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from pathlib import Path
 
     from zenocap.common.messages import FilmBoard
-    from zenocap.tools.calibration.board import Board
+    from zenocap.tools.setup.calibration.board import Board
 
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
 
@@ -51,7 +51,7 @@ class PatternArguments:
 
     def board_of(self, square_mm: float, marker_mm: float | None = None) -> Board:
         """The board with squares, or tags, of this side.  Raises UserError."""
-        from zenocap.tools.calibration.board import checked_board, usual_squares
+        from zenocap.tools.setup.calibration.board import checked_board, usual_squares
 
         usual = usual_squares(self.kind)
         squares = usual[0] if self.columns is None else self.columns, usual[1] if self.rows is None else self.rows
@@ -86,7 +86,7 @@ class BoardArguments(PatternArguments):
 
 def board_words(board: FilmBoard) -> list[str]:
     """Options of a board that differ from what is usual, for a command line."""
-    from zenocap.tools.calibration.board import usual_squares
+    from zenocap.tools.setup.calibration.board import usual_squares
 
     words = [f"--square={board.square_mm!r}"]
     words += [f"--kind={board.kind}"] * (board.kind != "charuco")

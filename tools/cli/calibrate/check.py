@@ -16,7 +16,7 @@ def check(
 ) -> None:
     """Print position and attitude of the cameras of a file, and the most nearly orthogonal pair."""
     from zenocap.common.camera.calibration_files import read_calibration
-    from zenocap.tools.calibration.camera_report import camera_data, camera_report
+    from zenocap.tools.setup.calibration.camera_report import camera_data, camera_report
 
     with one_line_errors():
         cameras = read_calibration(file, up_axis)

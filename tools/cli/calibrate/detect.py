@@ -16,8 +16,8 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.calibration.board import Board
-    from zenocap.tools.calibration.board_films import BoardFilm
+    from zenocap.tools.setup.calibration.board import Board
+    from zenocap.tools.setup.calibration.board_films import BoardFilm
 
 Films = Annotated[
     list[Path],
@@ -53,7 +53,7 @@ def detect(
     Example, on the camera's machine: `zenocap calibrate detect films/monday-20261123T221734Z --square 35`
     """
     from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
-    from zenocap.tools.calibration.board_films import searchable_films
+    from zenocap.tools.setup.calibration.board_films import searchable_films
 
     if given.background:
         import logging
@@ -82,8 +82,8 @@ def _detected(described: Board, film: BoardFilm, path: Path, as_json: bool) -> d
 
     Raises UserError.
     """
-    from zenocap.tools.calibration.corners_file import write_corners
-    from zenocap.tools.calibration.detection import detected
+    from zenocap.tools.setup.calibration.corners_file import write_corners
+    from zenocap.tools.setup.calibration.detection import detected
 
     with progress("searching the board") as shown:
         one = detected(described, film.path, film.name, lambda done, total, name: shown.update(done, total or None, name))

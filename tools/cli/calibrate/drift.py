@@ -35,7 +35,7 @@ def drift(take: TakePath, *, given: DriftArguments) -> None:
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_calibration
     from zenocap.common.rig.folder import plain_name
-    from zenocap.tools.calibration.drift_report import (
+    from zenocap.tools.setup.calibration.drift_report import (
         contradicts,
         corrected,
         drift_data,

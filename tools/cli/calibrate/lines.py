@@ -119,7 +119,7 @@ def lines(
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.line_calibration import calibrate_lines
     from zenocap.common.camera.line_sensitivity import sensitivity
-    from zenocap.tools.calibration.lines_file import solution_report, verdict
+    from zenocap.tools.setup.calibration.lines_file import solution_report, verdict
 
     output = given.output
     with one_line_errors():
@@ -137,7 +137,7 @@ def lines(
 
 def _measured(texts: Sequence[str] | None, typed: MeasurementArguments) -> Measurements:
     """Measurements of the file, or of the options.  Raises UserError, typer.BadParameter."""
-    from zenocap.tools.calibration.lines_file import read_measurements
+    from zenocap.tools.setup.calibration.lines_file import read_measurements
 
     if not texts:
         return typed.measurements()
@@ -149,7 +149,7 @@ def _measured(texts: Sequence[str] | None, typed: MeasurementArguments) -> Measu
 
 def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArguments, typed: MeasurementArguments) -> NoReturn:
     """Measure and calibrate on a page, and end the command.  Raises UserError, typer.BadParameter."""
-    from zenocap.tools.live.points_lines import LinePoints
+    from zenocap.tools.setup.page.points_lines import LinePoints
 
     if typed.given:
         raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(typed.given)}")

@@ -14,9 +14,9 @@ from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import FAILED
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.tools.live.camera import LiveCamera
-    from zenocap.tools.live.page import Mode
-    from zenocap.tools.live.points_task import PointsTask
+    from zenocap.tools.setup.page.camera import LiveCamera
+    from zenocap.tools.setup.page.page import Mode
+    from zenocap.tools.setup.page.points_task import PointsTask
 
 FileAndCameras = Annotated[
     list[str] | None,
@@ -79,7 +79,7 @@ def run_points(
 
     make_task: of the names of the cameras.
     """
-    from zenocap.tools.live.points_mode import PointsMode
+    from zenocap.tools.setup.page.points_mode import PointsMode
 
     def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
         return PointsMode(cameras, make_task([camera.name for camera in cameras]))

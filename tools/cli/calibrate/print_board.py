@@ -12,7 +12,7 @@ from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.calibration.board import Board
+    from zenocap.tools.setup.calibration.board import Board
 
 Paper = Literal["a5", "a4", "a3", "a2", "a1", "a0", "letter", "legal", "tabloid"]
 
@@ -29,7 +29,7 @@ def print_board(
     pattern: PatternArguments,
 ) -> None:
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
-    from zenocap.tools.calibration.board_print import board_pdf, default_square
+    from zenocap.tools.setup.calibration.board_print import board_pdf, default_square
 
     with one_line_errors():
         # The side may depend on the numbers of squares.
@@ -48,7 +48,7 @@ def print_board(
 
 def _options(board: Board, side: float) -> str:
     """Options of `zenocap calibrate board` for a board, as far as they differ from the usual ones."""
-    from zenocap.tools.calibration.board import DEFAULT_DICTIONARY, DEFAULT_SPACING, usual_squares
+    from zenocap.tools.setup.calibration.board import DEFAULT_DICTIONARY, DEFAULT_SPACING, usual_squares
 
     options = [f"--square {side:g}"]
     if board.kind != "charuco":

@@ -76,7 +76,13 @@ def scene(
         typer.echo(SCENE_EXAMPLE, nl=False)
         return
     from zenocap.common.camera.calibration_files import write_calibration
-    from zenocap.tools.calibration.scene_file import placed_cameras, read_scene, scene_data, scene_report, scene_verdict
+    from zenocap.tools.setup.calibration.scene_file import (
+        placed_cameras,
+        read_scene,
+        scene_data,
+        scene_report,
+        scene_verdict,
+    )
 
     output = given.output
     with one_line_errors():
@@ -95,7 +101,7 @@ def scene(
 
 def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArguments, page: PageArguments) -> NoReturn:
     """Place the points on a page, and end the command.  Raises UserError, typer.BadParameter."""
-    from zenocap.tools.live.points_scene import ScenePoints
+    from zenocap.tools.setup.page.points_scene import ScenePoints
 
     check_new(given.output, given.force)
     known = given.known()

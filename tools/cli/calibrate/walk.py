@@ -15,7 +15,7 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.calibration.walk.calibration import WalkCalibration
+    from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration
 
 WalkFolder = Annotated[
     Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False)
@@ -44,7 +44,7 @@ def walk(folder: WalkFolder, *, given: WalkArguments) -> None:
 
     Example: `zenocap calibrate walk monday --height 1.75 --lenses lenses.toml -o calibration.toml`
     """
-    from zenocap.tools.calibration.walk.report import report, report_data, verdict
+    from zenocap.tools.setup.calibration.walk.report import report, report_data, verdict
 
     with one_line_errors():
         found, offsets = _calibrated(folder, given)
@@ -57,9 +57,9 @@ def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, li
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.walk.calibration import calibrated_films
-    from zenocap.tools.calibration.walk.films import filmed
-    from zenocap.tools.calibration.walk.parameters import STATURES_M
+    from zenocap.tools.setup.calibration.walk.calibration import calibrated_films
+    from zenocap.tools.setup.calibration.walk.films import filmed
+    from zenocap.tools.setup.calibration.walk.parameters import STATURES_M
 
     height, output = given.height, given.output
     if not STATURES_M[0] <= height <= STATURES_M[1]:
@@ -86,7 +86,7 @@ def sync_lines(folder: Path, begins: Mapping[str, float], force: bool) -> list[s
     Raises UserError where it cannot be written.
     """
     from zenocap.common.rig.folder import SYNC_FILE
-    from zenocap.tools.sync.synchronize import sync_text, write_sync
+    from zenocap.tools.setup.sync.synchronize import sync_text, write_sync
 
     path, comment = folder / SYNC_FILE, "Written by zenocap calibrate walk; seconds at which each camera's video begins"
     if path.exists() and not force:

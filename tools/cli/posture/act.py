@@ -47,8 +47,8 @@ def act(
     with one_line_errors():
         from zenocap.common.runtime import logs
         from zenocap.simulation.motion.posture_style import POSTURES
-        from zenocap.tools.dataset.batch import MANIFEST, generate_takes, posture_takes
-        from zenocap.tools.dataset.batch import people as people_seeds
+        from zenocap.tools.teach.dataset.batch import MANIFEST, generate_takes, posture_takes
+        from zenocap.tools.teach.dataset.batch import people as people_seeds
 
         logs.configure("act")
         unknown = [name for name in wanted or () if name not in POSTURES]

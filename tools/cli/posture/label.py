@@ -22,10 +22,10 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.training.examples import Example
     from zenocap.services.recognizer.training.manifest import Row
     from zenocap.tools.cli.posture.tracked_sources import Report
-    from zenocap.tools.posture_page.manifest_file import ManifestFile
-    from zenocap.tools.posture_page.motion_view import MotionView
-    from zenocap.tools.posture_page.session import Publish, Session
-    from zenocap.tools.posture_page.training_settings import PageSettings
+    from zenocap.tools.teach.page.manifest_file import ManifestFile
+    from zenocap.tools.teach.page.motion_view import MotionView
+    from zenocap.tools.teach.page.session import Publish, Session
+    from zenocap.tools.teach.page.training_settings import PageSettings
 
 Sources = Annotated[
     list[Path],
@@ -74,11 +74,11 @@ def _on_page(sources: Sequence[Path], given: LabelArguments, expert: LabelExpert
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.recognizer.ignored_parts import parts_of
-    from zenocap.tools.posture_page.labels import checked_text
-    from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
-    from zenocap.tools.posture_page.motion_view import open_motion
-    from zenocap.tools.posture_page.page import PosturePage, run_page
-    from zenocap.tools.posture_page.training_settings import settings_for
+    from zenocap.tools.teach.page.labels import checked_text
+    from zenocap.tools.teach.page.manifest_file import ManifestFile, manifest_at
+    from zenocap.tools.teach.page.motion_view import open_motion
+    from zenocap.tools.teach.page.page import PosturePage, run_page
+    from zenocap.tools.teach.page.training_settings import settings_for
 
     table = page_table(expert.host, expert.port, expert.token)
     parts = None if expert.ignore is None else parts_of(expert.ignore)
@@ -111,8 +111,8 @@ def _session(
     """Function that makes the session of the page.  Raises UserError."""
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
-    from zenocap.tools.posture_page.live_trial import live_trial
-    from zenocap.tools.posture_page.session import Session
+    from zenocap.tools.teach.page.live_trial import live_trial
+    from zenocap.tools.teach.page.session import Session
 
     reached = None if rig is None else ZenohArguments().options(rig)
 

@@ -36,7 +36,7 @@ def label_in_terminal(
     from zenocap.services.recognizer.training.example_files import read_features
     from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
     from zenocap.services.recognizer.training.manifest import write_manifest
-    from zenocap.tools.posture_page.manifest_file import manifest_at
+    from zenocap.tools.teach.page.manifest_file import manifest_at
 
     output = None if given.output is None else manifest_at(given.output)
     names = None if given.joints is None else read_joint_map(given.joints)
@@ -161,7 +161,7 @@ def _play(data: Trajectories, one: Candidate, speed: float) -> None:
     """In the terminal; Ctrl-C ends it early."""
     from rich.live import Live
 
-    from zenocap.tools.recordings.figure_text import pictures
+    from zenocap.tools.takes.figure_text import pictures
 
     texts = pictures(data, one.start_s, one.end_s, FRAMES_PER_S / speed)
     try:

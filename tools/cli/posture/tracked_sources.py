@@ -73,7 +73,7 @@ def take_name(manifest: Path, source: Path, method: str) -> str:
 
 def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
     from zenocap.common.errors import SourceError
-    from zenocap.tools.recordings.track import track
+    from zenocap.tools.takes.track import track
 
     rig = rig_at(source, files=True, method=method)
     path = folder / take_name(manifest, source, rig.method)

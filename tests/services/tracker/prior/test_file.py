@@ -23,7 +23,7 @@ from zenocap.services.tracker.prior.file import (
     write_prior,
 )
 from zenocap.services.tracker.prior.model import Prior, reconstruction_error
-from zenocap.tools.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
+from zenocap.tools.teach.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 
 MAGIC, VERSION = b"zenocap prior\n", 1
 HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")  # magic, version, CRC-32, length of the rest

@@ -9,8 +9,8 @@ from tests.support.board_films import SIZE, board_pictures
 from tests.support.board_views import places, rig_error_m, room
 from tests.support.stored import stored_files
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
-from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.commands import calibrate
+from zenocap.tools.setup.calibration.board import checked_board
 
 pytestmark = pytest.mark.slow
 GRID = "--kind aprilgrid --square 200 --columns 4 --rows 5"

@@ -11,8 +11,8 @@ from tests.support.board_films import board_videos
 from tests.support.board_views import places, rig_error_m
 from tests.support.stored import stored_files
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
-from zenocap.tools.calibration.board_films import board_films
 from zenocap.tools.cli.calibrate.commands import calibrate
+from zenocap.tools.setup.calibration.board_films import board_films
 
 BOARD = ("--square", "200")
 

@@ -5,10 +5,10 @@ from typing import get_args
 import pytest
 from typer.testing import CliRunner
 
-from zenocap.tools.calibration.board import DEFAULT_APRILGRID, DEFAULT_CHESSBOARD, DEFAULT_COLUMNS, DEFAULT_ROWS
-from zenocap.tools.calibration.board_print import PAPERS
 from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.calibrate.print_board import Paper
+from zenocap.tools.setup.calibration.board import DEFAULT_APRILGRID, DEFAULT_CHESSBOARD, DEFAULT_COLUMNS, DEFAULT_ROWS
+from zenocap.tools.setup.calibration.board_print import PAPERS
 
 
 def run(*arguments: object):

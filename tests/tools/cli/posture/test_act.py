@@ -9,8 +9,8 @@ from tests.support.command import zenocap
 from zenocap.common.rig.rig import Rig
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.simulation.motion.timeline import MotionTimeline
-from zenocap.tools.dataset.generate import Method
-from zenocap.tools.recordings.track import Tracked
+from zenocap.tools.takes.track import Tracked
+from zenocap.tools.teach.dataset.generate import Method
 
 FEW = ("--people", "1", "--postures", "squat, kick-left", "--repetitions", "1", "--method", "truth", "--jobs", "1")
 
@@ -39,7 +39,7 @@ def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> No
         take.write_bytes(b"")
         return Tracked(60, 0, 2, (), {})
 
-    with patch("zenocap.tools.dataset.batch.generate_take", generate_without_poses):
+    with patch("zenocap.tools.teach.dataset.batch.generate_take", generate_without_poses):
         status, _, err = zenocap("posture", "act", "-o", tmp_path, *FEW)
     assert status == 3
     assert err.count("lost: ") == 2

@@ -17,7 +17,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.motion_corpus import chained
 from zenocap.simulation.motion.postures import posture
-from zenocap.tools.posture_page.page import PosturePage
+from zenocap.tools.teach.page.page import PosturePage
 
 NAMES = ("raise-right-arm", "squat", "kick-left")
 RATE = 30.0
@@ -163,7 +163,7 @@ def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkey
     def opened(page: PosturePage, stopped: object, on_open: object) -> None:
         lines.append(page.session.settings.line)
 
-    monkeypatch.setattr("zenocap.tools.posture_page.page.run_page", opened)
+    monkeypatch.setattr("zenocap.tools.teach.page.page.run_page", opened)
     arguments = ("posture", "label", motion, "-o", tmp_path / "lessons", "--port", 0)
     assert zenocap(*arguments, "--ignore", "legs", "--false-per-hour", 6)[0] == 0
     assert zenocap(*arguments)[0] == 0

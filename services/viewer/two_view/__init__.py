@@ -1,0 +1,1 @@
+"""Viewer of [Two-view]: body definition, position and joint angles from one silhouette."""

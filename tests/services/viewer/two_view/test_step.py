@@ -1,0 +1,335 @@
+"""Steps of viewers and integrator on rendered frames: no bus, no clock, no threads."""
+
+from copy import deepcopy
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from tests.support.built_messages import built
+from tests.support.two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, VIEWERS, Run, envelope, film, viewer_setup
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.bus.protocol import Alive
+from zenocap.common.codec import decode, encode
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.states import LearningBackground, MeasuringBody, Tracking
+from zenocap.services.viewer.two_view import step as viewer
+from zenocap.simulation.body.person import person
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.timeline import posture_timeline
+
+COUNT = 70
+
+
+def played(count: int = COUNT, leave_out: dict[int, str] | None = None) -> Run:
+    """A run over the film; leave_out: a viewer that misses that frame."""
+    run = Run()
+    for frames in film(COUNT)[:count]:
+        k = next(iter(frames.values())).frame
+        run.process({id: frame for id, frame in frames.items() if (leave_out or {}).get(k) != id})
+    return run
+
+
+@pytest.fixture(scope="module")
+def complete_run() -> Run:
+    return played()
+
+
+def tracked(run: Run) -> list[m.UniversalBap]:
+    return [message for message in run.published if isinstance(message, m.UniversalBap)]
+
+
+@pytest.mark.nightly
+def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_run: Run) -> None:
+    kinds = [type(message).__name__ for message in complete_run.published]
+    for earlier, later in (
+        ("Sighting", "Assignment"), ("Assignment", "PartialBdp"), ("PartialBdp", "UniversalBdp"),
+        ("UniversalBdp", "UniversalBap"), ("UniversalBap", "PartialBap"),
+    ):  # fmt: skip
+        assert kinds.index(earlier) < kinds.index(later)
+    assert kinds.count("UniversalBdp") == 1
+    assert all(isinstance(state, Tracking) for state in complete_run.viewers.values())
+
+
+def test_the_background_is_learned_from_the_first_frames_without_messages() -> None:
+    run = Run()
+    for k, frames in enumerate(film(COUNT)[:EMPTY_FRAMES], start=1):
+        assert all(isinstance(state, LearningBackground) for state in run.viewers.values())
+        assert run.process(frames) == [], k
+    assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
+
+
+def test_sightings_of_an_empty_scene_have_no_person() -> None:
+    run = played(EMPTY_FRAMES + 2)
+    sightings = [message for message in run.published if isinstance(message, m.Sighting)]
+    assert sightings
+    assert not any(sighting.present for sighting in sightings)
+    assert viewer.describe(run.viewers["1"]) == "waiting for a person"
+
+
+@pytest.mark.slow
+def test_after_the_initial_posture_every_frame_has_its_universal_bap(complete_run: Run) -> None:
+    baps = tracked(complete_run)
+    frames = [bap.frame for bap in baps]
+    assert frames[-1] == COUNT - 1
+    assert np.all(np.diff(frames) == 1)
+    assert all(not bap.stale for bap in baps[1:])
+    assert all(set(bap.views.values()) == {"facade", "flank"} for bap in baps)
+    low, high = TEN_PARTS.limits.T
+    for bap in baps:
+        angles = np.array([bap.angles[name] for name in TEN_PARTS.angles])
+        assert np.all((low - 1e-9 <= angles) & (angles <= high + 1e-9))
+
+
+@pytest.mark.nightly
+def test_the_position_is_near_that_of_the_simulated_person(complete_run: Run) -> None:
+    subject = person(PERSON)
+    script = posture_timeline(subject, POSTURE, SEED)
+    off = []
+    for bap in tracked(complete_run):
+        pose = script.pose_at(bap.frame / FPS)
+        assert pose is not None
+        off.append(np.array(bap.position) - truth(subject, pose).joints["Hip"])
+    assert np.median(np.linalg.norm(off, axis=1)) < 0.12
+
+
+def test_every_message_is_valid(complete_run: Run) -> None:
+    for message in complete_run.published:
+        assert decode(encode(message), type(message)) == message
+
+
+def test_only_assignments_of_complete_frame_sets_answer_a_frame(complete_run: Run) -> None:
+    """One that waited for the frame of the other viewer in vain is late without overload."""
+    assignment = next(message for message in complete_run.published if isinstance(message, m.Assignment))
+    frame = assignment.views["1"].frame
+    assert viewer.answered_frame("1", assignment) == frame
+    stale = {**assignment.views, "2": msgspec.structs.replace(assignment.views["2"], stale=True)}
+    assert viewer.answered_frame("1", msgspec.structs.replace(assignment, views=stale)) is None
+    assert viewer.answered_frame("3", assignment) is None
+    assert all(viewer.answered_frame("1", bap) is None for bap in tracked(complete_run))
+
+
+@pytest.mark.slow
+def test_two_runs_publish_equal_bytes(complete_run: Run) -> None:
+    again = played(45)
+    assert [encode(message) for message in again.published] == [
+        encode(message) for message in complete_run.published[: len(again.published)]
+    ]
+
+
+def test_a_partial_bap_has_the_frame_and_view_of_its_assignment(complete_run: Run) -> None:
+    for message in complete_run.published:
+        if isinstance(message, m.Assignment):
+            latest = message.views
+        if isinstance(message, m.PartialBap):
+            assert latest[message.viewer].frame == message.frame
+            assert latest[message.viewer].view == message.view
+
+
+@pytest.mark.nightly
+def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> None:
+    gap = range(50, 56)
+    run = played(leave_out=dict.fromkeys(gap, "2"))
+    baps = {bap.frame: bap for bap in tracked(run)}
+    assert any(bap.stale == ["2"] for bap in baps.values())
+    assert all(bap.stale in ([], ["2"]) for bap in baps.values())
+    assert baps[COUNT - 1].stale == [], "the viewer is used again"
+    assert isinstance(run.viewers["2"], Tracking)
+
+
+@pytest.mark.nightly
+def test_an_assignment_for_another_frame_is_ignored() -> None:
+    run = played(50)
+    setup = viewer_setup("1")
+    frame = film(COUNT)[50]["1"]
+    state, messages = viewer.step(setup, run.viewers["1"], frame)
+    assert isinstance(state, Tracking)
+    assert [type(message) for message in messages] == [m.Sighting]
+    last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
+    assert last.views["1"].frame == 49
+    after, answers = viewer.step(setup, state, envelope(last))
+    assert answers == []
+    assert isinstance(after, Tracking)
+    assert after.pending is state.pending
+
+
+@pytest.mark.nightly
+def test_a_duplicate_assignment_is_answered_once() -> None:
+    run = played(50)
+    published = run.process(film(COUNT)[50])
+    last = [message for message in published if isinstance(message, m.Assignment)][-1]
+    for id in VIEWERS:
+        state, answers = viewer.step(viewer_setup(id), run.viewers[id], envelope(last))
+        assert answers == []
+        assert state is run.viewers[id]
+
+
+@pytest.mark.slow
+def test_a_person_who_leaves_and_returns_is_tracked_again() -> None:
+    run = played(50)
+    for k in range(50, 58):  # an empty scene, as at the start
+        empty = {id: Frame(k, frame.captured_ns, film(COUNT)[k % 10][id].image) for id, frame in film(COUNT)[k].items()}
+        published = run.process(empty)
+        assert not any(message.present for message in published if isinstance(message, m.Sighting))
+        assert not tracked_in(published)
+    published = [message for k in range(58, 64) for message in run.process(film(COUNT)[k])]
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert len(tracked_in(published)) >= 5
+
+
+def tracked_in(published: list[m.Message]) -> list[m.UniversalBap]:
+    return [message for message in published if isinstance(message, m.UniversalBap)]
+
+
+@pytest.mark.slow
+def test_a_restarted_viewer_uses_the_published_body() -> None:
+    run = played(45)
+    universal = next(message for message in run.published if isinstance(message, m.UniversalBdp))
+    run.viewers["2"] = viewer.initial_state(viewer_setup("2"))
+    run.viewers["2"], messages = viewer.step(viewer_setup("2"), run.viewers["2"], envelope(universal))
+    assert messages == []
+    for k in range(EMPTY_FRAMES):
+        run.viewers["2"], _ = viewer.step(viewer_setup("2"), run.viewers["2"], film(COUNT)[k]["2"])
+    assert isinstance(run.viewers["2"], MeasuringBody)
+    for frames in film(COUNT)[45:60]:
+        run.process(frames)
+    assert isinstance(run.viewers["2"], Tracking)
+    assert tracked(run)[-1].stale == []
+
+
+@pytest.mark.nightly
+def test_a_restarted_integrator_makes_the_viewers_measure_again() -> None:
+    run = played(50)
+    last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
+    restarted = built(m.Assignment, frame=last.frame, captured_ns=last.captured_ns, position=last.position, tracking=False)
+    state, messages = viewer.step(viewer_setup("1"), run.viewers["1"], envelope(restarted))
+    assert isinstance(state, MeasuringBody)
+    assert messages == []
+
+
+def test_other_events_change_no_state(complete_run: Run) -> None:
+    setup = viewer_setup("1")
+    health = m.Health(frame=0, captured_ns=1, service="viewer", id="2", state="", rate=0.0, stages_ms={}, counts={})
+    states = [viewer.initial_state(setup), played(EMPTY_FRAMES).viewers["1"], complete_run.viewers["1"]]
+    foreign = next(message for message in complete_run.published if isinstance(message, m.Sighting))
+    for state in states:
+        for event in (envelope(health), envelope(foreign), Alive("viewer", "2", False, 5)):
+            unchanged, messages = viewer.step(setup, state, event)
+            assert unchanged is state
+            assert messages == []
+
+
+@pytest.mark.nightly
+def test_a_step_does_not_modify_its_argument() -> None:
+    """After a failed step the previous state must be intact."""
+    run = played(49)
+    before = run.viewers["1"]
+    assert isinstance(before, Tracking)
+    pose, usual_score = deepcopy(before.pose), before.usual_score
+    twice = [viewer.step(viewer_setup("1"), before, film(COUNT)[49]["1"])[1] for _ in range(2)]
+    assert [encode(message) for message in twice[0]] == [encode(message) for message in twice[1]]
+    np.testing.assert_array_equal(before.pose.angles, pose.angles)
+    assert before.usual_score == usual_score
+
+
+def test_the_health_text_asks_to_stretch_hanging_arms() -> None:
+    run = Run()
+    hanging = 47  # after the arms are down, before they are raised
+    for k in range(EMPTY_FRAMES):
+        run.process(film(COUNT)[k])
+    for k in range(hanging, hanging + 4):
+        run.process(film(COUNT)[k])
+    assert viewer.describe(run.viewers["1"]) == "hold the T-pose, facing this camera"
+    assert all(message.side == "side" for message in run.published if isinstance(message, m.PartialBdp))
+    assert not tracked(run)
+
+
+@pytest.mark.slow
+def test_previews_are_sent_only_when_enabled_and_at_most_five_a_second() -> None:
+    with_preview = replace(viewer_setup("1"), publish_preview=True)
+    sent: dict[bool, list[int]] = {True: [], False: []}
+    for setup in (with_preview, viewer_setup("1")):
+        state = viewer.initial_state(setup)
+        for k in range(COUNT):
+            state, messages = viewer.step(setup, state, film(COUNT)[k]["1"])
+            sent[setup.publish_preview] += [x.captured_ns for x in messages if isinstance(x, m.Preview)]
+    assert sent[False] == []
+    assert len(sent[True]) > 2
+    assert min(np.diff(sent[True])) >= 200_000_000
+
+
+def test_tracking_starts_with_body_and_pose_in_any_order_or_without_a_pose(complete_run: Run) -> None:
+    setup = viewer_setup("1")
+    measuring = played(EMPTY_FRAMES + 2).viewers["1"]
+    assert isinstance(measuring, MeasuringBody)
+    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
+    pose = tracked(complete_run)[0]
+    placed = next(x for x in complete_run.published if isinstance(x, m.Assignment) and x.tracking)
+    for order in ((body, pose), (pose, body), (body, placed)):
+        state = measuring
+        for message in order:
+            state, _ = viewer.step(setup, state, envelope(message))
+        assert isinstance(state, Tracking)
+
+
+@pytest.mark.slow
+def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> None:
+    setup = viewer_setup("1")
+    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
+    run = played(EMPTY_FRAMES + 2)
+    run.viewers["1"], _ = viewer.step(setup, run.viewers["1"], envelope(body))
+    assert viewer.describe(run.viewers["1"]) == "waiting for the pose of the integrator"
+    published = [message for frames in film(COUNT)[EMPTY_FRAMES + 2 : EMPTY_FRAMES + 20] for message in run.process(frames)]
+    assert any(isinstance(message, m.PartialBdp) and message.viewer == "1" for message in published)
+
+
+@pytest.mark.nightly
+def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
+    run = played(50)
+    false_assignment = built(m.Assignment, position=(0.0, 0.0, 0.0), tracking=False)
+    run.send_to_viewers([false_assignment])
+    assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
+    for frames in film(COUNT)[50:52]:
+        run.process(frames)
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert tracked(run)[-1].frame == 51
+
+
+def test_a_pose_of_another_anatomy_does_not_prevent_tracking(complete_run: Run) -> None:
+    setup = viewer_setup("1")
+    state = played(EMPTY_FRAMES + 2).viewers["1"]
+    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
+    other_anatomy = msgspec.structs.replace(tracked(complete_run)[0], angles={"tail.x": 1.0})
+    with pytest.raises(ValueError, match=r"tail\.x"):
+        viewer.step(setup, state, envelope(other_anatomy))
+    for message in (body, tracked(complete_run)[0]):
+        state, _ = viewer.step(setup, state, envelope(message))
+    assert isinstance(state, Tracking)
+
+
+@pytest.mark.nightly
+def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None:
+    run = played(50)
+    state, setup = run.viewers["1"], viewer_setup("1")
+    assert isinstance(state, Tracking)
+    frame = film(COUNT)[50]["1"]
+    for second in range(5):
+        at = replace(frame, frame=frame.frame + second, captured_ns=frame.captured_ns + second * 1_000_000_000)
+        state, _ = viewer.step(setup, state, at)
+        assert isinstance(state, Tracking) == (second < 3)
+    assert isinstance(state, MeasuringBody)
+    assert state.bdp is not None
+
+
+@pytest.mark.nightly
+def test_a_person_out_of_view_for_long_is_tracked_again_within_two_frames() -> None:
+    run = played(50)
+    away_ns = 5_000_000_000
+    published = []
+    for frames in film(COUNT)[50:58]:
+        later = {id: replace(frame, captured_ns=frame.captured_ns + away_ns) for id, frame in frames.items()}
+        published += run.process(later)
+    assert len(tracked_in(published)) >= 6
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())

@@ -1,0 +1,207 @@
+"""The verdict: laws of its figures, classes, reasons, and its way through takes and commands."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from tests.support.built_messages import built, camera_message
+from tests.support.simulated_cameras import paper_cameras
+from zenocap.common import codec
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.vision.mask_codec import pack
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.tools.judge.evidence import evidence_of
+from zenocap.tools.judge.features import FEATURES, stretch_numbers, stretches_of
+from zenocap.tools.judge.overlap import body_mask, body_points
+from zenocap.tools.judge.parameters import LONGEST_GAP_NS, STRETCH_NS
+from zenocap.tools.judge.text import part_lines, verdict_lines
+from zenocap.tools.judge.verdict import KINDS, expected_errors, used_features, verdict_of
+from zenocap.tools.takes.track import Tracked
+
+SIZE = (320, 240)
+FRAME_NS, FRAMES = 40_000_000, 75
+START_NS = 10**18
+ANATOMY = FOURTEEN_PARTS
+
+
+def messages(*, swapped: bool = False, silhouettes: bool = True, legs: bool = True) -> list[m.Message]:
+    """A person in the T-pose, who walks sideways: silhouettes of the body itself, and its true poses."""
+    cameras = {camera.name: camera for camera in paper_cameras(SIZE)}
+    body = average_body(ANATOMY, 1.75)
+    found: list[m.Message] = [camera_message(camera, captured_ns=START_NS) for camera in cameras.values()]
+    found.append(m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(ANATOMY, body)))
+    for k in range(FRAMES):
+        captured_ns = START_NS + k * FRAME_NS
+        pose = Pose(np.array([-0.6 + 0.01 * k, HIP_HEIGHT * 1.75, 0.3]), t_pose_angles(ANATOMY))
+        points = body_points(ANATOMY, body, pose)
+        masks = {name: body_mask(camera, points)[0] for name, camera in cameras.items()}
+        if swapped:
+            masks = dict(zip(masks, reversed(masks.values()), strict=True))
+        for name, mask in masks.items():
+            if not legs:
+                mask[150:] = 0
+            region, data = pack(mask)
+            if silhouettes:
+                found.append(
+                    m.Silhouette(frame=k, captured_ns=captured_ns, viewer=name, size=SIZE, region=region, data=data)
+                )
+        x, y, z = pose.position.tolist()
+        limbs = dict.fromkeys(("right_arm", "left_arm", "right_leg", "left_leg"), 0.95)
+        found.append(
+            built(
+                m.TrackerPose, frame=k, captured_ns=captured_ns, position=(x, y, z),
+                angles=angles_by_name(ANATOMY, pose.angles), views=list(cameras), limbs=limbs, heading=0.99,
+            )
+        )  # fmt: skip
+    return found
+
+
+def figure(name: str, every: list[m.Message]) -> float:
+    return float(np.mean([one.values[FEATURES.index(name)] for one in stretches_of(evidence_of(every))]))
+
+
+@pytest.mark.slow
+def test_a_body_that_covers_its_silhouettes_is_good() -> None:
+    found = verdict_of(evidence_of(messages()))
+    assert (found.rating, found.evidence, found.reasons) == ("good", "one-pass", [])
+    assert len(found.stretches) == 3
+    assert [one.rating for one in found.stretches] == ["good"] * 3
+
+
+@pytest.mark.slow
+def test_equal_messages_give_equal_bytes() -> None:
+    every = messages()
+    assert codec.encode(verdict_of(evidence_of(every))) == codec.encode(verdict_of(evidence_of(every)))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("change", [{"swapped": True}, {"legs": False}])
+def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(change: dict[str, bool]) -> None:
+    assert figure("outside", messages()) < 0.01
+    changed = messages(**change)
+    assert figure("outside", changed) + figure("uncovered", changed) > 0.15
+    found = verdict_of(evidence_of(changed))
+    assert found.rating != "good"
+    assert "overlap" in [reason.kind for reason in found.reasons]
+    assert found.error > verdict_of(evidence_of(messages())).error
+
+
+@pytest.mark.slow
+def test_silhouettes_of_another_time_are_apart() -> None:
+    every = messages()
+    late = [replace_time(one) if isinstance(one, m.Silhouette) and one.viewer == "cam02" else one for one in every]
+    assert figure("apart", late) > figure("apart", every)
+
+
+def replace_time(one: m.Silhouette) -> m.Silhouette:
+    """The silhouette in a place 12 px lower, as a camera that was turned shows it."""
+    left, top, width, height = one.region
+    return m.Silhouette(
+        frame=one.frame, captured_ns=one.captured_ns, viewer=one.viewer, size=one.size,
+        region=(left, top + 12, width, height), data=one.data,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_poses_alone_are_never_good() -> None:
+    found = verdict_of(evidence_of(messages(silhouettes=False)))
+    assert (found.rating, found.evidence) == ("doubtful", "poses-only")
+    assert found.reasons[0].kind == "no-silhouettes"
+
+
+@pytest.mark.slow
+def test_a_take_without_poses_is_unusable() -> None:
+    found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
+    assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
+
+
+@pytest.mark.slow
+def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
+    every = [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame >= 30)]
+    found = verdict_of(evidence_of(every))
+    assert found.rating == "unusable"
+    assert found.reasons[0].kind == "lost"
+    assert found.stretches[-1].lost == 1.0
+    lines = [*verdict_lines(found), *part_lines(found, START_NS)]
+    assert lines[0].startswith("verdict: unusable")
+    assert any("unusable, 500 mm: lost" in line for line in lines)
+
+
+def without_poses(frames: set[int]) -> list[m.Message]:
+    return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
+
+
+@pytest.mark.slow
+def test_a_pose_between_two_others_may_be_missing() -> None:
+    """At a variable frame rate single frames are missing: the poses are interpolated there."""
+    found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))
+    assert (found.rating, [one.lost for one in found.stretches]) == ("good", [0.0, 0.0, 0.0])
+
+
+@pytest.mark.slow
+def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
+    """Also where every silhouette that is sampled has a pose."""
+    missing = {k for k in range(15, 75) if k % 6 in (2, 3, 4)}
+    found = verdict_of(evidence_of(without_poses(missing)))
+    assert found.rating == "unusable"
+    assert found.error < 0.1  # the poses that are there are right
+    assert found.reasons[0].kind == "lost"
+    assert [one.lost for one in found.stretches[1:]] == pytest.approx([0.5, 0.5], abs=0.06)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", [name for name in FEATURES if name != "lost"])
+def test_a_larger_figure_never_lowers_the_expected_error(kind: str, name: str) -> None:
+    stretch = stretches_of(evidence_of(messages()))[0]
+    values = np.repeat(np.nan_to_num(stretch.values)[None], 5, axis=0)
+    values[:, FEATURES.index(name)] = (0.0, 0.1, 0.3, 0.7, 1.0)
+    errors = expected_errors(kind, [replace(stretch, values=row) for row in values])
+    assert (np.diff(errors) >= 0.0).all()
+    if name not in used_features(kind):
+        assert np.ptp(errors) == 0.0
+
+
+@pytest.mark.parametrize(("rating", "status"), [("good", 0), ("doubtful", 3), ("unusable", 4)])
+def test_the_exit_status_tells_the_class(rating: m.Rating, status: int, tmp_path: Path) -> None:
+    from zenocap.tools.cli.track import _status
+
+    verdict = m.Verdict(
+        frame=0, captured_ns=0, rating=rating, error=0.1, evidence="one-pass", reasons=[], stretches=[]
+    )  # fmt: skip
+    assert _status(Tracked(1, 1, 1, (), {}, verdict=verdict)) == status
+
+
+@pytest.mark.nightly
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("silhouettes", [True, False])
+def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(silhouettes: bool) -> None:
+    every = messages(silhouettes=silhouettes)
+    pose = next(message for message in every if isinstance(message, m.TrackerPose))
+    stretches = stretches_of(evidence_of([msgspec.structs.replace(pose, captured_ns=1), *every]))
+    assert len(stretches) <= 2 + LONGEST_GAP_NS // STRETCH_NS + FRAMES
+    poses = sum(one.frames for one in stretches)
+    assert poses == FRAMES + 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [{"size": (0, 0)}, {"matrix": [0.0] * 9}, {"rotation": [1e9] * 9}])
+def test_a_camera_that_cannot_be_one_is_ignored(change: dict[str, object]) -> None:
+    """As of a program that is not of the rig, on an open network; `zenocap info` ended with a traceback."""
+    every = messages()
+    camera = next(message for message in every if isinstance(message, m.CameraInfo))
+    stranger = msgspec.structs.replace(camera, viewer="stranger", **change)
+    assert verdict_of(evidence_of([stranger, *every])) == verdict_of(evidence_of(every))
+
+
+def test_every_stretch_of_an_ordinary_gap_counts() -> None:
+    assert list(stretch_numbers({0, 1, 5, -3, 900}, 10)) == list(range(10))
+    hour = LONGEST_GAP_NS // STRETCH_NS
+    assert list(stretch_numbers({0, 10**9}, 10**9 + 2)) == [*range(hour + 1), 10**9, 10**9 + 1]

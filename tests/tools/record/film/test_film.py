@@ -1,0 +1,246 @@
+"""`zenocap film`: videos of all cameras together, with their times, and every way to end."""
+
+import csv
+import itertools
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.errors import EndedEarly, OpenError, UserError
+from zenocap.common.rig.rig import Viewer, demo_rig, load_rig
+from zenocap.common.rig.sources import Device, FirstFrames
+from zenocap.common.video.reader import VideoReader
+from zenocap.common.video.video_writer import VideoWriter
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.tools.record.film import camera as camera_module
+from zenocap.tools.record.film import film as film_module
+from zenocap.tools.record.film.camera import Filmed
+from zenocap.tools.record.film.film import film, filmed_viewers
+from zenocap.tools.record.film.layout import late_texts, prepare, write_layout
+
+SIZE, FPS = (64, 48), 50.0
+
+
+def viewers(folder: Path) -> list[Viewer]:
+    (folder / "rig").mkdir()
+    cameras = {one.camera.name: replace(one.camera.resized(SIZE)) for one in demo_rig().viewers}
+    write_calibration(folder / "rig" / "calibration.toml", cameras)
+    tables = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "{name}"\nsource = {k}\nfps = {FPS}\nbackground = "first:7"\n'
+        for k, name in enumerate(cameras)
+    )
+    (folder / "rig" / "rig.toml").write_text(f'name = "r"\ncalibration = "calibration.toml"\n{tables}')
+    return filmed_viewers(load_rig(folder / "rig" / "rig.toml", files=False))
+
+
+def images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """A camera of 50 frames/s with the number of the frame as its grey value."""
+    for k in itertools.count():
+        playback.sleep(1 / FPS)
+        yield Frame(k, time.time_ns(), np.full((SIZE[1], SIZE[0], 3), k % 200, np.uint8))
+
+
+def never() -> bool:
+    return False
+
+
+@pytest.mark.slow
+def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
+    two, folder, reports = viewers(tmp_path), tmp_path / "a", []
+    prepare(folder, two, force=False)
+    filmed, reason = film(two, folder, 1.0, never, reports.append, images)
+    write_layout(folder, two, filmed)
+    assert (reason, reports) == ("", ["filming 2 cameras"])
+    for one in filmed:
+        assert one.frames > 20
+        assert (one.lost, one.away) == (0, 0)
+        rows = list(csv.DictReader((folder / "times" / f"{one.name}.csv").open()))
+        exact = np.array([int(row["captured_ns"]) for row in rows])
+        assert len(exact) == one.frames
+        with VideoReader(folder / "videos" / f"{one.name}.mkv") as reader:
+            read = []
+            while (frame := reader.next()) is not None:
+                read.append((frame.time_ns, int(frame.image().mean())))
+        assert np.abs(np.array([t for t, _ in read]) - (exact - exact[0])).max() <= 1_000_000
+        assert set(np.diff([grey for _, grey in read])) <= {1, 0, 2}
+    first = [one.first_ns for one in filmed]
+    assert abs(first[0] - first[1]) < 200_000_000
+    rig = load_rig(folder)
+    assert [viewer.camera.name for viewer in rig.viewers] == [one.name for one in filmed]
+    offsets = [viewer.source.offset_ns for viewer in rig.viewers]
+    assert offsets[1] - offsets[0] == pytest.approx(first[1] - first[0], abs=200_000)
+    assert all(viewer.background == FirstFrames(7) for viewer in rig.viewers)
+    np.testing.assert_allclose(rig.viewers[0].camera.matrix, two[0].camera.matrix, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_it_ends_before_the_disk_is_full_and_says_so(tmp_path):
+    free = iter([10**9] * 2)
+    filmed, reason = film(
+        viewers(tmp_path), tmp_path / "a", None, never, list[str]().append, images,
+        free_bytes=lambda path: next(free, 400_000_000),
+    )  # fmt: skip
+    assert reason == "the disk is nearly full: 400 MB are left"
+    assert all(one.frames > 5 for one in filmed)
+    with pytest.raises(UserError, match="a: 3 MB free: allowed: at least 500 MB"):
+        film(viewers_again(tmp_path), tmp_path / "a", None, never, print, images, free_bytes=lambda path: 3_000_000)
+
+
+def viewers_again(folder: Path) -> list[Viewer]:
+    return filmed_viewers(load_rig(folder / "rig" / "rig.toml", files=False))
+
+
+@pytest.mark.slow
+def test_the_size_is_estimated_from_what_is_encoded(tmp_path, monkeypatch):
+    monkeypatch.setattr(film_module, "ESTIMATE_S", 0.5)
+    reports: list[str] = []
+    filmed, _ = film(
+        viewers(tmp_path), tmp_path / "a", 1.0, never, reports.append, images, free_bytes=lambda path: 500_400_000
+    )  # fmt: skip
+    rate, lasts = reports[1].split(" MB a minute; the disk lasts for ")
+    size = sum(path.stat().st_size for path in (tmp_path / "a" / "videos").iterdir())
+    seconds = max(one.last_ns - one.first_ns for one in filmed) / 1e9
+    assert float(rate) == pytest.approx(size / seconds * 60 / 1e6, abs=1.5)
+    assert lasts.endswith("minutes")
+
+
+def test_a_film_whose_process_is_killed_lacks_the_last_second_at_most(tmp_path):
+    writer = VideoWriter(tmp_path / "a.mkv", tmp_path / "a.csv", SIZE, FPS)
+    for k in range(200):
+        writer.write(np.full((SIZE[1], SIZE[0], 3), k, np.uint8), round(k * 1e9 / FPS))
+    (tmp_path / "b.mkv").write_bytes((tmp_path / "a.mkv").read_bytes())  # not closed
+    writer.close()
+    with VideoReader(tmp_path / "b.mkv") as reader, suppress(EndedEarly):
+        while reader.next() is not None:
+            pass
+    assert 200 - FPS - 5 <= reader.read <= 200
+
+
+@pytest.mark.slow
+def test_a_signal_ends_the_files(tmp_path):
+    end_s = time.monotonic() + 0.6
+    filmed, reason = film(
+        viewers(tmp_path), tmp_path / "a", None, lambda: time.monotonic() > end_s, list[str]().append, images
+    )  # fmt: skip
+    assert reason == ""
+    for one in filmed:
+        with VideoReader(tmp_path / "a" / "videos" / f"{one.name}.mkv") as reader:
+            assert reader.fps == pytest.approx(FPS, rel=0.3)
+
+
+@pytest.mark.slow
+def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_path, monkeypatch):
+    def refuse(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+        if viewer.id == "1":
+            raise OpenError("camera 1: no such camera")
+        return images(viewer, playback)
+
+    def opener(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+        yield from refuse(viewer, playback)
+
+    two = viewers(tmp_path)
+    with pytest.raises(OpenError, match="camera 1: no such camera"):
+        film(two, tmp_path / "a", 1.0, never, print, opener)
+    assert [path for path in (tmp_path / "a").rglob("*") if path.is_file()] == []  # so that a second try needs no --force
+
+    def silent(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+        while True:
+            playback.sleep(0.1)
+        yield
+
+    monkeypatch.setattr(film_module, "READY_S", 0.3)
+    with pytest.raises(UserError, match="no image within 0 s: see zenocap cameras"):
+        film(two, tmp_path / "b", 1.0, never, print, silent)
+
+
+@pytest.mark.slow
+def test_frames_that_the_writer_cannot_take_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(camera_module, "QUEUE", 1)
+    write = VideoWriter.write
+
+    def slow(self: VideoWriter, image: np.ndarray, captured_ns: int) -> None:
+        time.sleep(0.1)
+        write(self, image, captured_ns)
+
+    monkeypatch.setattr(VideoWriter, "write", slow)
+    filmed, _ = film(viewers(tmp_path), tmp_path / "a", 1.0, never, list[str]().append, images)
+    assert all(one.lost > 10 for one in filmed)
+
+
+def test_a_full_disk_ends_the_film_with_the_reason(tmp_path, monkeypatch):
+    def full(self: VideoWriter, image: np.ndarray, captured_ns: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(VideoWriter, "write", full)
+    _, reason = film(viewers(tmp_path), tmp_path / "a", 20.0, never, list[str]().append, images)
+    assert "No space left on device" in reason
+
+
+def test_an_earlier_film_is_kept_without_force(tmp_path):
+    two, folder = viewers(tmp_path), tmp_path / "a"
+    prepare(folder, two, force=False)
+    (folder / "sync.toml").touch()
+    with pytest.raises(UserError, match=r"sync.toml exists: allowed: another folder, or --force to replace it"):
+        prepare(folder, two, force=False)
+    prepare(folder, two, force=True)
+    assert not (folder / "sync.toml").exists()
+    corners = folder / "corners" / "cam09.corners"  # of a board in the film that is replaced
+    corners.parent.mkdir()
+    corners.touch()
+    with pytest.raises(UserError, match=r"cam09.corners exists: allowed: another folder, or --force"):
+        prepare(folder, two, force=False)
+    prepare(folder, two, force=True)
+    assert not corners.exists()
+    (folder / "videos").mkdir()
+    (folder / "videos" / "other.mp4").touch()
+    with pytest.raises(UserError, match=r"other.mp4: of a camera that is not filmed"):
+        prepare(folder, two, force=True)
+    assert (folder / "videos" / "other.mp4").exists()
+
+
+def test_a_rig_without_cameras_has_nothing_to_film():
+    with pytest.raises(UserError, match="rig demo: no viewer has a camera or stream as source: nothing to film"):
+        filmed_viewers(demo_rig())
+    assert Filmed("a").rate == 0.0
+    assert Device(0).file == Path("/dev/video0")
+
+
+def test_a_film_before_the_calibration_keeps_one_that_was_made_from_an_earlier_film(tmp_path):
+    two, folder = viewers(tmp_path), tmp_path / "a"
+    (folder / "videos").mkdir(parents=True)
+    (folder / "calibration.toml").write_text("mine")
+    prepare(folder, two, force=False, calibrated=False)
+    (folder / "videos" / f"{two[0].camera.name}.mkv").write_text("old")
+    with pytest.raises(UserError, match="exists: allowed: another folder, or --force"):
+        prepare(folder, two, force=False, calibrated=False)
+    prepare(folder, two, force=True, calibrated=False)
+    assert (folder / "calibration.toml").read_text() == "mine"
+
+
+@pytest.mark.slow
+def test_a_first_image_long_after_the_start_is_named_in_the_report_and_in_the_folder(tmp_path):
+    two, folder = viewers(tmp_path), tmp_path / "a"
+    late = two[1].camera.name
+
+    def with_pause(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+        """The second camera's image of the start is not seen for 0.2 s."""
+        begin_s = time.monotonic()
+        for frame in images(viewer, playback):
+            if viewer.camera.name != late or not 0.03 < time.monotonic() - begin_s < 0.3:
+                yield frame
+
+    prepare(folder, two, force=False)
+    filmed, _ = film(two, folder, 0.6, never, lambda _: None, with_pause)
+    write_layout(folder, two, filmed)
+    (text,) = late_texts(two, filmed)
+    assert text.startswith(f"{late}: first image 2")
+    assert text in (folder / "sync.toml").read_text()
+    load_rig(folder)
+    assert Filmed("a", 5, first_ns=39_000_000, begin_ns=1).late_text(50.0) == ""

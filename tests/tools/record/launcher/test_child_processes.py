@@ -1,0 +1,200 @@
+"""ChildProcesses: restarts after growing pauses, limit of failed starts, no leftovers."""
+
+import io
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import IO
+
+import pytest
+
+from tests.support.processes import PATIENCE_S
+from zenocap.tools.record.launcher.child_processes import QUICK_FAILURES, SETTLED_S, ChildProcesses, spawn
+
+
+class FakeProcess:
+    """A process that ends on the test's command."""
+
+    def __init__(self) -> None:
+        self.pid = 1
+        self.status: int | None = None
+        self.signals: list[int] = []
+        self.stubborn = False
+        self.stderr: IO[str] | None = io.StringIO("a line\n")
+
+    def poll(self) -> int | None:
+        return self.status
+
+    def wait(self, timeout: float | None = None) -> int:
+        if self.status is None:
+            raise subprocess.TimeoutExpired("fake", timeout or 0)
+        return self.status
+
+    def send_signal(self, sig: int) -> None:
+        self.signals.append(sig)
+        if not self.stubborn:
+            self.status = 0
+
+    def kill(self) -> None:
+        self.status = -9
+
+
+class Harness:
+    """ChildProcesses with fake processes and a manual clock."""
+
+    def __init__(self, names: Sequence[str] = ("viewer 1",)) -> None:
+        self.now_s = 0.0
+        self.started: list[FakeProcess] = []
+        self.children = ChildProcesses([(name, [name]) for name in names], lambda: self.now_s, self._start)
+        self.children.start()
+
+    def _start(self, arguments: Sequence[str]) -> FakeProcess:
+        self.started.append(FakeProcess())
+        return self.started[-1]
+
+    def end_newest(self, status: int, after_s: float) -> str:
+        """End the newest process; return the log lines."""
+        self.now_s += after_s
+        self.started[-1].status = status
+        self.children.poll()
+        return "\n".join(self.children.lines())
+
+
+def test_killed_process_is_restarted_after_a_pause() -> None:
+    harness = Harness()
+    assert "died (SIGKILL); starting it again in 0.5 s" in harness.end_newest(-9, 1.0)
+    harness.now_s += 0.4
+    harness.children.poll()
+    assert len(harness.started) == 1
+    harness.now_s += 0.2
+    harness.children.poll()
+    assert len(harness.started) == 2
+    assert harness.children.restarts() == 1
+    assert any("started again" in line for line in harness.children.lines())
+
+
+def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
+    harness = Harness()
+    pauses = []
+    for _ in range(3):
+        pauses.append(harness.end_newest(-9, 1.0).rpartition(" in ")[2])
+        harness.now_s += 10.0
+        harness.children.poll()
+    assert pauses == ["0.5 s", "1 s", "2 s"]
+    assert " in 0.5 s" in harness.end_newest(-9, SETTLED_S + 1)
+
+
+def test_process_that_fails_at_its_first_start_is_given_up() -> None:
+    harness = Harness()
+    assert "failed (exit status 1) after 2.0 s; not started again" in harness.end_newest(1, 2.0)
+    assert [child.name for child in harness.children.given_up] == ["viewer 1"]
+    harness.now_s += 100
+    harness.children.poll()
+    assert len(harness.started) == 1
+
+
+def test_process_that_fails_after_a_long_run_is_restarted() -> None:
+    harness = Harness()
+    assert "starting it again" in harness.end_newest(1, SETTLED_S + 1)
+
+
+def test_process_with_repeated_short_runs_is_given_up() -> None:
+    harness = Harness()
+    for _ in range(QUICK_FAILURES):
+        harness.end_newest(-11, 0.1)
+        harness.now_s += 10.0
+        harness.children.poll()
+    assert len(harness.started) == QUICK_FAILURES
+    assert harness.children.given_up
+
+
+def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
+    """Such as one whose name another process has taken: its pauses grow, and it is not given up."""
+    harness = Harness()
+    harness.end_newest(-9, SETTLED_S + 1)
+    pauses = []
+    for _ in range(4 * QUICK_FAILURES):
+        harness.now_s += 100.0
+        harness.children.poll()
+        pauses.append(harness.end_newest(1, 0.5).rpartition(" in ")[2])
+    assert not harness.children.given_up
+    assert len(harness.started) == 4 * QUICK_FAILURES + 1
+    assert (pauses[0], pauses[-1]) == ("0.5 s", "60 s")
+    harness.children.stop()
+    assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
+
+
+def test_finished_process_is_not_restarted() -> None:
+    harness = Harness()
+    assert "finished" in harness.end_newest(0, 1.0)
+    harness.now_s += 100
+    harness.children.poll()
+    assert len(harness.started) == 1
+    assert not harness.children.given_up
+
+
+def test_process_that_ignores_sigterm_is_killed() -> None:
+    harness = Harness(("a", "b"))
+    harness.started[0].stubborn = True
+    harness.children.stop()
+    assert [process.signals for process in harness.started] == [[signal.SIGTERM], [signal.SIGTERM]]
+    assert harness.started[0].status == -9
+    assert any("was killed" in line for line in harness.children.lines())
+
+
+def test_no_process_is_restarted_while_stopping() -> None:
+    harness = Harness()
+    harness.end_newest(-9, 1.0)
+    harness.children.stop()
+    harness.now_s += 100
+    harness.children.poll()
+    assert len(harness.started) == 1
+
+
+@pytest.mark.core
+def test_a_child_ends_with_its_parent() -> None:
+    """A parent that is killed closes the pipe that is its child's standard input."""
+    child = (
+        "import time; from zenocap.common.runtime.signals import stop_signals\n"
+        "with stop_signals(with_parent=True) as stopped:\n"
+        "    while not stopped(): time.sleep(0.01)\n"
+    )
+    parent = (
+        "import sys, time; from zenocap.tools.record.launcher.child_processes import spawn\n"
+        f"print(spawn([sys.executable, '-c', {child!r}]).pid, flush=True); time.sleep(600)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    pid = int(process.stdout.readline())
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    end_s = time.monotonic() + PATIENCE_S
+    while _is_running(pid) and time.monotonic() < end_s:
+        time.sleep(0.05)
+    assert not _is_running(pid)
+
+
+@pytest.mark.core
+def test_error_output_of_a_child_is_logged() -> None:
+    children = ChildProcesses(
+        [("a", [sys.executable, "-c", "import sys; sys.exit('no such camera')"])], time.monotonic, spawn
+    )
+    children.start()
+    end_s = time.monotonic() + PATIENCE_S
+    lines: list[str] = []
+    while not children.given_up and time.monotonic() < end_s:
+        children.poll()
+        lines += children.lines()
+    children.stop()
+    assert "no such camera" in [*lines, *children.lines()]
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

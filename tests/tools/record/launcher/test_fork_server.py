@@ -1,0 +1,128 @@
+"""Services forked from a process that has imported their modules."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.tools.record.launcher.child_processes import Process
+from zenocap.tools.record.launcher.fork_server import COMMAND, ForkServer
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere processes are executed")
+ENDPOINT = "tcp/127.0.0.1:0"
+ROUTER = ("router", "--listen", ENDPOINT, "--no-multicast-scouting")  # a service without images
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ForkServer]:
+    one = ForkServer(["integrator"])
+    yield one
+    one.close()
+
+
+def started(server: ForkServer, *arguments: str) -> Process:
+    return server.spawn([sys.executable, *COMMAND, *arguments])
+
+
+def listening(process: Process) -> str:
+    """The first line of a router, after which it runs."""
+    assert process.stderr is not None
+    return process.stderr.readline()
+
+
+@pytest.mark.nightly
+def test_the_output_and_the_exit_status_of_a_command_are_its_own(server: ForkServer) -> None:
+    wrong = started(server, "viewer", "missing.toml", "--id", "1")
+    assert wrong.wait(30.0) == 1
+    assert wrong.stderr is not None
+    assert "missing.toml" in wrong.stderr.read()
+    assert started(server, "--version").wait(30.0) == 0
+    assert started(server, "viewer", "--no-such-option").wait(30.0) == 2
+
+
+@pytest.mark.nightly
+def test_a_service_has_a_session_and_a_command_line_of_its_own_and_stops_on_a_signal(server: ForkServer) -> None:
+    router = started(server, *ROUTER)
+    assert "listens" in listening(router)
+    assert os.getsid(router.pid) == router.pid
+    words = Path(f"/proc/{router.pid}/cmdline").read_text().rstrip("\0").split("\0")
+    assert words == [sys.executable, *COMMAND, *ROUTER]
+    assert router.poll() is None
+    with pytest.raises(subprocess.TimeoutExpired):
+        router.wait(0.05)
+    router.send_signal(signal.SIGTERM)
+    assert router.wait(10.0) == 0
+
+
+@pytest.mark.nightly
+def test_a_killed_service_has_the_status_of_the_signal_and_others_go_on(server: ForkServer) -> None:
+    killed, other = started(server, *ROUTER), started(server, *ROUTER)
+    for router in (killed, other):
+        assert "listens" in listening(router)
+    killed.kill()
+    assert killed.wait(10.0) == -signal.SIGKILL
+    killed.kill()  # has no effect
+    assert other.poll() is None
+    other.kill()
+    assert other.wait(10.0) == -signal.SIGKILL
+
+
+@pytest.mark.nightly
+def test_other_programs_are_executed(server: ForkServer) -> None:
+    program = server.spawn([sys.executable, "-c", "import sys; sys.exit(7)"])
+    assert isinstance(program, subprocess.Popen)
+    assert program.wait(10.0) == 7
+
+
+@pytest.mark.nightly
+def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
+    server = ForkServer(["integrator"])
+    router = started(server, *ROUTER)
+    assert "listens" in listening(router)
+    server._process.kill()
+    server._process.wait()
+    end_s = time.monotonic() + 10.0
+    assert router.poll() is None
+    later = started(server, "--version")
+    assert isinstance(later, subprocess.Popen)
+    assert later.wait(30.0) == 0
+    router.send_signal(signal.SIGTERM)
+    assert router.wait(10.0) == 1  # its status is unknown
+    assert time.monotonic() < end_s + 30.0
+    server.close()
+
+
+@pytest.mark.nightly
+def test_services_and_server_end_with_a_launcher_that_is_killed() -> None:
+    network = ("--mode", "peer", "--listen", ENDPOINT, "--no-multicast-scouting")
+    integrator = ("integrator", str(demo_rig_file("two-view")), "--no-log", "--with-parent", *network)
+    program = (
+        "import sys, time\nfrom zenocap.tools.record.launcher.fork_server import COMMAND, ForkServer\n"
+        "server = ForkServer(['integrator'])\n"
+        f"service = server.spawn([sys.executable, *COMMAND, *{integrator!r}])\n"
+        "print(service.pid, server._process.pid, flush=True)\ntime.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as launcher:
+        assert launcher.stdout is not None
+        pids = [int(word) for word in launcher.stdout.readline().split()]
+        time.sleep(1.0)  # it handles signals, and not its end by one before
+        assert all(map(_runs, pids))
+        launcher.kill()
+    end_s = time.monotonic() + 20.0
+    while running := [pid for pid in pids if _runs(pid)]:
+        assert time.monotonic() < end_s, running
+        time.sleep(0.05)
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process exists and has not ended; an ended orphan may not have been waited for."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

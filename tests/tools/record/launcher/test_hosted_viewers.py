@@ -1,0 +1,154 @@
+"""Viewers that other machines run: assigned, and every likely mistake named with what to type where."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.common.rig.test_hosted import rig
+from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, HostCamera
+from zenocap.common.rig.hosted import assignment, hosted_cameras
+from zenocap.tools.record.launcher import hosted_viewers
+from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
+
+
+def host(k: int, instance: str = "i", camera: str = "cam") -> CameraHost:
+    cameras = [HostCamera(id=camera, source="rtsp://1.2.3.4/s")]
+    return CameraHost(
+        frame=0, captured_ns=1, machine=f"lab{k}", host=f"pc{k}{instance}", cameras=cameras, instance=instance
+    )
+
+
+class Session:
+    """A network of these hosts, which obey unless `reply` is replaced."""
+
+    def __init__(self) -> None:
+        self.present = [host(0), host(1)]
+        self.asked: list[tuple[str, AssignQuery]] = []
+        self.reply: Callable[[str], AssignReply | str | None] = lambda _: self.good()
+
+    def good(self, **changes: object) -> AssignReply:
+        fields = {"frame": 0, "captured_ns": time.time_ns(), "host": "pc", "state": "running"} | changes
+        return AssignReply(**fields)
+
+    def hosts(self, timeout_s: float, machine: str = "*") -> list[CameraHost | str]:
+        return [*self.present, "CameraHost: not a map"]
+
+    def assign(self, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
+        self.asked.append((key, query))
+        return self.reply(key)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def session(monkeypatch: pytest.MonkeyPatch) -> Session:
+    monkeypatch.setattr(hosted_viewers, "PERIOD_S", 0.01)
+    monkeypatch.setattr(hosted_viewers, "PATIENCE_S", 0.05)
+    return Session()
+
+
+def viewers(session: Session, folder: Path) -> HostedViewers:
+    one = rig(folder)
+    return HostedViewers(session, hosted_cameras(one), lambda id: assignment(one, id, 5))  # type: ignore[arg-type]
+
+
+def news_of(session: Session, folder: Path, wanted: int = 2) -> list[str]:
+    """The first texts."""
+    running, found, end_s = viewers(session, folder), [], time.monotonic() + 10.0
+    running.start()
+    while len(found) < wanted:
+        assert time.monotonic() < end_s, found
+        found += running.news()
+        time.sleep(0.005)
+    running.close()
+    return found
+
+
+def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
+    assert news_of(session, tmp_path) == ["viewer 0 runs on lab0", "viewer 1 runs on lab1"]
+    time.sleep(0.05)
+    assert [(key, query.what) for key, query in session.asked[:2]] == [
+        ("zenocap-cameras/lab0/assign/cam", "assign"), ("zenocap-cameras/lab1/assign/cam", "assign"),
+    ]  # fmt: skip
+    assert [(query.what, query.rig) for _, query in session.asked[-2:]] == [("release", "studio")] * 2
+
+
+@pytest.mark.parametrize(
+    ("present", "text"),
+    [
+        (
+            [],
+            "no machine lab1 announces its cameras (there are: none): run there: zenocap viewer --discover",
+        ),
+        ([host(0)], "(there are: lab0)"),
+        ([host(1, camera="other")], "lab1 has no camera cam (there are: other): plug it in, or run there: zenocap viewer"),
+        ([host(1, "a"), host(1, "b")], "two machines announce as lab1: pc1a and pc1b: run one of them with another"),
+    ],
+)
+def test_a_machine_that_is_missing_or_there_twice_is_named(session, tmp_path, present, text):
+    session.present = present
+    found = news_of(session, tmp_path)
+    assert any(line.startswith("viewer 1: ") and text in line for line in found), found
+    assert "zenocap-cameras/lab1/assign/cam" not in [key for key, _ in session.asked]
+
+
+@pytest.mark.parametrize(
+    ("reply", "text"),
+    [
+        (None, "does not answer: it is away, or has an older zenocap: install the same release there"),
+        ("AssignReply: the sender has wire version 7", "answers what this release does not understand"),
+        (
+            {"refused": "the camera is used by viewer 1 of rig lab"},
+            "refused by lab0: the camera is used by viewer 1 of rig",
+        ),
+        ({"state": "waiting", "failure": "no\x1bimage"}, "failed on lab0, which starts it again: no\\x1bimage"),
+    ],
+)
+def test_a_machine_that_does_not_run_the_viewer_is_named_with_the_reason(session, tmp_path, reply, text):
+    session.reply = lambda _: session.good(**reply) if isinstance(reply, dict) else reply
+    found = news_of(session, tmp_path)
+    assert any(line.startswith("viewer 0: ") and text in line for line in found), found
+
+
+def test_a_machine_that_vanishes_is_named_and_gets_its_viewer_again(session, tmp_path):
+    running, found = viewers(session, tmp_path), []
+    running.start()
+
+    def until(text: str) -> None:
+        end_s = time.monotonic() + 10.0
+        while not any(text in line for line in found):
+            assert time.monotonic() < end_s, found
+            found.extend(running.news())
+            time.sleep(0.005)
+
+    until("viewer 1 runs on lab1")
+    session.present = [host(0)]
+    until("viewer 1: no machine lab1 announces")
+    found.clear()
+    session.present = [host(0), host(1, "again")]
+    until("viewer 1 runs on lab1")
+    running.close()
+    assert running.never_ran == []
+
+
+def test_a_viewer_that_never_ran_and_a_clock_far_off_are_named(session, tmp_path):
+    session.present = [host(0)]
+    session.reply = lambda _: session.good(captured_ns=time.time_ns() + 3_600_000_000_000)
+    running = viewers(session, tmp_path)
+    running.start()
+    found, end_s = [], time.monotonic() + 10.0
+    while len(found) < 3 and time.monotonic() < end_s:
+        found += running.news()
+        time.sleep(0.005)
+    running.close()
+    assert "note: the clock of lab0 is 3600 s ahead: corrected for tracking; its logs and films have that time" in found
+    (text,) = running.never_ran
+    assert text.startswith("viewer 1 has not run: no machine lab1 announces")
+
+
+def test_a_secured_rig_says_what_to_run_where(tmp_path):
+    lines = list(secured_advice(hosted_cameras(rig(tmp_path)), tmp_path / "rig.toml"))
+    assert lines[1].endswith("the certificate viewer-1 to lab1 and run there: zenocap viewer rig.toml --id 1")

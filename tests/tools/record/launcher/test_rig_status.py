@@ -1,0 +1,153 @@
+"""Status display of a rig from received messages, as a table and as a line."""
+
+import io
+
+from rich.console import Console
+
+from tests.support.built_messages import built
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.observe.view import MOST_OTHERS, RigView
+from zenocap.common.topics import topic_of
+from zenocap.tools.record.launcher.display import plain_line, table
+from zenocap.tools.record.launcher.rig_status import MAX_POSTURES, RigStatus, lost_text
+
+SERVICES = [("viewer", "1"), ("viewer", "2"), ("integrator", "main")]
+
+
+def status_after(*messages: m.Message, alive: tuple[tuple[str, str], ...] = ()) -> RigStatus:
+    status = RigStatus(RigView("studio"))
+    for service, id in alive:
+        status = status.updated(Alive(service, id, True, 0), 0)
+    for message in messages:
+        topic = topic_of(type(message))
+        status = status.updated(Envelope("key", topic, message, 0), 0)
+    return status
+
+
+def health(id: str, rate: float = 15.0, **counts: int) -> m.Health:
+    return built(
+        m.Health, id=id, state="tracking", rate=rate, stages_ms={"step_frame": 1.25, "publish": 9.0}, counts=counts,
+    )  # fmt: skip
+
+
+def bap(**changes: object) -> m.UniversalBap:
+    fields: dict[str, object] = {
+        "position": (0.0, 0.9, 0.0),
+        "angles": {"navel.y": 1.5707963, "right_elbow.x": -0.001},
+        "scores": {"1": 0.83},
+        "views": {"1": "facade", "2": "flank"},
+        "stale": [],
+        "lost": [],
+    }
+    return m.UniversalBap(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
+
+
+def table_text(status: RigStatus) -> str:
+    console = Console(width=160, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(table(status, SERVICES, 3.0, "a.mcap"))
+    return capture.get()
+
+
+def test_table_and_line_show_all_received_values() -> None:
+    status = status_after(health("1", dropped_frames=3), bap(), alive=(("viewer", "1"), ("viewer", "2")))
+    text = table_text(status)
+    for words in ("15.0", "silhouette + place 1.2", "facade", "0.83", "tracking", "turn   90°", "right elbow    0°", "3"):
+        assert words in text
+    assert "starting" in text  # viewer 2 is alive, but has published nothing
+    line = plain_line(status, SERVICES, 3.0)
+    assert "viewer 1: 15.0/s facade 0.83 tracking" in line
+    assert "integrator: not running" in line
+    assert "frame 7: turn 90°, right elbow 0°" in line
+
+
+def test_table_shows_the_missing_initial_posture_before_the_first_pose() -> None:
+    assert "all viewers see a T-pose" in table_text(status_after())
+
+
+def test_stopped_service_is_shown_as_not_there() -> None:
+    status = status_after(health("1"), alive=(("viewer", "1"),)).updated(Alive("viewer", "1", False, 0), 0)
+    assert "viewer 1: not running" in plain_line(status, SERVICES, 1.0)
+
+
+def test_lost_limbs_and_stale_viewers_are_shown() -> None:
+    assert lost_text(bap()) == ""
+    assert lost_text(bap(lost=["right_arm"], stale=["2"])) == "searching for right arm; without viewer 2"
+
+
+def test_poses_of_all_viewers_are_counted() -> None:
+    status = status_after(bap(), bap(stale=["2"]), bap())
+    assert (status.poses, status.complete) == (3, 2)
+
+
+def tracker_pose(**changes: object) -> m.TrackerPose:
+    fields: dict[str, object] = {
+        "position": (0.0, 0.9, 0.0), "angles": {"navel.y": 1.5707963}, "position_spread": (0.01, 0.01, 0.01),
+        "spread": {}, "likelihood": 0.0, "effective": 20.0, "lost": False, "views": ["1", "2"],
+    }  # fmt: skip
+    return m.TrackerPose(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
+
+
+def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:
+    tracker = m.Health(
+        frame=0, captured_ns=0, service="tracker", id="main", state="tracking, without viewer 3", rate=14.9,
+        stages_ms={"step_tick": 8.25, "result_age": 21.5, "step_silhouette": 0.1}, counts={"dropped_instants": 4},
+    )  # fmt: skip
+    services = [("viewer", "1"), ("viewer", "3"), ("tracker", "main")]
+    status = status_after(health("1"), health("3"), tracker, tracker_pose(), alive=tuple(services))
+    line = plain_line(status, services, 3.0)
+    assert "viewer 1: 15.0/s used tracking | viewer 3: 15.0/s left out tracking" in line
+    assert "tracker: 14.9/s tracking, without viewer 3 | frame 7: turn 90°" in line
+    console = Console(width=160, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(table(status, services, 3.0, "a.mcap"))
+    assert "follow 8.2  since capture 21.5" in capture.get()
+    assert lost_text(tracker_pose(lost=True)) == "searching for the person"
+
+
+def test_tracker_pose_is_complete_when_every_running_viewer_is_used() -> None:
+    viewers = (("viewer", "1"), ("viewer", "2"))
+    status = status_after(tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]), alive=viewers)
+    assert (status.poses, status.complete) == (3, 2)
+
+
+def test_the_last_posture_is_shown_and_all_are_counted() -> None:
+    def posture(label: str | None) -> m.Posture:
+        return m.Posture(
+            frame=9, captured_ns=3 * 10**9, label=label, start_ns=0, end_ns=25 * 10**8, log_likelihoods={"kick": -90.0},
+            score=0.2, margin=0.5,
+        )  # fmt: skip
+
+    status = status_after(posture(None), posture("kick"), posture("kick"))
+    assert status.postures == {"unknown movement": 1, "kick": 2}
+    assert "posture: kick, 2.5 s, margin 0.50" in table_text(status)
+    assert "posture: kick" in plain_line(status, SERVICES, 3.0)
+
+
+def test_number_of_stored_health_messages_is_bounded() -> None:
+    status = status_after(*(health(f"unknown{number}") for number in range(MOST_OTHERS + 10)))
+    assert len(status.services.health) == MOST_OTHERS
+    again = status.updated(Envelope("key", topic_of(m.Health), health("unknown0", rate=7.0), 0), 0)
+    assert again.services.health[("viewer", "unknown0")].rate == 7.0
+
+
+def test_the_tables_are_bounded_and_the_own_services_always_in_them() -> None:
+    status = RigStatus(RigView("studio", tuple(SERVICES)))
+    for number in range(3 * MOST_OTHERS):
+        status = status.updated(Alive("viewer", f"unknown{number}", True, 0), 0)
+        status = status.updated(Envelope("key", topic_of(m.Health), health(f"unknown{number}"), 0), 0)
+        status = status.updated(Envelope("key", topic_of(m.Posture), posture(f"label {number}"), 0), 0)
+    status = status.updated(Alive("viewer", "1", True, 0), 0).updated(
+        Envelope("key", topic_of(m.Health), health("1"), 0), 0
+    )
+    assert len(status.services.alive) <= MOST_OTHERS + len(SERVICES)
+    assert len(status.services.health) <= MOST_OTHERS + len(SERVICES)
+    assert len(status.postures) <= MAX_POSTURES + 1
+    assert sum(status.postures.values()) == 3 * MOST_OTHERS
+    assert ("viewer", "1") in status.services.alive
+    assert ("viewer", "1") in status.services.health
+
+
+def posture(label: str) -> m.Posture:
+    return m.Posture(frame=0, captured_ns=0, label=label, start_ns=0, end_ns=1, log_likelihoods={}, score=0.0, margin=0.0)

@@ -1,0 +1,132 @@
+"""The summary of `up`: the takes, and what became of all messages, from the files and the last healths."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from tests.common.bus.test_inbox import bap
+from tests.common.recording.test_writer import record_take
+from zenocap.common import messages as m
+from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.recording.writer import Recording
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
+from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor
+
+SERVICES = [("viewer", "1"), ("integrator", "main")]
+
+
+def health(service: str, id: str, **counts: int) -> m.Health:
+    counts = {"process": 1, **counts}
+    return m.Health(frame=0, captured_ns=0, service=service, id=id, state="", rate=0.0, stages_ms={}, counts=counts)
+
+
+def whole(path: Path) -> None:
+    record_take(path, 90).close()
+
+
+def cut(path: Path) -> None:
+    whole(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(0.7 * len(content))])
+
+
+def summary(
+    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole
+) -> tuple[int, str]:
+    """Exit status and text after the children have ended.
+
+    status: exit status of the integrator.  write: writes the takes of the run.
+    """
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    children = ChildProcesses([], lambda: 0.0)
+    children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
+    console = Console(file=io.StringIO(), width=200)
+    supervisor = Supervisor(children, bus, SERVICES, take, console)
+    if take is not None:
+        write(take)
+    for one in healths:
+        bus.publish(HEALTH, one)
+    supervisor.receive_rest()
+    result = supervisor.summary()
+    assert isinstance(console.file, io.StringIO)
+    return result, console.file.getvalue()
+
+
+@pytest.fixture
+def take(tmp_path: Path) -> Path:
+    return tmp_path / "take.mcap"
+
+
+def test_the_takes_of_a_run_are_named_with_what_is_lost(take: Path) -> None:
+    status, text = summary(take, DONE, health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 4}))
+    assert f"take: {take}: 180 messages, 0 lost" in text
+    assert "messages: 95 sent = 90 in the takes + 0 dropped by the queue of the log + 0 never arrived" in text
+    assert "5 sent while no take was written" in text
+    assert status == DONE
+
+
+def test_a_take_of_an_earlier_run_or_another_rig_is_none_of_this_run(take: Path) -> None:
+    whole(take.with_name("before.mcap"))
+
+    def write(path: Path) -> None:
+        whole(path)
+        Recording(path.with_name("other.mcap"), rig="other", start_ns=0).close()
+
+    status, text = summary(take, DONE, write=write)
+    assert text.count("take: ") == 1
+    assert f"take: {take}: 180 messages, 0 lost" in text
+    assert status == DONE
+
+
+def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Path) -> None:
+    for counts in ({"log_stopped": 1}, {"log_removed": 1}):
+        last = health("integrator", "main", ended=1, **counts, **{"sent.universal_bap": 94})
+        status, text = summary(take, DONE, health("integrator", "main"), last)
+        assert "180 messages, 95 lost" in text  # of those in the take the services have not reported any
+        assert status == LOSS
+        take.unlink()
+        assert summary(take, DONE, health("viewer", "9", ended=1, **counts))[0] == DONE  # others have no log
+        take.unlink()
+
+
+def test_a_cut_take_has_the_messages_that_can_be_read(take: Path) -> None:
+    status, text = summary(take, LOSS, write=cut)
+    assert "take.mcap: 0 messages" not in text
+    assert "messages, an unknown number lost: see the integrator's output" in text
+    assert status == LOSS
+
+
+def test_a_service_without_a_last_health_leaves_a_time_without_a_count(take: Path) -> None:
+    status, text = summary(take, DONE, health("viewer", "1"))
+    assert "0 lost, and an unknown number in 0.0 s" in text
+    assert "not counted: what viewer 1 sent from 00:00:00.0 UTC to 00:00:00.0 UTC, after its last report" in text
+    assert status == LOSS
+
+
+def test_the_loss_of_several_takes_is_said_once_and_they_are_in_order(take: Path) -> None:
+    def write(path: Path) -> None:
+        whole(path)
+        with_later = Recording(path.with_name("a-later-one.mcap"), rig="studio", start_ns=0)
+        with_later.record(Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(1), 2 * 10**18))
+        with_later.close()
+
+    text = summary(take, DONE, write=write)[1]
+    assert text.index("take.mcap: 180 messages\n") < text.index("a-later-one.mcap: 1 messages\n")
+    assert text.count("0 lost") == text.count("takes: 0 lost") == 1
+
+
+def test_without_a_take_nothing_is_complete(take: Path) -> None:
+    status, text = summary(take, DONE, write=lambda _: None)
+    assert "takes: an unknown number lost" in text
+    assert status == LOSS
+
+
+def test_a_failed_service_is_a_failure(take: Path) -> None:
+    assert summary(take, 1)[0] == FAILED
+    assert summary(None, DONE)[0] == DONE

@@ -1,0 +1,148 @@
+"""`zenocap doctor` on real faults: sockets, files, sources, and services with another rig file."""
+
+import json
+import socket
+import stat
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from tests.common.rig.test_security import demo_with
+from tests.support.command import zenocap
+from zenocap.common.bus.access import Member
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.rig.rig import Rig, demo_rig, load_rig
+from zenocap.common.rig.services import SERVICES
+from zenocap.common.rig.sources import Device, Images
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.service_info import service_info
+from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.tools.setup.certificates.folder import certify
+from zenocap.tools.setup.doctor.machine_probe import (
+    certified,
+    look_at_certificates,
+    look_at_disk,
+    look_at_file,
+    look_at_port,
+    look_at_source,
+    probe_endpoint,
+)
+
+
+def doctor(*arguments: object) -> tuple[int, dict[str, list[tuple[str, str]]]]:
+    """Exit status, and by check the verdict and text of its finding."""
+    status, out, _ = zenocap("doctor", *arguments, "--json")
+    found: dict[str, list[tuple[str, str]]] = {}
+    for finding in json.loads(out)["findings"]:
+        found.setdefault(finding["check"], []).append((finding["verdict"], finding["words"]))
+    return status, found
+
+
+def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
+    status, found = doctor(tmp_path / "none.toml")
+    assert status == 1
+    assert [verdict for verdict, _ in found["rig file"]] == ["wrong"]
+
+
+@pytest.mark.slow
+def test_unknown_service_is_rejected_with_the_allowed_names(tmp_path: Path) -> None:
+    status, out, err = zenocap("doctor", demo_with(tmp_path, ""), "--service", "viewer-9")
+    assert (status, "allowed: viewer-1, viewer-2, integrator" in out + err) == (1, True)
+
+
+def test_endpoint_probe_detects_a_refused_connection(tmp_path: Path) -> None:
+    (free,) = free_ports(1)
+    assert probe_endpoint(f"tcp/127.0.0.1:{free}", None).problem == "Connection refused"
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        one.listen()
+        assert probe_endpoint(f"tcp/127.0.0.1:{one.getsockname()[1]}", None).problem is None
+    assert probe_endpoint("udp/127.0.0.1:1", None).problem is None  # UDP: unknown without a reply
+
+
+def test_port_in_use_is_a_problem_unless_used_by_this_rig() -> None:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        one.listen()
+        port = one.getsockname()[1]
+        assert "in use" in (look_at_port("page", "key", "127.0.0.1", port, ours=False).problem or "")
+        assert look_at_port("page", "key", "127.0.0.1", port, ours=True).ours
+    assert look_at_port("page", "key", "127.0.0.1", port, ours=False).problem is None
+    assert look_at_port("page", "key", "192.0.2.1", port, ours=True).problem is not None
+
+
+def test_missing_folder_is_a_problem_only_if_it_cannot_be_created(tmp_path: Path) -> None:
+    assert look_at_disk(tmp_path / "a" / "b").problem is None
+    (tmp_path / "file").write_text("")
+    assert "cannot be written" in (look_at_disk(tmp_path / "file" / "b").problem or "")
+
+
+def test_source_probe_distinguishes_good_used_and_missing_sources(tmp_path: Path) -> None:
+    viewer = demo_rig("two-view").viewers[0]
+    assert look_at_source(viewer, runs=False, local=True).kind == "good"
+    assert look_at_source(viewer, runs=True, local=True).kind == "used"
+    camera = replace(viewer, source=Device(98))
+    assert look_at_source(camera, runs=False, local=True).kind == "missing"
+    assert look_at_source(replace(viewer, source=Images(tmp_path, "*.png")), runs=False, local=True).kind != "good"
+
+
+def test_source_with_another_image_size_is_reported(tmp_path: Path) -> None:
+    import cv2
+    import numpy as np
+
+    viewer = demo_rig("two-view").viewers[0]
+    width, height = viewer.calibrated_size
+    for size, kind in (((width, height), "good"), ((width, height // 2), "size")):
+        cv2.imwrite(str(tmp_path / "a.png"), np.zeros((size[1], size[0], 3), np.uint8))
+        look = look_at_source(replace(viewer, source=Images(tmp_path, "*.png")), runs=False, local=True)
+        assert look.kind == kind, look
+
+
+def test_certificate_files_permissions_and_keys_are_checked(tmp_path: Path) -> None:
+    certify(tmp_path, "demo", {Member("router"): ("localhost",)}, datetime.now(UTC), 100)
+    assert certified(tmp_path) == ["router"]
+    assert [one.problem for one in look_at_certificates(tmp_path, ["router"])] == [None, None]
+    assert "No such file" in (look_at_certificates(tmp_path, ["reader"])[1].problem or "")
+    secret = tmp_path / "router-key.pem"
+    secret.chmod(secret.stat().st_mode | stat.S_IRGRP)
+    assert look_at_certificates(tmp_path, ["router"])[1].readable_by_others
+    (tmp_path / "authority-key.pem").replace(secret)
+    assert "is not the key of" in (look_at_certificates(tmp_path, ["router"])[1].problem or "")
+
+
+def test_files_of_a_service_are_checked(tmp_path: Path) -> None:
+    files = [file for kind in SERVICES for file in kind.files(demo_rig("two-view"))]
+    assert [title for title, _ in files] == ["postures"]
+    assert [look_at_file(title, path).problem for title, path in files] == [None]
+    assert look_at_file("postures", tmp_path / "none").problem == f"{tmp_path / 'none'}: No such file or directory"
+
+
+@pytest.mark.nightly
+def test_services_with_another_rig_file_are_found_on_the_network(tmp_path: Path) -> None:
+    (port,) = free_ports(1)
+    place = f"tcp/127.0.0.1:{port}"
+    path = demo_with(tmp_path, f'\n[zenoh]\nmode = "client"\nconnect = ["{place}"]\nmulticast_scouting = false\n')
+    rig = load_rig(path)
+    other: Rig = replace(rig, digest="another")
+    options = ZenohOptions("client", (place,), multicast_scouting=False)
+    status, found = doctor(path, "--service", "viewer-1")
+    assert status == 1
+    assert found["endpoint"] == [("wrong", f"{place}: Connection refused")]
+    assert found["network"][0][0] == "wrong"
+    with (
+        open_session(ZenohOptions("router", listen=(place,), multicast_scouting=False)),
+        ZenohBus.open(options, rig.name, RealClock()) as one,
+        ZenohBus.open(options, rig.name, RealClock()) as two,
+    ):
+        for bus, id, loaded_rig in ((one, "1", rig), (two, "2", other)):
+            bus.declare_alive("viewer", id)
+            bus.serve_service_info(service_info(loaded_rig, "viewer", id, 0))
+        status, found = doctor(path, "--service", "viewer-1")
+    assert status == 1
+    assert found["endpoint"] == [("ok", f"{place} accepts connections")]
+    assert next(words for verdict, words in found["rig file"] if verdict == "wrong").startswith("viewer 2 on ")
+    assert found["versions"][0][0] == "ok"
+    assert found["integrator"][0][0] == "warning"

@@ -1,0 +1,128 @@
+"""Scorer: definition of its figures, and agreement with the shared scorer."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.common.formats.test_trc import SCORER, walking
+from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import Bound
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trc import write_trc
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy, pairing_note
+
+ALL = ScoredFrames()
+
+
+def moved(truth: Trajectories, by: object) -> Trajectories:
+    return replace(truth, points=truth.points + np.asarray(by))
+
+
+def test_a_perfect_track_has_no_error() -> None:
+    found = accuracy(walking(), walking(), ALL)
+    assert (found.mpjpe_mm, found.rmse_mm, found.shape_mm, found.lost_pct) == (0, 0, 0, 0)
+
+
+def test_error_of_a_shifted_track_equals_the_shift() -> None:
+    found = accuracy(moved(walking(), [0.03, 0.0, 0.04]), walking(), ALL)
+    assert found.mpjpe_mm == pytest.approx(50.0)
+    assert found.rmse_mm == pytest.approx(50.0)
+    assert found.lost_pct == 0
+
+
+def test_constant_offset_in_the_body_frame_causes_no_shape_error() -> None:
+    """A joint defined 5 cm lower in its body has no shape error at any heading of the body."""
+    still = walking(6)
+    body = np.where(np.isnan(still.points[0]), 0.0, still.points[0])
+    points = np.stack([_turned(body, angle) for angle in np.linspace(0, 2, 6)])
+    offset = np.zeros_like(body)
+    offset[3] = [0.05, 0.0, 0.0]
+    # The same offset, turned with the body.
+    track = points + np.stack([_turned(offset, angle) for angle in np.linspace(0, 2, 6)])
+    found = accuracy(replace(still, points=track), replace(still, points=points), ALL)
+    assert found.mpjpe_mm == pytest.approx(50.0 / 15)
+    assert found.shape_mm == pytest.approx(0.0, abs=1e-6)
+
+
+def test_missing_and_distant_joints_count_as_lost() -> None:
+    truth = walking()
+    track = walking()
+    track.points[0, 0] = np.nan
+    track.points[1, 0] += 0.2  # 346 mm away
+    found = accuracy(track, truth, ALL)
+    assert found.lost_pct == pytest.approx(100 * 2 / (11 * 15))
+
+
+def test_selection_limits_the_scored_frames() -> None:
+    truth = walking()
+    assert accuracy(truth, truth, ScoredFrames(first=Bound(8), last=Bound(12))).frames == 5
+    start_s, end_s = truth.times_s[truth.frames == 8][0], truth.times_s[truth.frames == 12][0]
+    assert accuracy(truth, truth, ScoredFrames(first=Bound(start_s, True), last=Bound(end_s, True))).frames == 5
+    assert accuracy(truth, truth, ScoredFrames(every=2)).frames == 6
+    later = replace(truth, frames=truth.frames + 3)
+    assert accuracy(later, truth, ScoredFrames(offset=3)).mpjpe_mm == 0
+
+
+def test_no_common_joint_or_frame_is_an_error() -> None:
+    truth = walking()
+    with pytest.raises(UserError, match="no joint in common"):
+        accuracy(replace(truth, names=tuple(f"x{name}" for name in truth.names)), truth, ALL)
+    with pytest.raises(UserError, match="no frame in common"):
+        accuracy(truth, truth, ScoredFrames(offset=1000))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not SCORER.exists(), reason="the shared scorer is not beside the project")
+def test_figures_agree_with_the_shared_scorer(tmp_path: Path) -> None:
+    truth, rng = walking(40), np.random.default_rng(7)
+    track = moved(truth, rng.normal(0, 0.1, truth.points.shape))
+    track.points[5, 3] = np.nan
+    track = replace(track, points=track.points[1:30], frames=track.frames[1:30], times_s=track.times_s[1:30])
+    write_trc(tmp_path / "track.trc", track)
+    write_trc(tmp_path / "truth.trc", truth)
+    command = [
+        sys.executable,
+        str(SCORER),
+        str(tmp_path / "track.trc"),
+        str(tmp_path / "truth.trc"),
+        "--from",
+        "9",
+        "--json",
+    ]
+    shared = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    ours = accuracy(track, truth, ScoredFrames(first=Bound(9)))
+    for name in ("frames", "joints", "mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
+        assert getattr(ours, name) == pytest.approx(shared[name], abs=0.011), name
+
+
+def filmed(count: int, rate: float, step: int = 1, first: int = 0) -> Trajectories:
+    """Every step-th of `count` frames that were filmed at `rate` frames/s."""
+    frames = np.arange(first, count, step)
+    return Trajectories(("Hip",), frames, frames / rate, np.zeros((len(frames), 1, 3)), rate / step)
+
+
+def test_frames_of_equal_numbers_at_equal_times_need_no_note() -> None:
+    assert pairing_note(filmed(100, 30.0), filmed(100, 29.97), 1, 0) == ""
+    assert pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 2, 0) == ""
+    assert pairing_note(filmed(120, 30.0, first=20), filmed(100, 30.0), 1, 20) == ""
+
+
+def test_a_video_of_half_the_rate_has_other_times() -> None:
+    for every in (1, 2):
+        assert "last 3.27 s in the take and 1.63 s in the truth" in pairing_note(
+            filmed(99, 30.0), filmed(200, 60.0), every, 0
+        )
+
+
+def test_a_take_of_every_second_frame_needs_the_option() -> None:
+    assert "give --every 2" in pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 1, 0)
+
+
+def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T

@@ -1,0 +1,123 @@
+"""A recovered take has every intact message and an index; the lost part is reported."""
+
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from tests.common.recording.test_writer import START_NS, record_take
+from zenocap.common.errors import UserError
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.writer import Channel, Recording, RecordingError
+from zenocap.tools.takes.recover import recover
+
+FRAMES = 150
+
+
+@pytest.fixture
+def intact(tmp_path: Path) -> Path:
+    record_take(tmp_path / "take.mcap", FRAMES).close()
+    return tmp_path / "take.mcap"
+
+
+@pytest.fixture
+def output(tmp_path: Path) -> Path:
+    return tmp_path / "new" / "recovered.mcap"
+
+
+def cut(path: Path, share: float) -> Path:
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    return path
+
+
+def test_intact_take_is_recovered_with_equal_bytes(intact: Path, output: Path) -> None:
+    found = recover(intact, output)
+    assert not found.lost
+    assert found.messages == 2 * FRAMES
+    assert output.read_bytes() == intact.read_bytes()
+
+
+def test_truncated_take_gets_an_index_and_a_summary(intact: Path, output: Path) -> None:
+    before = list(Take(cut(intact, 0.5)).messages())
+    found = recover(intact, output)
+    take = Take(output)
+    assert list(take.messages()) == before
+    assert take.cut is None
+    assert take.attachments == {"rig.toml": b'name = "studio"'}
+    assert take.metadata["versions"] == {"zenocap": "0.1.0", "a": "b"}
+    assert take.metadata["recovered"] == {"from": "take.mcap", "lost": f"cut before its end, {len(before)} messages read"}
+    assert found.lost
+    assert (found.messages, found.start_ns, found.end_ns) == (len(before), START_NS, before[-1].log_ns)
+    with output.open("rb") as file:
+        summary = make_reader(file, validate_crcs=True).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.message_count == len(before)
+
+
+def test_missing_index_loses_no_message(intact: Path, output: Path) -> None:
+    original = intact.read_bytes()
+    intact.write_bytes(original[:-20])
+    found = recover(intact, output)
+    assert not found.lost
+    assert output.read_bytes() == original
+
+
+def test_gap_reports_its_offset_and_times(intact: Path, output: Path) -> None:
+    content = bytearray(intact.read_bytes())
+    second = content.index(b"zstd", content.index(b"zstd") + 4)
+    content[second + 60] ^= 0xFF
+    intact.write_bytes(content)
+    found = recover(intact, output)
+    (gap,) = [gap for gap in found.gaps if gap.bytes]
+    assert found.losses.chunks == 1
+    assert gap.offset == second - 9 - 32
+    assert gap.before_ns is not None
+    assert gap.after_ns is not None
+    assert 1e9 <= gap.after_ns - gap.before_ns <= 1.2e9
+    assert list(Take(output).messages()) == list(Take(intact).messages())
+
+
+def test_existing_files_are_not_overwritten(intact: Path, output: Path) -> None:
+    original = intact.read_bytes()
+    with pytest.raises(RecordingError, match="is the take itself"):
+        recover(intact, intact)
+    output.parent.mkdir()
+    output.write_text("mine")
+    with pytest.raises(RecordingError, match="exists already"):
+        recover(intact, output)
+    assert (intact.read_bytes(), output.read_text()) == (original, "mine")
+
+
+def test_output_folder_that_is_a_file_is_rejected(intact: Path) -> None:
+    with pytest.raises(RecordingError, match="is no folder"):
+        recover(intact, intact / "recovered.mcap")
+
+
+@pytest.mark.parametrize("content", [b"", b"no take at all", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" + bytes(1000)])
+def test_unrecoverable_file_leaves_no_output(tmp_path: Path, output: Path, content: bytes) -> None:
+    (tmp_path / "take.mcap").write_bytes(content)
+    with pytest.raises(UserError, match=r"nothing to recover|is no MCAP file"):
+        recover(tmp_path / "take.mcap", output)
+    assert not output.exists()
+
+
+def test_channels_of_other_programs_are_kept(tmp_path: Path, output: Path) -> None:
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
+    recording.write(Channel("/note", "json", "", "", b""), b"{}", 1, 2, 3)
+    recording.write(Channel("/scene", "protobuf", "foxglove.SceneUpdate", "protobuf", b"\n"), b"", 4, 5)
+    recording.close()
+    recover(cut(tmp_path / "take.mcap", 0.99), output)
+    assert list(Take(output).messages()) == list(Take(tmp_path / "take.mcap").messages())
+    assert len(list(Take(output).messages())) == 2
+
+
+def test_full_disk_leaves_no_output(intact: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(RecordingError, match=r"recovered\.mcap cannot be written: No space left on device"):
+        recover(intact, output)
+    assert not output.exists()

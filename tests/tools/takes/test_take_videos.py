@@ -1,0 +1,64 @@
+"""Frames of the videos of a take at any time, and the take that a folder means."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from zenocap.common.errors import OpenError, UserError
+from zenocap.common.video.reader import VideoReader
+from zenocap.simulation.rendering.video_file import write_video
+from zenocap.tools.takes.take_videos import SeekableVideo, take_of
+
+FPS, FRAMES = 30, 150
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Frame k is of brightness 20 + k."""
+    images = [np.full((48, 64, 3), 20 + k, np.uint8) for k in range(FRAMES)]
+    return write_video(tmp_path_factory.mktemp("video") / "cam01.mp4", images, fps=FPS)
+
+
+def frame_at(video: SeekableVideo, path: Path, time_s: float) -> int:
+    """Number of the frame whose brightness an image has, by reading the file from its beginning."""
+    with VideoReader(path) as reader:
+        levels = [float(frame.image().mean()) for frame in iter(reader.next, None)]
+    image = video.at(time_s)
+    assert image is not None
+    return int(np.argmin(np.abs(np.array(levels) - float(image.mean()))))
+
+
+@pytest.mark.nightly
+def test_frames_are_those_of_the_time_forwards_backwards_and_far_away(video: Path) -> None:
+    one = SeekableVideo(video)
+    for time_s in (0.0, 0.5, 0.5, 0.6, 4.5, 1.0, 0.1, 2.0, 4.9):
+        assert abs(frame_at(one, video, time_s) - time_s * FPS) <= 1, time_s
+    one.close()
+
+
+@pytest.mark.slow
+def test_there_is_no_frame_outside_of_the_file(video: Path) -> None:
+    one = SeekableVideo(video)
+    assert one.at(-0.1) is None
+    assert one.at(60.0) is None
+    assert abs(frame_at(one, video, 1.0) - FPS) <= 1
+
+
+def test_a_file_that_is_no_video_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "text.mp4").write_text("no video")
+    with pytest.raises(OpenError, match=r"text\.mp4: not a video"):
+        SeekableVideo(tmp_path / "text.mp4")
+
+
+def test_a_folder_means_its_take(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "walk"
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=r"walk: no walk\.mcap here, beside the folder or in it"):
+        take_of(folder)
+    (folder / "walk.mcap").touch()
+    assert take_of(folder) == folder / "walk.mcap"
+    (tmp_path / "walk.mcap").touch()
+    assert take_of(folder).resolve() == tmp_path / "walk.mcap"
+    assert take_of(tmp_path / "gone.mcap") == tmp_path / "gone.mcap"

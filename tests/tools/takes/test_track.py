@@ -1,0 +1,199 @@
+"""Offline tracking by the steps of the live system: every frame, fixed order, reproducible bytes."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.errors import EndedEarly, SourceError, UserError
+from zenocap.common.formats.csv import write_csv
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.sources import Actor, Device, FirstFrames
+from zenocap.services.viewer.frame import Frame
+from zenocap.tools.operate.warmup import parts as warmup
+from zenocap.tools.parameters import EPOCH_NS
+from zenocap.tools.takes.inputs import Inputs
+from zenocap.tools.takes.overlay import Overlay
+from zenocap.tools.takes.render.floor import darken_floor, draw_floor
+from zenocap.tools.takes.render.rasterizer import develop, fill, light_body
+from zenocap.tools.takes.rig_changes import at_working_size
+from zenocap.tools.takes.track import TrackedFrameSet, track
+
+pytestmark = pytest.mark.slow
+
+IMAGE = np.zeros((12, 16, 3), dtype=np.uint8)
+
+
+def frames(*times: int, breaks: bool = False) -> Iterator[Frame]:
+    for k, captured_ns in enumerate(times):
+        yield Frame(k, captured_ns, IMAGE)
+    if breaks:
+        raise EndedEarly("cam01.mp4: cut")
+
+
+def frame_sets_of(tolerance_ns: int, **sources: Iterator[Frame]) -> tuple[list[dict[str, int]], list[str]]:
+    inputs = Inputs()
+    found = [{id: frame.captured_ns for id, frame in group.items()} for group in inputs.frame_sets(sources, tolerance_ns)]
+    return found, inputs.problems
+
+
+def test_frames_within_the_tolerance_form_one_frame_set() -> None:
+    found, _ = frame_sets_of(5, a=frames(0, 10, 20, 30), b=frames(1, 19, 33))
+    assert found == [{"a": 0, "b": 1}, {"a": 10}, {"a": 20, "b": 19}, {"a": 30, "b": 33}]
+
+
+def test_longer_source_continues_alone_after_the_shorter_one_ends() -> None:
+    found, problems = frame_sets_of(5, a=frames(0), b=frames(0, 10, 20))
+    assert found == [{"a": 0, "b": 0}, {"b": 10}, {"b": 20}]
+    assert problems == []
+
+
+def test_broken_source_is_reported_and_the_other_continues() -> None:
+    found, problems = frame_sets_of(5, a=frames(0, breaks=True), b=frames(0, 10))
+    assert found == [{"a": 0, "b": 0}, {"b": 10}]
+    assert problems == ["cam01.mp4: cut"]
+
+
+@pytest.fixture(scope="module")
+def short_rig() -> Rig:
+    """The demo rig with a simulated person who raises both arms once."""
+    rig = demo_rig("two-view")
+    source = Actor("raise-both-arms", 3)
+    return replace(rig, viewers=tuple(replace(viewer, source=source) for viewer in rig.viewers))
+
+
+@pytest.fixture(scope="module")
+def take(short_rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("take") / "one.mcap"
+    track(short_rig, path)
+    return path
+
+
+def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -> None:
+    result = track(short_rig, tmp_path / "two.mcap")
+    assert (tmp_path / "two.mcap").read_bytes() == take.read_bytes()
+    assert result.poses > 20
+    assert result.problems == ()
+
+
+def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
+    received = [found for recorded in Take(take).messages() if (found := envelope(recorded))]
+    messages = [found.message for found in received]
+    start = next(message.frame for message in messages if isinstance(message, m.Sighting))
+    for viewer in ("1", "2"):
+        numbers = [message.frame for message in messages if isinstance(message, m.Sighting) and message.viewer == viewer]
+        assert numbers == list(range(start, start + len(numbers)))
+    assert all(found.message.captured_ns >= EPOCH_NS for found in received)
+
+
+def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
+    read = Take(take)
+    assert sum(1 for _ in read.messages()) > 100
+    assert set(read.attachments) == {
+        "demo-two-view.toml",
+        "demo-calibration.toml",
+        "parameters.json",
+        "setup.json",
+        "recognizer.postures",
+    }
+    assert read.metadata["rig"]["name"] == "demo"
+    assert "numpy" in read.metadata["versions"]
+
+
+def test_poses_of_a_take_have_plausible_heights_and_times(take: Path) -> None:
+    poses = read_poses(take)
+    data = poses.trajectories()
+    assert poses.rate() == pytest.approx(15, rel=0.02)
+    np.testing.assert_allclose(data.times_s, data.frames / 15, atol=1e-6)
+    head = data.points[:, data.names.index("Head"), 1]
+    assert 1.3 < np.nanmedian(head) < 2.1
+
+
+def test_a_csv_row_has_a_cell_for_every_heading(take: Path, tmp_path: Path) -> None:
+    poses = read_poses(take)
+    write_csv(tmp_path / "a.csv", poses.track())
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    heading = lines[0].split(",")
+    assert len(lines) == 1 + len(poses.baps)
+    assert {len(line.split(",")) for line in lines} == {len(heading)}
+    turn = poses.anatomy.index["navel.y"]
+    row = dict(zip(heading, lines[-1].split(","), strict=True))
+    angle = poses.pose(poses.baps[-1]).angles[turn]
+    assert float(row["navel.y_deg"]) == pytest.approx(np.degrees(angle), abs=1e-5)
+    assert row["view.1"] in ("facade", "flank")
+
+
+def test_a_take_without_poses_cannot_be_exported(short_rig: Rig, tmp_path: Path) -> None:
+    without_person = replace(
+        short_rig, viewers=tuple(replace(viewer, source=Actor("march", 1), fps=1.0) for viewer in short_rig.viewers)
+    )
+    assert track(without_person, tmp_path / "a.mcap").poses == 0
+    with pytest.raises(UserError, match=r"a\.mcap: no universal BDP"):
+        read_poses(tmp_path / "a.mcap")
+
+
+@pytest.mark.nightly
+def test_overlay_writes_pictures_and_a_video(short_rig: Rig, tmp_path: Path) -> None:
+    overlay = Overlay(short_rig, tmp_path / "pictures", every=10)
+    seen: list[TrackedFrameSet] = []
+
+    def on_instant(instant: TrackedFrameSet) -> None:
+        seen.append(instant)
+        overlay.add(instant)
+
+    track(short_rig, tmp_path / "a.mcap", on_instant)
+    assert overlay.finish() == len(list((tmp_path / "pictures").glob("*.png"))) == -(-len(seen) // 10)
+    with av.open(str(tmp_path / "pictures" / "overlay.mp4")) as film:  # in a codec that browsers play
+        assert film.streams.video[0].codec_context.name == "h264"
+        assert film.streams.video[0].frames == len(seen)
+
+
+def test_live_cameras_and_other_aspect_ratios_are_rejected(short_rig: Rig, tmp_path: Path) -> None:
+    live = replace(short_rig, viewers=tuple(replace(viewer, source=Device(0)) for viewer in short_rig.viewers))
+    with pytest.raises(UserError, match="viewer 1 is a live camera"):
+        track(live, tmp_path / "a.mcap")
+    with pytest.raises(UserError, match=r"size 160x160: allowed: .* such as 160x120"):
+        at_working_size(short_rig, (160, 160), None)
+
+
+@pytest.mark.parametrize(("fps", "frames"), [(15.0, 40), (7.5, 20), (30.0, 40), (0.1, 1)])
+def test_empty_scene_keeps_its_duration_at_a_lower_rate(short_rig: Rig, fps: float, frames: int) -> None:
+    """A faster rate does not add frames: the video has no more."""
+    viewers = tuple(replace(viewer, fps=15.0, background=FirstFrames(40)) for viewer in short_rig.viewers)
+    at_rate = at_working_size(replace(short_rig, viewers=viewers), None, fps)
+    assert [viewer.background for viewer in at_rate.viewers] == [FirstFrames(frames)] * 2
+    assert [viewer.fps for viewer in at_rate.viewers] == [fps] * 2
+
+
+def test_source_that_cannot_start_is_an_error_and_leaves_no_take(short_rig: Rig, tmp_path: Path) -> None:
+    wrong = replace(short_rig, viewers=tuple(replace(v, source=Actor("flying", 0)) for v in short_rig.viewers))
+    with pytest.raises(SourceError, match="flying"):
+        track(wrong, tmp_path / "a.mcap")
+    assert not (tmp_path / "a.mcap").exists()
+
+
+@pytest.mark.nightly
+def test_warm_up_reaches_poses_and_compiles_all_kernels() -> None:
+    """All kernels are compiled by then, including the search of a lost limb and the lighting of images."""
+    lines: list[str] = []
+    for part in warmup.PARTS:
+        warmup.warm_up(part, lines.append)
+    assert any("searching" in line for line in lines)
+    assert any("integrator: tracking" in line for line in lines)
+    assert any("tracker: " in line for line in lines)
+    assert all(kernel.signatures for kernel in (draw_floor, darken_floor, light_body, fill, develop))
+
+
+def test_recorded_message_is_decoded_to_an_envelope(take: Path) -> None:
+    first = next(iter(Take(take).messages()))
+    found = envelope(first)
+    assert isinstance(found, Envelope)
+    assert isinstance(found.message, m.CameraInfo)
+    assert found.message.captured_ns == EPOCH_NS

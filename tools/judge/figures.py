@@ -1,0 +1,169 @@
+"""Figures of a take: silhouettes against the body and each other, speed and limits of the poses."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Bools, Floats, Ints
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.kinematics import part_frames
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import silhouette_mask
+from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
+from zenocap.tools.judge.evidence import PoseRow, TakeBody, TakeEvidence
+from zenocap.tools.judge.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
+from zenocap.tools.judge.parameters import (
+    APART_NOISE_M,
+    FAST_LIMB,
+    FAST_TRUNK,
+    LIMIT_RAD,
+    LONGEST_STEP_S,
+    MIN_AREA,
+    MOST_APART_M,
+    MOST_DISAGREEMENT_M,
+    MOST_SHAKING,
+    PERSON_AREA,
+    SAMPLE_NS,
+)
+
+MOTION = ("jump", "shaking", "passes", "limits")
+
+
+@dataclass(frozen=True, slots=True)
+class SampleFigures:
+    """seen: whether a view shows the person.  posed: whether there is a pose."""
+
+    captured_ns: int
+    seen: bool
+    posed: bool
+    views: Mapping[str, ViewSample]
+    apart: Mapping[tuple[str, str], tuple[float, float]]  # see `_apart`
+
+
+def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures]:
+    """Figures of the silhouettes at every sampled pose."""
+    cameras = {viewer: camera_of(one) for viewer, one in evidence.cameras.items()}
+    small = {viewer: reduced(camera) for viewer, camera in cameras.items()}
+    baselines: dict[tuple[str, str], Baseline | None] = {}
+    found: list[SampleFigures] = []
+    for number, sample in sorted(evidence.samples.items()):
+        row = None if sample.pose_ns is None else evidence.poses.get(sample.pose_ns)
+        posed = row is not None and not row.lost
+        points = None
+        if row is not None and posed:
+            points = body_points(body.anatomy, body.bdp, body.pose(row))
+        views: dict[str, ViewSample] = {}
+        outlines: dict[str, Outline] = {}
+        for viewer, silhouette in sample.silhouettes.items():
+            if viewer not in cameras:
+                continue
+            try:
+                mask = silhouette_mask(silhouette, cameras[viewer].size)
+            except ValueError:  # damaged, or of another size
+                continue
+            views[viewer] = view_sample(small[viewer], reduced_mask(mask, small[viewer]), points)
+            outline = outline_of(cameras[viewer], mask, 0.0) if posed and views[viewer].area > MIN_AREA else None
+            if outline is not None:
+                outlines[viewer] = outline
+        captured_ns = number * SAMPLE_NS if sample.pose_ns is None else sample.pose_ns
+        found.append(SampleFigures(captured_ns, False, posed, views, _apart(cameras, outlines, baselines)))
+    usual = _usual_areas(found)
+    return [
+        replace(one, seen=any(view.area > PERSON_AREA * usual[viewer] for viewer, view in one.views.items()))
+        for one in found
+    ]
+
+
+def _usual_areas(samples: Sequence[SampleFigures]) -> dict[str, float]:
+    """By viewer: median area of the silhouettes while the person is tracked."""
+    areas: dict[str, list[float]] = defaultdict(list)
+    for sample in samples:
+        for viewer, view in sample.views.items():
+            if sample.posed or viewer not in areas:
+                areas[viewer].append(view.area if sample.posed else MIN_AREA)
+    return {viewer: max(MIN_AREA, float(np.median(values))) for viewer, values in areas.items()}
+
+
+def _apart(
+    cameras: Mapping[str, Camera], outlines: Mapping[str, Outline], baselines: dict[tuple[str, str], Baseline | None]
+) -> dict[tuple[str, str], tuple[float, float]]:
+    """Distance of the tangent planes of each pair of views at the person, m, and over what noise explains; mean of both.
+
+    baselines: filled, once per pair.
+    """
+    found: dict[tuple[str, str], tuple[float, float]] = {}
+    if len(outlines) < 2:
+        return found
+    scene = scene_centre([cameras[name] for name in outlines], [[one] for one in outlines.values()])
+    for one, other in combinations(sorted(outlines), 2):
+        if (one, other) not in baselines:
+            baselines[one, other] = baseline_of(cameras[one], cameras[other], scene)
+        baseline = baselines[one, other]
+        if baseline is None:
+            continue
+        ends = [_tangents(baseline, outlines[name]) for name in (one, other)]
+        across = scene - cameras[one].centre
+        distance = float(np.linalg.norm(across - (across @ baseline.axis) * baseline.axis))
+        apart = np.abs(ends[0] - ends[1])
+        if np.isfinite(apart).any():
+            pixel_rad = max(2.0 / float(cameras[name].matrix[0, 0] + cameras[name].matrix[1, 1]) for name in (one, other))
+            apart_m = min(MOST_APART_M, distance * float(np.nanmean(apart)))
+            found[one, other] = apart_m, apart_m / (APART_NOISE_M + distance * pixel_rad)
+    return found
+
+
+def _tangents(baseline: Baseline, outline: Outline) -> Floats:
+    """(2,) angles of the tangent planes about a baseline, radians; NaN where the silhouette is cut there."""
+    values = baseline.angles(outline.rays)
+    ends = np.array([np.argmin(values), np.argmax(values)])
+    if values[ends[1]] - values[ends[0]] > WIDEST_RAD:
+        return np.full(2, np.nan)
+    return np.where(outline.cut[ends], np.nan, values[ends])
+
+
+def camera_of(info: m.CameraInfo) -> Camera:
+    """The camera of a message."""
+    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
+    size = int(info.size[0]), int(info.size[1])
+    return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
+
+
+def motion_figures(evidence: TakeEvidence, body: TakeBody, times: Ints, rows: Sequence[PoseRow]) -> Floats:
+    """(n, MOTION) of every pose: whether the step to it is too fast, change of speed m/s, distance of passes m, angles at
+    the ends of their ranges; NaN where unknown."""
+    out = np.full((len(rows), len(MOTION)), np.nan)
+    ends = np.full((len(rows), len(body.anatomy.parts), 3), np.nan)
+    limits = body.anatomy.limits[body.order]
+    single = np.array([len(joint.axes) == 1 for joint in body.anatomy.joints for _ in joint.axes])[body.order]
+    for k, row in enumerate(rows):
+        if row.lost:
+            continue
+        ends[k] = _ends(body, body.pose(row))
+        beyond = (row.angles > limits[:, 1] - LIMIT_RAD) | (~single & (row.angles < limits[:, 0] + LIMIT_RAD))
+        out[k, 3] = np.mean(beyond)
+        ahead = evidence.forward.get(int(times[k]))
+        if evidence.both and ahead is not None and not ahead.lost:
+            apart = np.linalg.norm(_ends(body, body.pose(ahead)) - ends[k], axis=1)
+            out[k, 2] = min(MOST_DISAGREEMENT_M, float(np.mean(apart)))
+    steps_s = np.diff(times) / 1e9
+    if len(rows) > 1:
+        velocity = np.diff(ends, axis=0) / np.maximum(steps_s, 1e-3)[:, None, None]
+        velocity[steps_s > LONGEST_STEP_S] = np.nan
+        speed = np.linalg.norm(velocity, axis=2)
+        known = np.isfinite(speed).all(axis=1)
+        fast: Bools = (speed[:, 0] > FAST_TRUNK) | (speed.max(axis=1) > FAST_LIMB)
+        out[1:, 0] = np.where(known, fast, np.nan)
+        change = np.linalg.norm(np.diff(velocity, axis=0), axis=2).mean(axis=1)
+        out[2:, 1] = np.minimum(change, MOST_SHAKING)
+    return out
+
+
+def _ends(body: TakeBody, pose: Pose) -> Floats:
+    """(parts, 3) far ends of the parts, metres."""
+    frames = part_frames(body.anatomy, body.bdp, pose)
+    ends: Floats = frames[:, :, 3] + body.bdp.sizes[:, :1] * frames[:, :, 1]
+    return ends

@@ -1,0 +1,136 @@
+"""Reasons of a verdict: groups of features that raise the expected error."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Bools, Floats
+from zenocap.tools.judge.features import COLUMN, FEATURES, Stretch
+from zenocap.tools.judge.parameters import (
+    BASELINE,
+    CLEAR_APART,
+    CLEAR_OUTSIDE,
+    CLEAR_UNCOVERED,
+    LAG_WEIGHT,
+    MOST_REASONS,
+    NOTABLE,
+    SHOWN_SHARE,
+)
+from zenocap.tools.judge.text import TEXTS
+from zenocap.tools.judge.view_lag import ViewLags
+
+GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features
+    "overlap": ("outside", "outside, all views", "uncovered", "uncovered, all views"),
+    "views-apart": ("apart",),
+    "cut": ("cut", "hidden"),
+    "view-missing": ("empty", "unused"),
+    "silhouettes": ("pieces", "flicker"),
+    "limbs": ("limbs", "worst limb"),
+    "heading": ("heading",),
+    "jumps": ("jumps", "shaking"),
+    "passes": ("passes",),
+    "limits": ("limits",),
+    "average-body": ("average body",),
+    "few-views": ("few views",),
+}
+CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond which a stretch is not good in any case
+    "overlap": ("outside", CLEAR_OUTSIDE),
+    "uncovered": ("uncovered", CLEAR_UNCOVERED),
+    "views-apart": ("apart", CLEAR_APART),
+}
+
+
+@dataclass(frozen=True)
+class WeightedReason:
+    """A reason with its weight: share of ln error, or 1 and more for a figure that is clearly wrong."""
+
+    weight: float
+    reason: m.VerdictReason
+
+
+def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
+    """By kind: (n,) stretches with a figure that is clearly wrong, whatever the expected error."""
+    values = np.stack([one.values for one in stretches])
+    found: dict[str, Bools] = {}
+    for kind, (name, limit) in CLEAR.items():
+        wrong = np.nan_to_num(values[:, COLUMN[name]], nan=0.0) > limit
+        kind = "overlap" if kind == "uncovered" else kind
+        found[kind] = found.get(kind, np.zeros(len(values), dtype=bool)) | wrong
+    return found
+
+
+def raised(kind: str, terms: Floats) -> dict[str, Floats]:
+    """By kind: (n,) what the features of a group add to ln error, over what they add in a good take."""
+    baseline = np.array([BASELINE[kind].get(name, 0.0) for name in FEATURES])
+    return {
+        group: np.maximum(0.0, (terms - baseline)[:, [COLUMN[name] for name in names]].sum(axis=1))
+        for group, names in GROUPS.items()
+    }
+
+
+def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
+    """Kinds of reasons of each stretch, the weightiest first."""
+    clear, more = clear_faults(stretches), raised(evidence, terms)
+    found = []
+    for k, stretch in enumerate(stretches):
+        weights = {kind: float(values[k]) for kind, values in more.items()}
+        for kind, wrong in clear.items():
+            weights[kind] += float(wrong[k])
+        if stretch.without_pose > 0.0:
+            weights["lost"] = 1.0 + stretch.without_pose
+        order = sorted((kind for kind, weight in weights.items() if weight > NOTABLE), key=lambda kind: -weights[kind])
+        found.append(order[:MOST_REASONS])
+    return found
+
+
+def reasons_of(
+    evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, lags: ViewLags | None
+) -> list[m.VerdictReason]:
+    """Reasons of a take that is not good, one or more, the weightiest first.
+
+    start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
+    """
+    clear, more = clear_faults(stretches), raised(evidence, terms)
+    found: list[WeightedReason] = []
+    if lags is not None:
+        found.append(WeightedReason(LAG_WEIGHT, lags.reason))
+    for kind, values in more.items():
+        if lags is not None and kind == lags.reason.kind:
+            continue
+        wrong = clear.get(kind, np.zeros(len(stretches), dtype=bool))
+        weight = float(values.mean()) + float(wrong.mean())
+        at = wrong | (values > NOTABLE)
+        if weight > 0.0:
+            some = [one for one, there in zip(stretches, at, strict=True) if there] or list(stretches)
+            viewers, text = TEXTS[kind](some)
+            share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < SHOWN_SHARE else ""
+            reason = m.VerdictReason(kind=kind, viewers=viewers, text=text.replace("{share}", share))
+            found.append(WeightedReason(weight, reason))
+    lost = lost_reason(stretches, start_ns)
+    if lost is not None:
+        found.append(lost)
+    found.sort(key=lambda one: -one.weight)
+    notable = [one.reason for one in found if one.weight > NOTABLE][:MOST_REASONS]
+    return notable or [one.reason for one in found[:1]]
+
+
+def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> WeightedReason | None:
+    """No pose in some of the time; None without such a stretch."""
+    lost = np.array([one.without_pose for one in stretches])
+    if not lost.any():
+        return None
+    k = int(np.argmax(lost))
+    first = last = k
+    while first > 0 and lost[first - 1] > 0.0:
+        first -= 1
+    while last + 1 < len(lost) and lost[last + 1] > 0.0:
+        last += 1
+    begin_s, end_s = (stretches[first].start_ns - start_ns) / 1e9, (stretches[last].end_ns - start_ns) / 1e9
+    text = (
+        f"no pose in {100 * lost.mean():.0f} % of the time with the person in view, the longest from {begin_s:.1f} to "
+        f"{end_s:.1f} s: two cameras must see the whole person; trim the take with --from and --until of other commands"
+    )
+    weight = 1.0 + float(lost.mean()) if lost.mean() > 0.02 else float(lost.mean())
+    return WeightedReason(weight, m.VerdictReason(kind="lost", text=text))

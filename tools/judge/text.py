@@ -1,0 +1,165 @@
+"""Texts of a verdict: its lines, and its reasons with figures, cameras and what to change.
+
+`{share}` in the text of a reason stands for the share of the time in which it holds.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.runtime.foreign_text import printable
+from zenocap.tools.judge.features import COLUMN, Stretch
+from zenocap.tools.judge.parameters import NOTABLE_VIEW
+
+Text = tuple[list[str], str]  # viewers, text
+MAX_REASON = 1000  # characters, as in the message
+SHOWN_PARTS = 10  # of a take that are less than good
+EVIDENCE = {
+    "both-ways": "poses of both passes, silhouettes",
+    "one-pass": "poses of one pass, silhouettes",
+    "two-view": "poses of two-view, silhouettes",
+    "poses-only": "poses alone",
+    "none": "nothing",
+}
+
+
+def verdict_lines(verdict: m.Verdict) -> Iterator[str]:
+    """The class with the expected error, and a line for every reason."""
+    if verdict.evidence == "none":
+        yield f"verdict: {verdict.rating}"
+    else:
+        yield f"verdict: {verdict.rating}: expected error of the joints {1000 * verdict.error:.0f} mm"
+    for reason in verdict.reasons:
+        yield f"  {printable(reason.text, MAX_REASON)}"
+
+
+def part_lines(verdict: m.Verdict, start_ns: int) -> Iterator[str]:
+    """A line for every part of a take that is less than good.  start_ns: of the take, from which seconds count."""
+    parts = []
+    for (rating, reasons), group in groupby(verdict.stretches, key=lambda one: (one.rating, tuple(one.reasons[:2]))):
+        stretches = list(group)
+        if rating != "good":
+            error = sum(one.error for one in stretches) / len(stretches)
+            times = f"{(stretches[0].start_ns - start_ns) / 1e9:7.1f} to {(stretches[-1].end_ns - start_ns) / 1e9:.1f} s"
+            parts.append(f"{times}: {rating}, {1000 * error:.0f} mm: {', '.join(reasons) or '-'}")
+    yield from parts[:SHOWN_PARTS]
+    if len(parts) > SHOWN_PARTS:
+        yield f"  and {len(parts) - SHOWN_PARTS} more parts: --json"
+
+
+def _worst(stretches: Sequence[Stretch], figure: Callable[[Stretch, str], float]) -> tuple[dict[str, float], list[str]]:
+    """Mean figure by viewer, and the viewers that stand out, the worst first."""
+    names = sorted({viewer for one in stretches for viewer in one.views})
+    means = {}
+    for name in names:
+        values = np.array([figure(one, name) for one in stretches if name in one.views])
+        means[name] = float(np.nanmean(values)) if np.isfinite(values).any() else 0.0
+    order = sorted(names, key=lambda name: -means[name])
+    return means, [name for name in order if means[name] >= NOTABLE_VIEW * means[order[0]]]
+
+
+def _cameras(names: Sequence[str]) -> str:
+    return f"camera {names[0]}" if len(names) == 1 else f"cameras {', '.join(names)}"
+
+
+def _mean(stretches: Sequence[Stretch], name: str) -> float:
+    values = np.array([one.values[COLUMN[name]] for one in stretches])
+    return float(np.nanmean(values)) if np.isfinite(values).any() else 0.0
+
+
+def _overlap(stretches: Sequence[Stretch]) -> Text:
+    outside, _ = _worst(stretches, lambda one, name: one.views[name].outside)
+    bare, _ = _worst(stretches, lambda one, name: one.views[name].uncovered)
+    both, worst = _worst(stretches, lambda one, name: one.views[name].outside + one.views[name].uncovered)
+    if not both:
+        return [], "body and silhouettes do not cover each other{share}"
+    name = worst[0]
+    if outside[name] >= bare[name]:
+        why = "shadow, second person or other things in the silhouette, wrong calibration, swapped or late videos"
+    else:
+        why = "parts of the person missing in the silhouette (contrast), wrong calibration, swapped or late videos"
+    return worst, (
+        f"{_cameras(worst)}: {100 * outside[name]:.0f} % of the silhouette outside the body, {100 * bare[name]:.0f} % of "
+        f"the body outside the silhouette{{share}}: {why}"
+    )
+
+
+def _apart(stretches: Sequence[Stretch]) -> Text:
+    means, worst = _worst(stretches, lambda one, name: one.apart.get(name, float("nan")))
+    if not worst:
+        return [], "the views contradict each other{share}"
+    return worst, (
+        f"{_cameras(worst)}: the silhouettes contradict the other cameras by {1000 * means[worst[0]]:.0f} mm at the person"
+        "{share}: wrong calibration, a camera that was moved, swapped videos, videos that began at different times "
+        "(zenocap sync), or shadows"
+    )
+
+
+def _cut(stretches: Sequence[Stretch]) -> Text:
+    _, worst = _worst(stretches, lambda one, name: float(one.views[name].cut) + one.views[name].hidden)
+    return worst, f"{_cameras(worst)}: the person is partly outside the image{{share}}: move the camera back, or turn it"
+
+
+def _missing(stretches: Sequence[Stretch]) -> Text:
+    _, worst = _worst(stretches, lambda one, name: float(one.views[name].area < 1e-3))
+    share = max(_mean(stretches, "empty"), _mean(stretches, "unused"))
+    return worst if len(worst) < 3 else [], (
+        f"{100 * share:.0f} % of the views show no person, or were left out because they contradict the others{{share}}: "
+        "zenocap doctor, and the calibration of that camera"
+    )
+
+
+def _silhouettes(stretches: Sequence[Stretch]) -> Text:
+    means, worst = _worst(stretches, lambda one, name: one.views[name].pieces)
+    if means and means[worst[0]] > 0.02:
+        figure = f"{100 * means[worst[0]]:.0f} % of the silhouette is not connected with the rest"
+        return worst, f"{_cameras(worst)}: {figure}{{share}}: contrast to the background, light, other people"
+    return (
+        [],
+        "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light",
+    )
+
+
+def _limbs(stretches: Sequence[Stretch]) -> Text:
+    value = _mean(stretches, "worst limb")
+    return ([], f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras")
+
+
+def _heading(stretches: Sequence[Stretch]) -> Text:
+    value = _mean(stretches, "heading")
+    return ([], f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet")
+
+
+def _jumps(stretches: Sequence[Stretch]) -> Text:
+    value = _mean(stretches, "jumps")
+    figure = f"{100 * value:.0f} % of the steps are faster than a person" if value > 0.01 else "the joints shake"
+    return [], f"{figure}{{share}}: more cameras, or a higher frame rate"
+
+
+def _passes(stretches: Sequence[Stretch]) -> Text:
+    return (
+        [],
+        f"the passes forwards and backwards differ by {1000 * _mean(stretches, 'passes'):.0f} mm{{share}}: more cameras",
+    )
+
+
+def _limits(stretches: Sequence[Stretch]) -> Text:
+    value = _mean(stretches, "limits")
+    return ([], f"{100 * value:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration")
+
+
+def _average_body(stretches: Sequence[Stretch]) -> Text:
+    return [], "no T-pose was seen: the body has average proportions: begin with both arms stretched sideways"
+
+
+def _few_views(stretches: Sequence[Stretch]) -> Text:
+    return [], "two cameras leave depth and hidden limbs open: a third one, from another side"
+
+
+TEXTS: Mapping[str, Callable[[Sequence[Stretch]], Text]] = {
+    "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "silhouettes": _silhouettes,
+    "limbs": _limbs, "heading": _heading, "jumps": _jumps, "passes": _passes, "limits": _limits,
+    "average-body": _average_body, "few-views": _few_views,
+}  # fmt: skip

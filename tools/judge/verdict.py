@@ -1,0 +1,186 @@
+"""Verdict on a take: expected error of the joints, classes of its stretches and of the whole, reasons.
+
+The error of a stretch is a monotone log-linear model of its figures, each of which can only raise it,
+
+    ln error = constant + sum over the features of coefficient * ln(1 + min(value, largest) / scale)
+
+so that the share of each feature in the error is its term.  Frames without a pose count as LOST_ERROR_M.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats
+from zenocap.common.recording.reader import Take
+from zenocap.common.topics import (
+    BOTH_WAYS_POSE,
+    CAMERA,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    VERDICT,
+)
+from zenocap.tools.judge.evidence import TakeEvidence
+from zenocap.tools.judge.features import FEATURES, Stretch, stretches_of
+from zenocap.tools.judge.parameters import (
+    CLEAR_SHARE,
+    COEFFICIENTS,
+    CONSTANTS,
+    GOOD_EXPECTED_M,
+    GOOD_LOST,
+    LOST_ERROR_M,
+    SCALES,
+    UNUSABLE_EXPECTED_M,
+    UNUSABLE_LOST,
+)
+from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
+from zenocap.tools.judge.view_lag import view_lags
+
+USED = (CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, UNIVERSAL_BDP, UNIVERSAL_BAP)  # topics
+ROUND = 4  # decimals of a stored error, m: 0.1 mm
+EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
+KINDS = ("both-ways", "one-pass", "two-view", "poses-only")  # of evidence; each has coefficients of its own
+OF_SILHOUETTES = (
+    "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut", "hidden", "empty",
+    "pieces", "flicker",
+)  # fmt: skip
+OF_TRACKER = ("limbs", "worst limb", "heading", "average body")
+LOST = FEATURES.index("lost")
+
+
+def verdict_of(evidence: TakeEvidence) -> m.Verdict:
+    """The verdict on the messages of a take; equal evidence gives an equal verdict."""
+    stretches = stretches_of(evidence)
+    last_ns = max(evidence.poses, default=0)
+    frame = evidence.poses[last_ns].frame if evidence.poses else 0
+    if not stretches:
+        lags = view_lags(evidence)
+        return m.Verdict(
+            frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
+            reasons=[*([] if lags is None else [lags.reason]), _no_pose(evidence)], stretches=[],
+        )  # fmt: skip
+    kind = kind_of(evidence)
+    errors = np.round(expected_errors(kind, stretches), ROUND)
+    terms = contributions(kind, stretches)
+    rating = rating_of(kind, stretches, float(errors.mean()))
+    start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
+    reasons = [] if rating == "good" else reasons_of(kind, terms, stretches, start_ns, view_lags(evidence))
+    if kind == "poses-only":
+        text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
+        reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))
+    kinds = kinds_of(kind, terms, stretches)
+    parts = []
+    for one, error, found in zip(stretches, errors.tolist(), kinds, strict=True):
+        own = rating_of(kind, [one], error)
+        parts.append(
+            m.VerdictStretch(
+                start_ns=one.start_ns,
+                end_ns=one.end_ns,
+                rating=own,
+                error=error,
+                lost=round(one.without_pose, 3),
+                reasons=[] if own == "good" else found,
+            )
+        )
+    return m.Verdict(
+        frame=frame, captured_ns=last_ns, rating=rating, error=round(float(errors.mean()), ROUND), evidence=kind,
+        reasons=reasons, stretches=parts,
+    )  # fmt: skip
+
+
+def kind_of(evidence: TakeEvidence) -> EvidenceKind:
+    """What a verdict rests on."""
+    if not any(sample.pose_ns is not None and sample.silhouettes for sample in evidence.samples.values()):
+        return "poses-only"
+    if evidence.both:
+        return "both-ways"
+    return "two-view" if evidence.tracker_body is None else "one-pass"
+
+
+def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating:
+    """Class of stretches.  error: mean of their expected errors, metres."""
+    every = list(stretches)
+    lost = float(np.mean([one.without_pose for one in every]))
+    if error > UNUSABLE_EXPECTED_M or lost > UNUSABLE_LOST:
+        return "unusable"
+    clear = np.any(list(clear_faults(every).values()), axis=0)
+    good = error <= GOOD_EXPECTED_M and lost <= GOOD_LOST and float(clear.mean()) <= CLEAR_SHARE and kind != "poses-only"
+    return "good" if good else "doubtful"
+
+
+def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
+    if evidence.body is None and evidence.cameras:
+        text = (
+            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_frames), the "
+            "calibration, swapped videos, and for two-view the T-pose"
+        )
+    else:
+        text = "no pose"
+    return m.VerdictReason(kind="no-pose", viewers=[], text=text)
+
+
+@dataclass(frozen=True)
+class TakeVerdict:
+    """verdict: of a take.  stored: whether it is in the take, else it was computed now."""
+
+    verdict: m.Verdict
+    stored: bool
+
+
+def evidence_in(path: Path) -> TakeEvidence:
+    """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
+    evidence = TakeEvidence()
+    for received in Take(path).envelopes(USED):
+        evidence.add(received.message)
+    return evidence
+
+
+def verdict_in(path: Path) -> TakeVerdict:
+    """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
+    evidence = TakeEvidence()
+    for received in Take(path).envelopes((*USED, VERDICT)):
+        if isinstance(received.message, m.Verdict):
+            return TakeVerdict(received.message, stored=True)
+        evidence.add(received.message)
+    return TakeVerdict(verdict_of(evidence), stored=False)
+
+
+def used_features(kind: str) -> tuple[str, ...]:
+    """Features that the model of a kind of evidence uses."""
+    left_out = {
+        "both-ways": (),
+        "one-pass": ("passes",),
+        "two-view": ("passes", "unused", *OF_TRACKER),
+        "poses-only": ("passes", "unused", *OF_SILHOUETTES),
+    }[kind]
+    return tuple(name for name in FEATURES if name not in ("lost", "missing", *left_out))
+
+
+def terms(values: Floats) -> Floats:
+    """(n, FEATURES) of figures (n, FEATURES), without coefficients; 0 where unknown, for "lost" and "missing"."""
+    scale, largest = np.array([SCALES.get(name, (1.0, 0.0)) for name in FEATURES]).T
+    found: Floats = np.nan_to_num(np.log1p(np.clip(values, 0.0, largest) / scale), nan=0.0)
+    return found
+
+
+def contributions(kind: str, stretches: Sequence[Stretch]) -> Floats:
+    """(n, FEATURES) terms of ln error of n stretches."""
+    coefficients: Mapping[str, float] = COEFFICIENTS[kind]
+    weights = np.array([coefficients.get(name, 0.0) for name in FEATURES])
+    found: Floats = terms(np.stack([one.values for one in stretches])) * weights
+    return found
+
+
+def expected_errors(kind: str, stretches: Sequence[Stretch]) -> Floats:
+    """(n,) expected mean errors of the joints, metres."""
+    tracked = np.minimum(LOST_ERROR_M, 1e-3 * np.exp(CONSTANTS[kind] + contributions(kind, stretches).sum(axis=1)))
+    lost = np.array([one.values[LOST] for one in stretches])
+    found: Floats = lost * LOST_ERROR_M + (1.0 - lost) * tracked
+    return found

@@ -1,0 +1,1 @@
+"""Operation: a monitor, metrics, traces, compiled functions, pinned packages."""

@@ -1,0 +1,1 @@
+"""Recording: rigs run, films, takes of a network, replay."""

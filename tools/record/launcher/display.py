@@ -1,0 +1,99 @@
+"""Display of the rig's status: a live table on a terminal, elsewhere one plain line per second."""
+
+from collections.abc import Sequence
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from zenocap.common import messages as m
+from zenocap.common.observe.losses import lost as lost_of
+from zenocap.common.rig.services import ServiceKey, title
+from zenocap.common.runtime.foreign_text import printable
+from zenocap.tools.record.launcher.rig_status import RigStatus, lost_text, posture_label, view_of
+
+# Processing stage of each service that runs once per frame.
+STAGES = (
+    ("step_frame", "silhouette + place"), ("step_assignment", "limbs"), ("step_sighting", "assign"),
+    ("step_partial_bap", "pose"), ("step_tick", "follow"), ("result_age", "since capture"),
+)  # fmt: skip
+
+
+def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, take: str) -> Group:
+    """The whole display."""
+    rows = Table(title=f"zenocap  {elapsed_s:.0f} s", title_justify="left", expand=False)
+    for heading in ("service", "frames/s", "stage times, ms", "dropped", "view", "score", "state"):
+        rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
+    for service in services:
+        rows.add_row(*_row(status, service))
+    return Group(
+        rows, _pose_line(status), *_posture_line(status), Text(f"take: {printable(take)}    Ctrl-C ends", style="dim")
+    )
+
+
+def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float) -> str:
+    """The status in one line."""
+    parts = [f"{elapsed_s:5.1f} s"]
+    for service in services:
+        health = status.services.health.get(service)
+        if service not in status.services.alive or health is None:
+            parts.append(f"{title(service)}: not running")
+            continue
+        view, score = _view(status, service)
+        seen = f" {view} {score}".rstrip()
+        parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {printable(health.state)}")
+    angles = ", ".join(f"{name} {value}°" for name, value in status.angles().items())
+    if status.posture is not None:
+        parts.append(f"posture: {posture_label(status.posture)}")
+    if status.pose is not None:
+        lost = lost_text(status.pose)
+        parts.append(f"frame {status.pose.frame}: {angles}" + (f" ({lost})" if lost else ""))
+    return " | ".join(parts)
+
+
+def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
+    health = status.services.health.get(service)
+    if service not in status.services.alive:
+        return [title(service), "", "", "", "", "", Text("not running" if health else "starting", style="yellow")]
+    if health is None:
+        return [title(service), "", "", "", "", "", "starting"]
+    view, score = _view(status, service)
+    lost = lost_of(health.counts)
+    return [
+        title(service),
+        f"{health.rate:.1f}",
+        stage_times(health),
+        Text(str(lost), style="red" if lost else ""),
+        view,
+        score,
+        Text(printable(health.state)),
+    ]
+
+
+def stage_times(health: m.Health) -> str:
+    """Median times of the stages that run once per frame."""
+    shown = ((label, health.stages_ms.get(stage)) for stage, label in STAGES)
+    return "  ".join(f"{label} {ms:.1f}" for label, ms in shown if ms is not None)
+
+
+def _view(status: RigStatus, service: ServiceKey) -> tuple[str, str]:
+    name, id = service
+    view, score = view_of(status.pose, id) if name == "viewer" else ("", None)
+    return view, "" if score is None else f"{score:.2f}"
+
+
+def _posture_line(status: RigStatus) -> list[Text]:
+    if status.posture is None:
+        return []
+    duration_s = (status.posture.end_ns - status.posture.start_ns) / 1e9
+    return [Text(f"posture: {posture_label(status.posture)}, {duration_s:.1f} s, margin {status.posture.margin:.2f}")]
+
+
+def _pose_line(status: RigStatus) -> Text:
+    if status.pose is None:
+        return Text("no pose yet: the body is measured when all viewers see a T-pose")
+    x, y, z = status.pose.position
+    angles = "   ".join(f"{name} {value:4d}°" for name, value in status.angles().items())
+    line = Text(f"frame {status.pose.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
+    lost = lost_text(status.pose)
+    return line.append(f"   {lost}", style="yellow") if lost else line

@@ -1,0 +1,274 @@
+"""Fork server: imports the heavy modules once and forks services.
+
+Imports are most of the processor time of a start: with a rig of its own for each of 16 pairs of viewers, 48 processes would
+import the same.  A forked service behaves as one that was executed: own session, standard input and error, default signals,
+and its command line in the list of processes.  It is forked before any thread or network session
+exists.  Linux only; elsewhere, and when the fork server has ended, processes are executed.
+"""
+
+import ctypes
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import IO, cast
+
+from zenocap.common.runtime.compiled import is_compiled
+from zenocap.common.table import attribute
+from zenocap.tools.record.launcher.child_processes import Process, Spawn, spawn
+
+COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
+ROOM = 4096  # bytes of the command line of a forked service
+PROGRAM = "zenocap.tools.cli.main"  # by name: it starts this server itself
+STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
+IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
+UNKNOWN = 1  # exit status of a service whose fork server ended before
+
+
+class ForkedProcess:
+    """A service that was forked; the part of subprocess.Popen in `Process`.  stdin: pipe that ends it when it is closed."""
+
+    def __init__(self, pid: int, stdin: IO[bytes], stderr: IO[str]) -> None:
+        self.pid, self.stderr = pid, stderr
+        self._stdin = stdin
+        self._pidfd = os.fdopen(os.pidfd_open(pid), "rb", 0)  # a file, so that it is closed with this object
+        self._status: int | None = None
+        self._known = threading.Event()
+
+    def end(self, status: int) -> None:
+        """Set the exit status, as reported by the fork server; the first one counts."""
+        if not self._known.is_set():
+            self._status = status
+            self._known.set()
+
+    def poll(self) -> int | None:
+        return self._status if self._known.is_set() else None
+
+    def wait(self, timeout: float | None = None) -> int:
+        if not self._known.wait(timeout):
+            raise subprocess.TimeoutExpired(f"service {self.pid}", timeout or 0.0)
+        assert self._status is not None
+        return self._status
+
+    def send_signal(self, sig: int) -> None:
+        if self.poll() is None:
+            try:
+                signal.pidfd_send_signal(self._pidfd.fileno(), sig)
+            except ProcessLookupError:  # ended, and not reported yet
+                return
+
+    def kill(self) -> None:
+        self.send_signal(signal.SIGKILL)
+
+    def wait_for_end(self) -> None:
+        """Wait without the fork server, whose exit statuses are lost."""
+        select.select([self._pidfd], [], [])
+        self.end(UNKNOWN)
+
+
+class ForkServer:
+    """Starts services by `spawn`.  The server ends with this process, or with `close`."""
+
+    def __init__(self, services: Collection[str], parts: Collection[str] = ()) -> None:
+        """services: names of those whose modules are imported at once.
+
+        parts: of `zenocap warmup`, whose compiled functions are loaded at once if they are cached; they start no thread.
+        """
+        self._lock = threading.Lock()
+        self._children: dict[int, ForkedProcess] = {}
+        self._pids: dict[int, int] = {}  # by request
+        self._ends: dict[int, int] = {}  # exit statuses that arrived before the process was known
+        self._answered = threading.Condition()
+        self._requests = 0
+        self._socket, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        command = [sys.executable, "-P", "-m", "zenocap.tools.record.launcher.fork_server", str(there.fileno())]
+        command += [" ".join(sorted({*services})), " ".join(sorted({*parts})), " " * ROOM]
+        self._process = subprocess.Popen(command, pass_fds=[there.fileno()], start_new_session=True)
+        there.close()
+        threading.Thread(target=self._listen, name="fork server", daemon=True).start()
+
+    def spawn(self, arguments: Sequence[str]) -> Process:
+        """Start a process; one that is no command of zenocap, or cannot be forked, is executed."""
+        if tuple(arguments[:4]) != (sys.executable, *COMMAND):
+            return spawn(arguments)
+        with self._lock:
+            forked = self._forked(list(arguments[4:]))
+        return spawn(arguments) if forked is None else forked
+
+    def close(self) -> None:
+        """End the server; its services are not affected."""
+        self._socket.close()
+        try:
+            self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _forked(self, arguments: list[str]) -> ForkedProcess | None:
+        self._requests += 1
+        request = self._requests
+        stdin_there, stdin_here = os.pipe()
+        stderr_here, stderr_there = os.pipe()
+        stdin, stderr = os.fdopen(stdin_here, "wb", 0), os.fdopen(stderr_here, encoding="utf-8", errors="replace")
+        try:
+            message = json.dumps([request, arguments]).encode()
+            socket.send_fds(self._socket, [message], [stdin_there, stderr_there])
+            with self._answered:
+                self._answered.wait_for(lambda: request in self._pids or self._process.poll() is not None, STARTED_S)
+                pid = self._pids.pop(request, 0)
+                if pid:
+                    child = self._children[pid] = ForkedProcess(pid, stdin, stderr)
+                    if pid in self._ends:
+                        child.end(self._ends.pop(pid))
+                    return child
+        except OSError:  # the server has ended, or the process already has and is not there for its pidfd
+            pass
+        finally:
+            os.close(stdin_there)
+            os.close(stderr_there)
+        stdin.close()
+        stderr.close()
+        return None
+
+    def _listen(self) -> None:
+        while True:
+            try:
+                data = self._socket.recv(4096)
+            except OSError:
+                data = b""
+            if not data:
+                break
+            what, number, value = json.loads(data)
+            with self._answered:
+                if what == "started":
+                    self._pids[number] = value
+                elif (child := self._children.pop(number, None)) is not None:
+                    child.end(value)
+                else:
+                    self._ends[number] = value
+                self._answered.notify_all()
+        with self._answered:
+            left, self._children = list(self._children.values()), {}
+            self._answered.notify_all()
+        for child in left:
+            child.wait_for_end()
+
+
+def serve(connection: socket.socket) -> list[str] | None:
+    """Fork a process for each request until the connection is closed.
+
+    Returns the arguments of its command in a forked process, None in the server at its end.
+    """
+    woken, waker = os.pipe()
+    os.set_blocking(waker, False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(waker)
+    while True:
+        readable, _, _ = select.select([connection.fileno(), woken], [], [])
+        if woken in readable:
+            os.read(woken, 4096)
+            _report_ends(connection)
+        if connection.fileno() not in readable:
+            continue
+        data, descriptors, _, _ = socket.recv_fds(connection, 1 << 16, 2)
+        if not data:
+            return None
+        request, arguments = json.loads(data)
+        pid = os.fork()
+        if pid == 0:
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            for descriptor in (woken, waker):
+                os.close(descriptor)
+            connection.close()
+            _become(arguments, *descriptors)
+            return [str(argument) for argument in arguments]
+        for descriptor in descriptors:
+            os.close(descriptor)
+        connection.send(json.dumps(["started", request, pid]).encode())
+
+
+def _report_ends(connection: socket.socket) -> None:
+    while True:
+        try:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if not pid:
+            return
+        connection.send(json.dumps(["ended", pid, os.waitstatus_to_exitcode(status)]).encode())
+
+
+def _become(arguments: Sequence[str], stdin: int, stderr: int) -> None:
+    """Take over session, standard streams and the name in the list of processes."""
+    os.setsid()
+    null = os.open(os.devnull, os.O_WRONLY)
+    for descriptor, standard in ((stdin, 0), (null, 1), (stderr, 2)):
+        os.dup2(descriptor, standard)
+        os.close(descriptor)
+    _show_command([sys.executable, *COMMAND, *arguments])
+
+
+def _show_command(words: Sequence[str]) -> None:
+    """Overwrite this process's command line, whose memory the kernel reads for the list of processes."""
+    start, end = map(int, Path("/proc/self/stat").read_text().rpartition(")")[2].split()[45:47])
+    if start <= 0 or end - start <= ROOM:
+        return
+    text = "\0".join(words).encode()[: end - start - 1]
+    ctypes.memmove(start, text.ljust(end - start, b"\0"), end - start)
+
+
+@contextmanager
+def fork_server(services: Collection[str], parts: Collection[str] = ()) -> Iterator[Spawn]:
+    """Context of a function that starts processes, those of `services` without importing their modules again.
+
+    parts: see `ForkServer`.
+    """
+    if sys.platform != "linux":
+        yield spawn
+        return
+    server = ForkServer(services, parts)
+    try:
+        yield server.spawn
+    finally:
+        server.close()
+
+
+def _load(part: str) -> None:
+    from zenocap.common.vision.threads import use_one_thread
+    from zenocap.tools.operate.warmup.parts import PARTS
+
+    use_one_thread()  # OpenCV's others would not exist in forked processes
+    PARTS[part](lambda _: None)
+
+
+def main() -> None:
+    """Entry point of the server.  Arguments: descriptor of its connection, services, parts, and room for command lines."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in IGNORED}
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    command_line = cast("Callable[[], None]", attribute(f"{PROGRAM}:main"))  # imported before anything is forked
+    command_at = cast("Callable[[str], object]", attribute(f"{PROGRAM}:command_at"))
+    for name in sys.argv[2].split():
+        import_module(f"zenocap.services.{name}.shell")
+        command_at(name)
+    for part in filter(is_compiled, sys.argv[3].split()):
+        _load(part)
+    arguments = serve(connection)
+    if arguments is None:
+        return
+    for number, handler in before.items():
+        signal.signal(number, handler)
+    sys.argv = ["zenocap", *arguments]
+    command_line()
+
+
+if __name__ == "__main__":
+    main()

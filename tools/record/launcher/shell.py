@@ -1,0 +1,313 @@
+"""Run a whole rig on this machine: compile, start, supervise, display, stop."""
+
+import logging
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import replace
+from itertools import repeat
+from pathlib import Path
+
+from rich.console import Console
+from rich.live import Live
+
+from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.observe.account import Account
+from zenocap.common.observe.losses import lost
+from zenocap.common.observe.view import RigView
+from zenocap.common.rig.hosted import assignment, hosted_cameras
+from zenocap.common.rig.methods import method_of
+from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
+from zenocap.common.runtime import logs
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
+from zenocap.common.topics import (
+    HEALTH,
+    POSTURE,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    Topic,
+)
+from zenocap.tools.operate.warmup.processes import compile_parts
+from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.record.launcher.display import plain_line, table
+from zenocap.tools.record.launcher.fork_server import fork_server
+from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
+from zenocap.tools.record.launcher.peer_mesh import Peer, free_ports, peer_mesh
+from zenocap.tools.record.launcher.rig_status import RigStatus
+from zenocap.tools.record.launcher.statement import Statement, frame_lines, new_takes, statement
+from zenocap.tools.service_arguments import arguments_of, words
+
+DONE, FAILED, LOSS = 0, 1, 3
+REQUIRED = {kind.name for kind in SERVICES if kind.required}
+POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
+
+
+def run_rig(
+    rig: Rig,
+    rig_argument: Path,
+    options: ZenohOptions,
+    take: Path | None,
+    seconds: float | None,
+    stopped: Callable[[], bool],
+    console: Console,
+    page: bool = True,
+    port: int | None = None,
+) -> int:
+    """Run every service of a rig as a separate process; return the exit status.
+
+    take: path of the take, None for none.  seconds: run time from the start of the processes.  page: whether to run the
+    animator.  port: of the page, None for the rig's own.
+    Raises BusError.
+    """
+    if console.is_terminal:
+        logging.getLogger().handlers[:] = [logs.terminal_handler(console)]
+    else:
+        logs.configure("zenocap")
+    for note in rig.notes:
+        console.print(f"note: {note}", markup=False, highlight=False)
+    if not compile_parts(warmup_parts(rig), stopped, console):
+        return DONE if stopped() else FAILED
+    services = [service for service in services_of(rig) if page or service[0] != "animator"]
+    elsewhere = hosted_cameras(rig)
+    away = {("viewer", one.viewer) for one in elsewhere}
+    # The integrator first, others in order.
+    starting = sorted((one for one in services if one not in away), key=lambda service: service[0] != TIMEKEEPER)
+    clock = RealClock()
+    places = _places(options, len(starting) + 2, reachable=bool(elsewhere))
+    commands = []
+    for (name, id), place in zip(starting, places, strict=False):
+        own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
+        commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
+    with (
+        fork_server({name for name, _ in starting}) as start,
+        ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
+        ExitStack() as stack,
+    ):
+        children = ChildProcesses(commands, time.monotonic, start)
+        hosted = None
+        if elsewhere and options.security is not None:
+            for line in secured_advice(elsewhere, rig_argument):
+                console.print(line, markup=False, highlight=False, soft_wrap=True)
+        elif elsewhere:
+            hosted = HostedViewers(
+                FilmSession.open(places[-2], stopped), elsewhere, lambda id: assignment(rig, id, clock.now_ns())
+            )
+            stack.callback(hosted.close)
+        supervisor = Supervisor(children, bus, services, take, console, hosted, method_of(rig.method).sends[0])
+        try:
+            children.start()
+            if hosted is not None:
+                hosted.start()
+            supervisor.run(seconds, stopped)
+        finally:
+            console.print("stopping ...", markup=False)
+            stack.close()
+            children.stop(lambda name: name != TIMEKEEPER)
+            children.stop()
+            supervisor.print_output()
+            supervisor.receive_rest()
+    return supervisor.summary()
+
+
+class Supervisor:
+    """Supervision of the children: reads the bus, displays the status, and prints the result."""
+
+    def __init__(
+        self,
+        children: ChildProcesses,
+        bus: Bus,
+        services: list[ServiceKey],
+        take: Path | None,
+        console: Console,
+        hosted: HostedViewers | None = None,
+        frames: Topic = SILHOUETTE,
+    ) -> None:
+        """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
+        self._hosted = hosted
+        self._children, self._bus, self._services = children, bus, services
+        self._take, self._console = take, console
+        self._status = RigStatus(RigView(bus.rig, tuple(services)))
+        self._reports = Account()
+        self._frames = frames
+        self._takes_before = set() if take is None else set(take.parent.glob("*.mcap"))
+        self._first_s: float | None = None
+        bus.subscribe(HEALTH, every=True)
+        for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
+            bus.subscribe(topic)
+        bus.watch_alive()
+
+    def run(self, seconds: float | None, stopped: Callable[[], bool]) -> None:
+        """Run until stopped, the time is over, every viewer has finished, or a required service is not restarted."""
+        started_s = time.monotonic()
+        line_s = started_s + LINE_S
+        with self._display() as live:
+            while not stopped() and not self._is_over():
+                now_s = time.monotonic()
+                if seconds is not None and now_s - started_s >= seconds:
+                    return
+                self._children.poll()
+                self.print_output()
+                self._receive(now_s - started_s)
+                if live is not None:
+                    live.update(table(self._status, self._services, now_s - started_s, str(self._take or "none")))
+                elif now_s >= line_s:
+                    line_s += LINE_S
+                    self._print(plain_line(self._status, self._services, now_s - started_s))
+
+    def print_output(self) -> None:
+        """Print what the children wrote, and the state of viewers on other machines."""
+        for line in self._hosted.news() if self._hosted is not None else ():
+            self._print(printable(line, MAX_LINE))
+        for line in map(printable, self._children.lines(), repeat(MAX_LINE)):
+            if self._console.is_terminal:
+                self._print(line)
+            else:
+                print(line, file=sys.stderr, flush=True)
+
+    def summary(self) -> int:
+        """Print the result; return the exit status."""
+        failed = self._failed_services()
+        integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
+        lost = False
+        if self._first_s is not None:
+            self._print(
+                f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
+                f"{self._status.complete} of them by all viewers; frames dropped: {self._dropped()}"
+            )
+        else:
+            self._print("no pose: the body is measured when all viewers see a T-pose")
+        if self._status.postures:
+            counts = ", ".join(f"{label} {count}" for label, count in self._status.postures.items())
+            self._print(f"postures: {counts}")
+        for line in frame_lines(self._status.services, self._frames):
+            self._print(line)
+        if self._take is not None:
+            lost = self._print_takes(self._take)
+        broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
+        for child in broken:
+            self._print(f"error: {child.name} failed; see its output above")
+        never_ran = self._hosted.never_ran if self._hosted is not None else []
+        for text in never_ran:
+            self._print(f"error: {printable(text, MAX_LINE)}")
+        return FAILED if broken or never_ran else LOSS if failed or lost else DONE
+
+    def receive_rest(self) -> None:
+        """Handle what the services published until they ended, such as the integrator's last health."""
+        while (event := self._bus.receive(POLL_S)) is not None:
+            self._handle(event)
+
+    def _print_takes(self, take: Path) -> bool:
+        """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
+        takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
+        counts = self._log_counts()
+        whole = not (counts.get("log_stopped") or counts.get("log_removed"))
+        whole = whole and bool(takes) and all(one.complete for one in takes)
+        found = statement(takes, self._reports, self._services, whole=whole)
+        loss = _loss(found) if found.lines or whole else "an unknown number lost: see the integrator's output"
+        for one in takes:
+            self._print(f"take: {one.path}: {one.messages} messages" + (f", {loss}" if len(takes) == 1 else ""))
+        for line in unreadable:
+            self._print(f"take: {printable(line)}")
+        if len(takes) != 1:
+            self._print(f"takes: {loss}")
+        for line in found.text():
+            self._print(line)
+        if takes and self._status.poses:
+            self._print(f"content: zenocap info {takes[0].path}")
+            self._print(f"joint centres: zenocap export {takes[0].path} --to trc -o {takes[0].path.stem}.trc")
+        return not (found.complete and whole)
+
+    def _handle(self, event: Received) -> None:
+        if isinstance(event, Envelope | Alive):
+            self._status = self._status.updated(event, time.monotonic_ns())
+            self._reports.add(event)
+
+    def _log_counts(self) -> Mapping[str, int]:
+        health = self._status.services.health.get((TIMEKEEPER, MAIN))
+        return health.counts if health is not None else {}
+
+    def _is_over(self) -> bool:
+        names = [title(service) for service in self._services if service[0] == "viewer"]
+        viewers = [child for child in self._children.all if child.name in names]
+        finished = len(viewers) == len(names) and all(_finished(child) for child in viewers)
+        return bool(self._failed_services()) or finished
+
+    def _failed_services(self) -> list[ChildProcess]:
+        """Required services that failed and are not restarted."""
+        names = [title(service) for service in self._services if service[0] in REQUIRED]
+        return [child for child in self._children.given_up if child.name in names]
+
+    def _receive(self, elapsed_s: float) -> None:
+        """Handle all received events, after a short wait for the first."""
+        until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
+        while (left_s := until_s - time.monotonic()) > 0:
+            event = self._bus.receive(left_s)
+            if event is not None:
+                self._handle(event)
+                if self._status.pose is not None and self._first_s is None:
+                    self._first_s = elapsed_s
+
+    def _dropped(self) -> int:
+        return sum(lost(health.counts) for health in self._status.services.health.values())
+
+    def _display(self) -> AbstractContextManager[Live | None]:
+        if not self._console.is_terminal:
+            return nullcontext(None)
+        return Live(console=self._console, refresh_per_second=4, transient=False)
+
+    def _print(self, text: str) -> None:
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+        self._console.file.flush()
+
+
+def _loss(found: Statement) -> str:
+    """What is lost as text."""
+    unknown_ns = sum(end - begin for spans in found.unknown.values() for begin, end in spans)
+    more = f", and an unknown number in {unknown_ns / 1e9:.1f} s" if found.unknown else ""
+    return f"{found.lost} lost{more}"
+
+
+def _finished(child: ChildProcess) -> bool:
+    return child.status == 0
+
+
+def _places(options: ZenohOptions, count: int, *, reachable: bool = False) -> list[ZenohOptions]:
+    """Connection options of each member, the integrator's first, this process's two last.
+
+    Peers form a mesh over loopback, in addition to the rig's own endpoints, so that other machines can join.  Clients
+    connect only to their router.  reachable: whether peers find those of other machines by multicast, where it is allowed.
+    """
+    if options.mode == "client":
+        return [options] * count
+    places = peer_mesh(free_ports(count), "tls" if options.security else "tcp")
+    members = [_member(options, place, multicast=reachable and options.multicast_scouting) for place in places]
+    members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
+    return members
+
+
+def _member(options: ZenohOptions, place: Peer, *, multicast: bool | None) -> ZenohOptions:
+    return replace(
+        options,
+        mode="peer",
+        listen=(place.listen,),
+        connect=(*place.connect, *options.connect),
+        multicast_scouting=bool(multicast),
+    )
+
+
+def _page_arguments(take: Path | None, port: int | None) -> list[str]:
+    recordings = [] if take is None else ["--recordings", str(take.parent)]
+    return recordings if port is None else [*recordings, "--port", str(port)]
+
+
+def _log_arguments(take: Path | None) -> list[str]:
+    return ["--no-log"] if take is None else ["--output", str(take)]

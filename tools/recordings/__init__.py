@@ -1,1 +1,0 @@
-"""Commands that read and write takes without live services."""

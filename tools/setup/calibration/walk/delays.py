@@ -1,0 +1,146 @@
+"""Camera delays from a walk: poses and delays adjusted together.
+
+`common.lags` needs calibrated cameras, whose baselines give the angles that it compares; here poses are unknown.
+The ways over the floor that two cameras see are registered at every lag of a grid; the lag at which they agree best starts
+an adjustment of all poses and delays, in which each camera's silhouettes are interpolated in time.  Standard errors are
+those of a jackknife over stretches of time.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.pairs import jackknife_error
+from zenocap.tools.setup.calibration.silhouettes import Hulls
+from zenocap.tools.setup.calibration.walk.adjustment import Walk, adjusted
+from zenocap.tools.setup.calibration.walk.parameters import (
+    DELAY_BIAS_S,
+    DELAY_BLOCKS,
+    DELAY_ERRORS,
+    LAG_STEP_S,
+    LEAST_AGREEING,
+    MOST_DELAY_S,
+    TRACK_SMOOTHING_S,
+)
+from zenocap.tools.setup.calibration.walk.registration import registered
+from zenocap.tools.setup.calibration.walk.series import Series
+from zenocap.tools.setup.calibration.walk.single_view import SingleView, Track, smooth, track_of
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Delay of a camera's images against the first camera, seconds.  error_s: standard error."""
+
+    seconds: float
+    error_s: float
+
+    @property
+    def is_certain(self) -> bool:
+        return abs(self.seconds) > DELAY_ERRORS * self.error_s
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Silhouettes of all cameras as functions of time.  series: by camera.  instants: (n,) of the first camera, s."""
+
+    series: Mapping[str, Series]
+    instants: Floats
+
+    def hulls(self, delays: Mapping[str, float]) -> dict[str, Hulls]:
+        """Hulls of all cameras at the instants.  delays: s."""
+        return {name: one.at(self.instants - delays[name]) for name, one in self.series.items()}
+
+    def part(self, kept: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> "Timing":
+        return Timing(self.series, self.instants[kept])
+
+
+def coarse_delays(views: Mapping[str, SingleView], timing: Timing, height_m: float) -> dict[str, float]:
+    """Delays of the cameras that can be joined to the first one by their tracks, s, to a fraction of a step."""
+    grid = np.arange(timing.instants[0] - MOST_DELAY_S, timing.instants[-1] + MOST_DELAY_S, LAG_STEP_S)
+    window = 2 * round(0.5 * TRACK_SMOOTHING_S / LAG_STEP_S) + 1
+    tracks = {
+        name: smooth(track_of(timing.series[name].at(grid), view.rotation[:, 1], height_m), window)
+        for name, view in views.items()
+    }
+    lags = {}
+    for one, other in combinations(tracks, 2):
+        found = best_lag(tracks[one], tracks[other])
+        if found is not None:
+            lags[one, other] = found
+    first = next(iter(views))
+    known = {first: 0.0}
+    both = lags | {(other, one): (-lag, agreeing) for (one, other), (lag, agreeing) in lags.items()}
+    while True:
+        open_pairs = [pair for pair in both if pair[0] in known and pair[1] not in known]
+        if not open_pairs:
+            return known
+        one, other = max(open_pairs, key=lambda pair: both[pair][1])
+        known[other] = known[one] + both[one, other][0]
+
+
+def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
+    """Delay s of `other` against `one`, tracks on the same grid, and the number of agreeing instants; None without any."""
+    most = round(MOST_DELAY_S / LAG_STEP_S)
+    scores = np.full(2 * most + 1, np.inf)
+    agreeing = np.zeros(2 * most + 1, dtype=np.int64)
+    for k, steps in enumerate(range(-most, most + 1)):
+        motion = registered(*_lagged(one, other, steps))
+        if motion is not None and motion.agreeing >= LEAST_AGREEING * motion.common and not motion.mirrored:
+            scores[k], agreeing[k] = motion.error_m, motion.agreeing
+    k = int(scores.argmin())
+    if not np.isfinite(scores[k]):
+        return None
+    shift = 0.0
+    if 0 < k < 2 * most and np.isfinite(scores[k - 1 : k + 2]).all():
+        before, here, after = scores[k - 1 : k + 2] ** 2
+        shift = 0.5 * (before - after) / max(1e-12, before - 2.0 * here + after)
+    return (k - most + float(np.clip(shift, -0.5, 0.5))) * LAG_STEP_S, int(agreeing[k])
+
+
+def _lagged(one: Track, other: Track, steps: int) -> tuple[Track, Track]:
+    """Both tracks at equal times of the scene: an image of `other` at t shows what `one` shows at t + steps."""
+    count = len(one) - abs(steps)
+    return one[max(0, steps) :][:count], other[max(0, -steps) :][:count]
+
+
+def adjusted_delays(
+    start: Mapping[str, Camera],
+    timing: Timing,
+    stature_m: float,
+    coarse: Mapping[str, float],
+    on_step: Callable[[str], None] = lambda _: None,
+) -> dict[str, Delay]:
+    """Delays with their standard errors, from cameras near to the truth and delays right to a fraction of a step."""
+
+    def walk_at(part: Timing) -> Callable[[Mapping[str, float]], Walk]:
+        kept: dict[str, tuple[float, Hulls]] = {}
+
+        def at(delays: Mapping[str, float]) -> Walk:
+            hulls = {}
+            for name, series in part.series.items():
+                before = kept.get(name)
+                if before is None or before[0] != delays[name]:
+                    kept[name] = delays[name], series.at(part.instants - delays[name])
+                hulls[name] = kept[name][1]
+            return Walk(hulls, stature_m)
+
+        return at
+
+    on_step("delays")
+    cameras, delays = adjusted(start, walk_at(timing), coarse)
+    parts = []
+    blocks = np.array_split(np.arange(len(timing.instants)), DELAY_BLOCKS)
+    for k, block in enumerate(blocks):
+        on_step(f"errors of the delays, {k + 1} of {len(blocks)}")
+        kept = np.setdiff1d(np.arange(len(timing.instants)), block)
+        parts.append(list(adjusted(cameras, walk_at(timing.part(kept)), delays, 1)[1].values()))
+    spread = jackknife_error(np.array(parts) - np.mean(parts, axis=0))
+    first = next(iter(delays))
+    return {
+        name: Delay(seconds, 0.0 if name == first else float(np.hypot(error, DELAY_BIAS_S)))
+        for (name, seconds), error in zip(delays.items(), spread, strict=True)
+    }

@@ -1,0 +1,1 @@
+"""Takes: tracking of videos, second passes, export, repair, pictures, evaluation, verification."""

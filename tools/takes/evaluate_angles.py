@@ -1,0 +1,215 @@
+"""`zenocap evaluate`: error of joint angles against ground truth, another take, or another system."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_half_a_turn
+from zenocap.common.errors import UserError
+from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
+from zenocap.common.formats.pose_track import PoseTrack, inside
+from zenocap.tools.takes.evaluate import ScoredFrames
+
+CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
+ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
+ONE_TRUNK = "one side has no joint between pelvis and trunk: hips and shoulders are measured against the whole trunk"
+CLOCK_S = 1e-6  # added to half an interval, for times rounded to decimals
+STILL_DEG = 1e-6  # standard deviation below which an angle has no correlation; chosen by hand, beyond rounding
+
+
+@dataclass(frozen=True)
+class AngleError:
+    """Error of one angle, degrees.  frames: those in which both sides define it.
+
+    mae: mean absolute error.  rms: root mean square.  bias: mean of take minus truth.  rms_unbiased: RMS without the bias.
+    range_truth, range_take: highest minus lowest angle.  correlation: Pearson's; None if an angle is constant.
+    """
+
+    frames: int
+    mae_deg: float
+    rms_deg: float
+    bias_deg: float
+    rms_unbiased_deg: float
+    range_truth_deg: float
+    range_take_deg: float
+    correlation: float | None
+
+
+@dataclass(frozen=True)
+class AngleAccuracy:
+    """Errors of all angles.  frames: compared instants, at which both sides have a pose.
+
+    without_pose_pct: share of the selected instants that are not compared; take_lost_pct and truth_lost_pct: because the
+    take or the truth has no pose there.  not_compared: reason by angle.  notes: assumptions made while reading.
+    """
+
+    convention: str
+    frames: int
+    without_pose_pct: float
+    take_lost_pct: float
+    truth_lost_pct: float
+    angles: dict[str, AngleError]
+    not_compared: dict[str, str]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class AngleCurves:
+    """Angles of both sides at the m selected instants, degrees by name; NaN where not compared.
+
+    times_s: (m,) of the truth, seconds.
+    """
+
+    times_s: Floats
+    truth: Mapping[str, Floats]
+    take: Mapping[str, Floats]
+
+
+def angle_accuracy(
+    track: PoseTrack, truth_path: Path, selection: ScoredFrames, take_path: Path
+) -> tuple[AngleAccuracy, AngleCurves]:
+    """Errors of the joint angles of a take's poses against the file at `truth_path`: .mot, .bvh, .trc or a take.
+
+    selection: of the truth's frames.  take_path: for errors.  Raises UserError, also without instants or angles in common.
+    """
+    take_source, truth_source = filled(track), read_source(truth_path)
+    rigid_trunk = has_rigid_trunk(take_source) or has_rigid_trunk(truth_source)
+    take = angle_series(take_source, take_path, rigid_trunk=rigid_trunk)
+    if rigid_trunk:
+        take = replace(take, notes=(*take.notes, ONE_TRUNK))
+    truth = angle_series(truth_source, truth_path, rigid_trunk=rigid_trunk)
+    return compared(take, truth, selection, take_path, truth_path)
+
+
+def compared(
+    take: AngleSeries, truth: AngleSeries, selection: ScoredFrames, take_path: Path, truth_path: Path
+) -> tuple[AngleAccuracy, AngleCurves]:
+    """See `angle_accuracy`."""
+    selected = (truth.frames % selection.every == 0) & inside(truth.frames, truth.times_s, selection.first, selection.last)
+    rows = np.flatnonzero(selected)
+    if not len(rows):
+        range_text = f"frames {truth.frames[0]} to {truth.frames[-1]}, {truth.times_s[0]:.2f}s to {truth.times_s[-1]:.2f}s"
+        raise UserError(f"{truth_path}: --from, --until and --every leave no frame: allowed: of {range_text}")
+    shift_s = selection.offset / take.rate if take.rate else 0.0
+    take_at, truth_at = paired_rows(take.times_s - shift_s, truth.times_s[rows])
+    if not len(take_at) or not ((take_at >= 0) & (truth_at >= 0)).any():
+        raise UserError(
+            f"no frame of {take_path.name} ({_span(take)}) is within half an interval of a selected one of "
+            f"{truth_path.name} ({_span(truth)}): check --from, --until, --every and --offset"
+        )
+    truth_at = np.where(truth_at >= 0, rows[truth_at], -1)
+    take_known = (take_at >= 0) & take.known[take_at]
+    truth_known = (truth_at >= 0) & truth.known[truth_at]
+    both = take_known & truth_known
+    if not both.any():
+        raise UserError(f"{take_path.name} and {truth_path.name} have no pose in the same frame: check --offset")
+    expected = {name: np.where(both, values[truth_at], np.nan) for name, values in truth.angles.items()}
+    found = {name: np.where(both, values[take_at], np.nan) for name, values in take.angles.items()}
+    found |= _nearest_solutions(found, expected)
+    angles, not_compared = {}, {}
+    curves: tuple[dict[str, Floats], dict[str, Floats]] = ({}, {})
+    for name in (angle.name for angle in ANGLES):
+        if name not in expected or name not in found:
+            there = (name in expected, name in found)
+            not_compared[name] = ABSENT[there]
+            continue
+        # Continuous over time: 181 after 179 degrees; the take's within half a turn of the truth's.
+        curves[0][name] = _unwrapped(expected[name])
+        curves[1][name] = curves[0][name] + within_half_a_turn(found[name] - expected[name])
+        if np.isfinite(curves[1][name]).any():
+            angles[name] = error_of(curves[1][name], curves[0][name])
+        else:
+            not_compared[name] = "defined in no common frame"
+    if not angles:
+        raise UserError(f"{take_path.name} and {truth_path.name} have no joint angle in common")
+    count = len(both)
+    result = AngleAccuracy(
+        convention=CONVENTION,
+        frames=int(np.count_nonzero(both)),
+        without_pose_pct=100.0 * float(np.count_nonzero(~both)) / count,
+        take_lost_pct=100.0 * float(np.count_nonzero(~take_known)) / count,
+        truth_lost_pct=100.0 * float(np.count_nonzero(~truth_known)) / count,
+        angles=angles,
+        not_compared=not_compared,
+        notes=(*take.notes, *truth.notes),
+    )
+    instants = np.where(truth_at >= 0, truth.times_s[truth_at], take.times_s[take_at] - shift_s)
+    return result, AngleCurves(instants, *curves)
+
+
+def paired_rows(one_s: Floats, other_s: Floats) -> tuple[Ints, Ints]:
+    """Rows (m,) of both rising series of times (n,), seconds, at the m instants of the slower one within the other's time.
+
+    -1 in the faster series where it has no time within half of its interval.  At equal rates, every instant of `other_s`.
+    """
+    one_period, other_period = _period(one_s), _period(other_s)
+    if one_period > other_period * 1.001:  # rates of live takes are not exact
+        half = 0.5 * other_period + CLOCK_S
+        inner = np.flatnonzero((one_s >= other_s[0] - half) & (one_s <= other_s[-1] + half))
+        return inner, _nearest(other_s, one_s[inner], half)
+    rows = np.arange(len(other_s), dtype=np.int64)
+    return _nearest(one_s, other_s, 0.5 * (one_period or other_period) + CLOCK_S), rows
+
+
+def error_of(take: Floats, truth: Floats) -> AngleError:
+    """Error of an angle (n,), degrees, both continuous; NaN rows of either are left out, one or more must remain."""
+    defined = np.isfinite(take) & np.isfinite(truth)
+    found, expected = take[defined], truth[defined]
+    difference = found - expected
+    bias = float(difference.mean())
+    moving = len(found) > 1 and found.std() > STILL_DEG and expected.std() > STILL_DEG
+    return AngleError(
+        frames=len(found),
+        mae_deg=float(np.abs(difference).mean()),
+        rms_deg=float(np.sqrt((difference**2).mean())),
+        bias_deg=bias,
+        rms_unbiased_deg=float(np.sqrt(((difference - bias) ** 2).mean())),
+        range_truth_deg=float(np.ptp(expected)),
+        range_take_deg=float(np.ptp(found)),
+        correlation=float(np.corrcoef(found, expected)[0, 1]) if moving else None,
+    )
+
+
+def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Flexion, adduction and rotation of the take's shoulders: of both solutions the one nearer to the truth's."""
+    result: dict[str, Floats] = {}
+    for side in "rl":
+        names = [f"shoulder_{name}_{side}" for name in ("flexion", "adduction", "rotation")]
+        if not all(name in found and name in expected for name in names):
+            continue
+        one, truth = (np.stack([angles[name] for name in names], axis=-1) for angles in (found, expected))
+        other = other_solution(one)
+        distance, other_distance = (
+            np.nansum(np.abs(within_half_a_turn(three - truth))[:, :2], axis=1) for three in (one, other)
+        )
+        nearer = np.where((other_distance < distance)[:, None], other, one)
+        result |= {name: nearer[:, k] for k, name in enumerate(names)}
+    return result
+
+
+def _nearest(times_s: Floats, wanted_s: Floats, tolerance_s: float) -> Ints:
+    """Row (m,) of `times_s` (n,) nearest to each of `wanted_s` (m,), -1 farther away than the tolerance."""
+    right = np.clip(np.searchsorted(times_s, wanted_s), 0, len(times_s) - 1)
+    left = np.clip(right - 1, 0, None)
+    nearest = np.where(np.abs(times_s[left] - wanted_s) < np.abs(times_s[right] - wanted_s), left, right)
+    return np.where(np.abs(times_s[nearest] - wanted_s) <= tolerance_s, nearest, -1).astype(np.int64)
+
+
+def _period(times_s: Floats) -> float:
+    """Median interval, seconds; 0 for one row."""
+    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
+
+
+def _unwrapped(degrees: Floats) -> Floats:
+    """The same angles modulo full turns, continuous over the rows that are not NaN."""
+    result = degrees.copy()
+    known = np.isfinite(degrees)
+    result[known] = np.unwrap(degrees[known], period=360.0)
+    return result
+
+
+def _span(series: AngleSeries) -> str:
+    return f"{series.times_s[0]:.3f} to {series.times_s[-1]:.3f} s at {series.rate:g}/s"

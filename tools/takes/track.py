@@ -1,0 +1,199 @@
+"""`zenocap track`: the services of a rig on every frame of its files, without network.
+
+Time is that of the frames, so that two runs give equal bytes.
+"""
+
+import logging
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
+from pathlib import Path
+
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.camera_advice import TakeAdvice, TakeFault
+from zenocap.common.errors import SourceError, UserError
+from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
+from zenocap.common.recording.opening import new_recording
+from zenocap.common.recording.reader import Take
+from zenocap.common.rig.methods import method_of
+from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import MAIN
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import HEALTH_NS
+from zenocap.common.session.lookahead import Lookahead, limited_threads
+from zenocap.common.session.session import Session
+from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.tools.parameters import EPOCH_NS, service_parameters
+from zenocap.tools.takes.inputs import Inputs
+from zenocap.tools.takes.members import cameras, members
+from zenocap.tools.takes.take_writer import TakeWriter
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class TrackedFrameSet:
+    """One frame set: each viewer's frame, all resulting messages, and the state of the tracking in words."""
+
+    frames: dict[str, Frame]
+    messages: tuple[Message, ...]
+    state: str = ""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Result of tracking.
+
+    frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
+    states: of each service at the end, in words.  measured: False for a body of average proportions.
+    complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
+    passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
+    verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
+    """
+
+    frame_sets: int
+    poses: int
+    messages: int
+    problems: tuple[str, ...]
+    states: dict[str, str]
+    measured: bool = True
+    complete: bool = True
+    both_ways: bool = False
+    notes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    verdict: Verdict | None = None
+    advice: tuple[TakeFault, ...] = ()
+
+
+def track(
+    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, jobs: int | None = None
+) -> Tracked:
+    """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
+
+    jobs: number of cores to use, on which the take does not depend; default: the available ones.
+    Raises UserError, SourceError before the first frame, RecordingError and ValueError.
+    """
+    for viewer in rig.viewers:
+        if not viewer.source.ends:
+            raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
+    jobs = available_cores() if jobs is None else jobs
+    result = track_frames(rig, opened(rig, clock, inputs), clock, take, on_frame_set, jobs=jobs, inputs=inputs)
+    return replace(result, notes=tuple(inputs.notes()), left_out=tuple(inputs.left_out()))
+
+
+def opened(rig: Rig, clock: ManualClock, inputs: Inputs) -> dict[str, Iterator[Frame]]:
+    """Frames of the files of a rig by viewer, which begin at EPOCH_NS.  inputs: gets what the videos are."""
+    return {
+        viewer.id: open_source(
+            viewer, Playback(EPOCH_NS, clock, live=False, finished=partial(inputs.videos.__setitem__, viewer.id))
+        )
+        for viewer in rig.viewers
+    }
+
+
+def track_frames(
+    rig: Rig,
+    frames: dict[str, Iterator[Frame]],
+    clock: ManualClock,
+    take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
+    logged: Sequence[Topic] = TOPICS,
+    jobs: int = 1,
+    inputs: Inputs | None = None,
+) -> Tracked:
+    """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
+
+    logged: topics of the take.  jobs: as of `track`.  inputs: counts the frames.  Raises SourceError before the first
+    frame, RecordingError and ValueError.
+    """
+    inputs = Inputs() if inputs is None else inputs
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
+        session = Session(rig.name, clock, members(rig), logged)
+        sources = {id: lookahead.ahead(session.ahead(id, source)) for id, source in frames.items()}
+        groups = inputs.frame_sets(sources, tolerance_ns(rig))
+        first = next(groups, None)
+        if first is None or inputs.problems:
+            raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
+        recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
+        count, poses, measured = 0, 0, True
+        advice, verdict = TakeAdvice(), None
+        report_ns = EPOCH_NS + HEALTH_NS
+        with TakeWriter(recording, rig.name) as writer:
+            for camera in cameras(rig, EPOCH_NS):
+                session.publish(camera)
+            for current in chain([first], groups):
+                received = [*session.frames(current)]
+                if clock.now_ns() >= report_ns:
+                    received += session.report()
+                    report_ns += HEALTH_NS
+                messages = _record(received, writer)
+                for message in messages:
+                    if isinstance(message, CameraAdvice):
+                        advice.add(message)
+                poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
+                measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
+                count += 1
+                state = session.describe((method_of(rig.method).pose_service, MAIN))
+                on_frame_set(TrackedFrameSet(current, messages, state))
+            _record(session.report(), writer)
+            if VERDICT in logged:
+                verdict = writer.judge(clock.now_ns())
+    written = recording.statistics
+    problems = inputs.problems + [f"{count} {kind}" for kind, count in session.failures().items() if count]
+    if written.failure:
+        problems.append(f"{written.failure}; {written.lost} messages lost")
+    return Tracked(
+        count,
+        poses,
+        written.messages,
+        tuple(problems),
+        session.states(),
+        measured,
+        complete=written.failure is None,
+        verdict=None if written.failure else verdict,
+        advice=tuple(advice.faults()),
+    )
+
+
+def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:
+    """Yield the frame sets of `track`, decoded again but not processed, with their messages from its take, to draw them.
+
+    jobs: number of cores to use; default: the available ones.  Raises UserError for a take that cannot be read.
+    """
+    jobs = available_cores() if jobs is None else jobs
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
+        sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock, inputs).items()}
+        received = Take(take).envelopes(invalid="raise")
+        following = next(received, None)
+        for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
+            now_ns = max(frame.captured_ns for frame in frames.values())
+            clock.set(now_ns)
+            messages: list[Message] = []
+            # `track` has set its clock to this time; cameras come first, before a separate video of the T-pose.
+            while following is not None and (following.topic is CAMERA or following.received_ns <= now_ns):
+                messages.append(following.message)
+                following = next(received, None)
+            yield TrackedFrameSet(frames, tuple(messages))
+
+
+def tolerance_ns(rig: Rig) -> int:
+    """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
+    return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:
+    for one in received:
+        writer.record(one)
+    return tuple(one.message for one in received)

@@ -1,0 +1,1 @@
+"""Teaching: the page of postures, data sets of postures and priors."""

@@ -1,0 +1,170 @@
+"""Training from the labels of a page, and the held-out result in words."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from zenocap.common.errors import UserError
+from zenocap.services.recognizer.false_alarms import short_background
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.model_file import write_model
+from zenocap.services.recognizer.training.cross_validation import classifier_of
+from zenocap.services.recognizer.training.example_store import store_path, write_examples
+from zenocap.services.recognizer.training.examples import (
+    BACKGROUND,
+    Example,
+    Prepared,
+    TrainingSettings,
+    postures_of,
+    prepare,
+)
+from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.thresholds import held_out_groups
+from zenocap.services.recognizer.training.train import train
+from zenocap.tools.teach.page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
+from zenocap.tools.teach.page.training_settings import PageSettings
+
+Report = Callable[[int, int, str], None]
+ReadExamples = Callable[[Sequence[Row], Report], list[Example]]
+"""Examples of rows of a manifest; raises UserError."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """An example, and what a model that was trained without it takes it for; None where that model lacks its posture."""
+
+    posture: str
+    answer: str | None
+
+
+@dataclass(frozen=True)
+class PostureResult:
+    """Examples of a posture, those that could be held out, and those of them that were recognized."""
+
+    posture: str
+    examples: int
+    people: int
+    tested: int
+    right: int
+
+
+@dataclass(frozen=True)
+class TrainingResult:
+    """Result of a training.  lines: in words, the most important first.  postures: in the order of the model."""
+
+    model: PostureModel
+    lines: tuple[str, ...]
+    postures: tuple[PostureResult, ...]
+
+
+def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
+    """Raise UserError for too few different postures, and for a rate of false postures without background."""
+    postures = sorted({row.posture for row in rows if row.posture != BACKGROUND})
+    if not postures:
+        raise UserError("no posture is labelled: allowed for training: two postures, or one and background")
+    background = any(row.posture == BACKGROUND for row in rows)
+    if len(postures) == 1 and not background:
+        raise UserError(f"only {postures[0]!r} is labelled: allowed for training: two postures, or one and background")
+    if settings.false_per_hour is not None and not background:
+        raise UserError(
+            f"false_per_hour = {settings.false_per_hour:g}: no background: allowed for training: with some everyday "
+            "movement marked as background"
+        )
+
+
+def train_rows(rows: Sequence[Row], read: ReadExamples, path: Path, chosen: PageSettings, report: Report) -> TrainingResult:
+    """Train a model of the rows and write it to `path`, its examples beside it for `posture add`.  Raises UserError."""
+    settings = chosen.training
+    check_rows(rows, settings)
+    examples = read(rows, report)
+    ready = prepare(postures_of(examples), settings)
+    held = held_out(ready, settings, report)
+    model = train(examples, settings, report)
+    try:
+        write_model(path, model)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}; the model is not kept") from None
+    missing = stored_examples(path, examples, settings)
+    background = any(example.label == BACKGROUND for example in examples)
+    postures = results_of(ready, held)
+    people = len({example.person for example in ready.examples})
+    lines = words(postures, held, people, background=background)
+    alarms = None if model.forest is None else model.forest.alarms
+    short = short_background(alarms, settings.false_per_hour)
+    warnings = [] if short is None else [f"Warning: {short}."]
+    return TrainingResult(model, (*lines, *warnings, chosen.line, *missing), postures)
+
+
+def stored_examples(path: Path, examples: Sequence[Example], settings: TrainingSettings) -> list[str]:
+    """Write the examples of a model file beside it; a line where they cannot be written, and those of an earlier one go."""
+    try:
+        write_examples(path, examples, settings)
+    except (UserError, OSError) as error:
+        with suppress(OSError):
+            store_path(path).unlink(missing_ok=True)
+        reason = error if isinstance(error, UserError) else f"{store_path(path)}: {error.strerror or error}"
+        return [f"The examples are not kept, and posture add cannot extend this model: {reason}"]
+    return []
+
+
+def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> list[HeldOut]:
+    """Results of all examples: people are held out in turn; of one person, repetitions."""
+    groups = held_out_groups(ready, MOST_GROUPS)
+    found: dict[int, HeldOut] = {}
+    for done, held in enumerate(groups):
+        report(done, len(groups), "testing with held-out examples")
+        kept = ready.subset([k for k in range(len(ready.examples)) if k not in set(held)])
+        learnt = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
+        decide = classifier_of(Prepared(kept.examples, kept.sequences, learnt), settings) if learnt else None
+        for k in held:
+            posture = ready.examples[k].label
+            known = decide is not None and posture in learnt
+            answer = learnt[decide(ready.sequences[k]).best] if decide is not None and known else None
+            found[k] = HeldOut(posture, answer)
+    report(len(groups), len(groups), "tested")
+    return [found.get(k, HeldOut(example.label, None)) for k, example in enumerate(ready.examples)]
+
+
+def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureResult, ...]:
+    """Result of each posture."""
+    found = []
+    for label in ready.labels:
+        own = [example for example in ready.examples if example.label == label]
+        answers = [one.answer for one in held if one.posture == label and one.answer is not None]
+        people = len({example.person for example in own})
+        found.append(PostureResult(label, len(own), people, len(answers), answers.count(label)))
+    return tuple(found)
+
+
+def words(postures: Sequence[PostureResult], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
+    """Lines on the held-out result, and on what is missing."""
+    tested, right = sum(one.tested for one in postures), sum(one.right for one in postures)
+    how = "by a model without that person" if people > 1 else "by a model without that repetition"
+    lines = []
+    if tested:
+        lines.append(f"{right} of {tested} examples are recognized {how}.")
+    else:
+        lines.append("Nothing could be tested: every posture has one example only.")
+    confused: dict[tuple[str, str], int] = {}
+    for one in held:
+        if one.answer not in (None, one.posture):
+            confused[one.posture, str(one.answer)] = confused.get((one.posture, str(one.answer)), 0) + 1
+    for (posture, answer), count in sorted(confused.items(), key=lambda pair: (-pair[1], pair[0])):
+        lines.append(f"Confused: {posture!r} is taken for {answer!r}, {count} of {_tested(postures, posture)}.")
+    for row in postures:
+        missing = ENOUGH_EXAMPLES - row.examples
+        if missing > 0:
+            more = "one more example" if missing == 1 else f"{missing} more examples"
+            lines.append(f"{row.posture!r} needs {more}: it has {row.examples}, {ENOUGH_EXAMPLES} are advised.")
+        elif row.right < row.tested:
+            lines.append(f"{row.posture!r} may need one more example, or a clearer movement.")
+    if people == 1:
+        lines.append("One person only: other people were not tested; add a take of a second person.")
+    if not background:
+        lines.append("No background: movements that are no posture may be taken for one; mark some everyday movement.")
+    return lines
+
+
+def _tested(postures: Sequence[PostureResult], label: str) -> int:
+    return next(one.tested for one in postures if one.posture == label)

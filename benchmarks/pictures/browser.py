@@ -1,6 +1,5 @@
 """Chromium without a graphics card on the pages of zenocap: start, waits, processor time."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -13,7 +12,6 @@ from contextlib import contextmanager
 from playwright.sync_api import Browser, Page, sync_playwright
 
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
 PATIENCE_S = 90.0
 
 

@@ -28,6 +28,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.formats.trc import read_trc, write_trc
 from zenocap.common.rig.sources import FirstFrames, VideoFile
 from zenocap.common.rig.two_view import IMPROVED, Additions
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.video import video_frames
 
@@ -37,19 +38,12 @@ NAMES = ("walk2", "bend2", "kick2")
 TARGETS = {SMALL: 95, LARGE: 75}
 
 
-class StoppedClock:
-    """A constant clock: files are played without pacing."""
-
-    def now_ns(self) -> int:
-        return EPOCH_NS
-
-
 def track_clip(folder: Path, size: Size, additions: Additions = IMPROVED) -> Track:
     """The track of a two-camera clip at a working size (width, height)."""
     clip = tomllib.loads((folder / "clip.toml").read_text())
     calibrated = read_calibration(folder / "calibration.toml", clip["up_axis"])
     named = dict(zip(VIEWERS, calibrated.items(), strict=True))
-    playback = Playback(EPOCH_NS, StoppedClock(), live=False)
+    playback = Playback(EPOCH_NS, ManualClock(EPOCH_NS), live=False)
     cameras = {viewer: camera.resized(size) for viewer, (_, camera) in named.items()}
     loop = Loop(cameras, {viewer: FirstFrames(clip["empty_frames"]) for viewer in named}, clip["fps"], additions)
     films = [

@@ -9,8 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import zenoh
 import zenoh.ext
@@ -25,6 +24,7 @@ from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClo
 from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
+from zenocap.common.closable import Closable
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import ALIVE, FILM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, is_name, rig_of
@@ -54,7 +54,7 @@ def in_order(on_sample: Callable[[zenoh.Sample], None]) -> "zenoh.handlers.Callb
     return zenoh.handlers.Callback(on_sample, indirect=False)
 
 
-class ZenohBus:
+class ZenohBus(Closable):
     """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
     def __init__(
@@ -292,12 +292,6 @@ class ZenohBus:
             entity.undeclare()
         if self._owns_session and not self._session.is_closed():
             self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
 
 
 def _latched_publisher(session: zenoh.Session, key: str) -> zenoh.ext.AdvancedPublisher:

@@ -8,11 +8,10 @@ import re
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from types import TracebackType
-from typing import Self
 
 from zenocap.common.bus.inbox import Inbox, check_key, counts_as_sent, outgoing
 from zenocap.common.bus.protocol import Alive, Counters, DuplicateService, Received, RoundTrip
+from zenocap.common.closable import Closable
 from zenocap.common.messages import Message
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import Queueing, Topic, checked_name
@@ -52,7 +51,7 @@ class _Subscription:
     every: bool
 
 
-class LocalBus:
+class LocalBus(Closable):
     """One participant of a `LocalNetwork`; see `zenocap.common.bus.protocol.Bus`."""
 
     def __init__(self, network: LocalNetwork, clock: Clock) -> None:
@@ -170,9 +169,3 @@ class LocalBus:
         for service, id in [name for name, bus in self._network.alive.items() if bus is self]:
             del self._network.alive[(service, id)]
             self._network.notify_alive(service, id, False)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()

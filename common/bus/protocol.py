@@ -5,7 +5,6 @@ One thread owns a bus: it publishes, and it receives the events that the threads
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Protocol, Self
 
 from zenocap.common.errors import UserError
@@ -164,6 +163,4 @@ class Bus(Protocol):
 
     def __enter__(self) -> Self: ...
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    def __exit__(self, *_: object) -> None: ...

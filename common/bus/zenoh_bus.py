@@ -9,10 +9,10 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import zenoh
+import zenoh.ext
 
 from zenocap.common import codec
 from zenocap.common.bus.certificate import Expiry
@@ -20,17 +20,18 @@ from zenocap.common.bus.inbox import Inbox, check_key, counts_as_sent, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from zenocap.common.bus.zenoh_claims import Claims
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
-from zenocap.common.bus.zenoh_latched import latched_publisher, latched_subscriber
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
 from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
+from zenocap.common.closable import Closable
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import ALIVE, FILM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, is_name, rig_of
 
 logger = logging.getLogger(__name__)
 
+HEARTBEAT_S = 1.0  # longest time until a reader detects that it missed the last value, chosen by hand
 MAX_RIGS = 64  # listed at a time: a reader of each is opened; chosen by hand
 
 
@@ -53,7 +54,7 @@ def in_order(on_sample: Callable[[zenoh.Sample], None]) -> "zenoh.handlers.Callb
     return zenoh.handlers.Callback(on_sample, indirect=False)
 
 
-class ZenohBus:
+class ZenohBus(Closable):
     """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
     def __init__(
@@ -141,7 +142,7 @@ class ZenohBus:
         if key not in self._publishers:
             try:
                 if topic.queueing is Queueing.LATCHED:
-                    self._publishers[key] = latched_publisher(self._session, key)
+                    self._publishers[key] = _latched_publisher(self._session, key)
                 else:
                     self._publishers[key] = self._session.declare_publisher(
                         key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
@@ -174,7 +175,7 @@ class ZenohBus:
             self._recovery.serve()
         self._tally.expect(expression)
         if topic.queueing is Queueing.LATCHED:
-            self._declared.append(latched_subscriber(self._session, expression, in_order(queue)))
+            self._declared.append(_latched_subscriber(self._session, expression, in_order(queue)))
         else:
             self._declared.append(self._session.declare_subscriber(expression, in_order(queue)))
 
@@ -292,8 +293,22 @@ class ZenohBus:
         if self._owns_session and not self._session.is_closed():
             self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
+def _latched_publisher(session: zenoh.Session, key: str) -> zenoh.ext.AdvancedPublisher:
+    """Publisher whose last value late joiners receive.  Raises ZError."""
+    return zenoh.ext.declare_advanced_publisher(
+        session, key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP,
+        cache=zenoh.ext.CacheConfig(max_samples=1),
+        sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT_S, sporadic_heartbeat=None),
+        publisher_detection=True,
+    )  # fmt: skip
+
+
+def _latched_subscriber(
+    session: zenoh.Session, expression: str, on_sample: "zenoh.handlers.Callback[zenoh.Sample]"
+) -> zenoh.ext.AdvancedSubscriber[None]:
+    """Subscriber that also receives the last value.  on_sample: called with each sample, on a thread of Zenoh's."""
+    return zenoh.ext.declare_advanced_subscriber(
+        session, expression, on_sample, history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+        recovery=zenoh.ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
+    )  # fmt: skip

@@ -10,6 +10,7 @@ from zenocap.common import codec
 from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
 from zenocap.common.bus.zenoh_query_server import Q, QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.closable import Closable
 from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, FilmQuery, FilmReply, Message
 from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
 
@@ -66,7 +67,7 @@ def _replies(
     return found
 
 
-class FilmSession:
+class FilmSession(Closable):
     """A connection of who films, or of a camera host.  To be closed: an open session keeps the process alive."""
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -100,9 +101,3 @@ class FilmSession:
 
     def close(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -17,6 +17,12 @@ MAX_ANGLE = np.radians(60.0)  # of kept rays from the axis, along the sides; at 
 STEPS = 240  # of the table of θ_d, a quarter of a degree each
 
 
+def scaled_matrix(matrix: Floats, old: tuple[int, int], new: tuple[int, int]) -> Floats:
+    """Camera matrix (3, 3) px of images scaled to another size (width, height): their corner stays at -0.5."""
+    sx, sy = new[0] / old[0], new[1] / old[1]
+    return np.array([[sx, 0.0, 0.5 * sx - 0.5], [0.0, sy, 0.5 * sy - 0.5], [0.0, 0.0, 1.0]]) @ matrix
+
+
 @dataclass(frozen=True)
 class FisheyeLens:
     """size: (width, height) of the lens' images, px.  matrix: (3, 3) px.  coefficients: (k1, k2, k3, k4)."""
@@ -64,9 +70,7 @@ class FisheyeLens:
 
     def resized(self, size: tuple[int, int]) -> "FisheyeLens":
         """The lens with its image scaled to `size` (width, height)."""
-        sx, sy = size[0] / self.size[0], size[1] / self.size[1]
-        scale = np.array([[sx, 0.0, 0.5 * sx - 0.5], [0.0, sy, 0.5 * sy - 0.5], [0.0, 0.0, 1.0]])
-        return replace(self, size=size, matrix=scale @ self.matrix)
+        return replace(self, size=size, matrix=scaled_matrix(self.matrix, self.size, size))
 
     def rectification(self, matrix: Floats, size: tuple[int, int]) -> Callable[[Image], Image]:
         """Function that turns this lens' images, scaled to `size`, into those of a pinhole of `matrix` and `size`."""

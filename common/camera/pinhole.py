@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.camera.fisheye import FisheyeLens
+from zenocap.common.camera.fisheye import FisheyeLens, scaled_matrix
 
 SMALL_TURN = 1e-3  # rad, below which the series of `rodrigues` is exact to rounding
 
@@ -49,10 +49,7 @@ class Camera:
 
     def resized(self, size: tuple[int, int]) -> "Camera":
         """Return the camera with its image scaled to `size` (width, height)."""
-        sx, sy = size[0] / self.size[0], size[1] / self.size[1]
-        # Pixel centres are at integers: scaling keeps the image's corner at -0.5.
-        scale = np.array([[sx, 0.0, 0.5 * sx - 0.5], [0.0, sy, 0.5 * sy - 0.5], [0.0, 0.0, 1.0]])
-        return replace(self, size=size, matrix=scale @ self.matrix)
+        return replace(self, size=size, matrix=scaled_matrix(self.matrix, self.size, size))
 
 
 SAME_DEG = 2.0  # pairs whose deviations from 90° differ by less are equal, the front view decides; chosen by hand

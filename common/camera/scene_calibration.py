@@ -10,7 +10,7 @@ solution by N⁻¹ Jᵀ e_i NOTICED σ / √r_i.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.scene_pose import ScenePose, fitted_poses
+from zenocap.common.camera.scene_pose import Picks, ScenePose, fitted_poses
 from zenocap.common.errors import UserError
 
 # All values below are chosen by hand.
@@ -73,15 +73,16 @@ def placed_camera(
     size: (width, height) of its images, px.  Raises UserError when the points do not suffice.
     """
     names = tuple(pixels)
-    world, seen = np.array([points[key] for key in names]), np.array([pixels[key] for key in names])
+    world = np.array([points[key] for key in names])
+    picks = Picks(world, np.array([pixels[key] for key in names]), size, lens)
     _check_points(name, world, lens)
     try:
-        pose, *others = fitted_poses(world, seen, size, lens)
+        pose, *others = fitted_poses(picks)
     except UserError as error:
-        if (exchanged := exchanged_points(world, seen, size, lens, np.inf)) is not None:
+        if (exchanged := _exchanged_points(picks, np.inf)) is not None:
             raise UserError(f"{name}: {_exchange_text(names, exchanged)}") from error
         raise UserError(f"{name}: {error}") from error
-    jacobian, residuals = pose.jacobian(world), seen - pose.project(world)
+    jacobian, residuals = pose.jacobian(world), picks.seen - pose.project(world)
     inverse: Floats = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
     redundancy: Floats = np.clip(1.0 - ((jacobian @ inverse) * jacobian).sum(axis=1), 0.0, 1.0)
     middle = np.array([world[:, 0].mean(), PERSON_M, world[:, 2].mean()])
@@ -89,12 +90,12 @@ def placed_camera(
     free = residuals.size - jacobian.shape[1]
     noise = max(CLICK_PX, float(np.sqrt((residuals**2).sum() / free)) if free else 0.0)
     spread = float(np.sqrt(np.trace(effect @ inverse @ effect.T)))
-    suspect = _suspect(names, world, seen, size, lens, residuals, redundancy)
-    exchanged = None if suspect is None else exchanged_points(world, seen, size, lens, pose.residual_px(world, seen))
+    suspect = _suspect(names, picks, residuals, redundancy)
+    exchanged = None if suspect is None else _exchanged_points(picks, pose.residual_px(picks))
     if exchanged is not None:
         remarks: tuple[str, ...] = (f"{name}: {_exchange_text(names, exchanged)}",)
     else:
-        remarks = _remarks(name, pose, others, world, seen, size, lens)
+        remarks = _remarks(name, pose, others, picks)
     if suspect is not None and not remarks:
         remarks = (
             f"{name}: {suspect[0]} is {suspect[1]:.1f} px from where the other points put it: pick or measure it again",
@@ -110,19 +111,18 @@ def _exchange_text(names: tuple[str, ...], exchanged: tuple[int, int]) -> str:
     return f"{one} and {other} seem to be exchanged: with each at the other's pixel all points fit"
 
 
-def exchanged_points(
-    world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, residual_px: float
-) -> tuple[int, int] | None:
-    """Two points (n, 3) whose pixels (n, 2) are exchanged, by number: all fit when these are put right; None: no such two.
+def _exchanged_points(picks: Picks, residual_px: float) -> tuple[int, int] | None:
+    """Two points whose pixels are exchanged, by number: all fit when these are put right; None: no such two.
 
     residual_px: root mean square residual as they are.
     """
     found: list[tuple[float, tuple[int, int]]] = []
-    for one, other in islice(combinations(range(len(world)), 2), MOST_EXCHANGES):
-        order = np.arange(len(world))
+    for one, other in islice(combinations(range(len(picks.world)), 2), MOST_EXCHANGES):
+        order = np.arange(len(picks.world))
         order[[one, other]] = other, one
+        changed = replace(picks, seen=picks.seen[order])
         try:
-            left_px = fitted_poses(world, seen[order], size, lens, most=1)[0].residual_px(world, seen[order])
+            left_px = fitted_poses(changed, most=1)[0].residual_px(changed)
         except UserError:
             continue
         found.append((left_px, (one, other)))
@@ -149,10 +149,7 @@ def _check_points(name: str, world: Floats, lens: Lens | None) -> None:
         )
 
 
-def _suspect(
-    names: tuple[str, ...], world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, residuals: Floats,
-    redundancy: Floats,
-) -> tuple[str, float] | None:  # fmt: skip
+def _suspect(names: tuple[str, ...], picks: Picks, residuals: Floats, redundancy: Floats) -> tuple[str, float] | None:
     """The point with the largest normalized residual, if that is an error, and how far the others put it away."""
     normalized = np.abs(residuals.ravel()) / (CLICK_PX * np.sqrt(np.maximum(redundancy, 1e-9)))
     worst = np.where(redundancy > 1e-6, normalized, 0.0).reshape(-1, 2).max(axis=1)
@@ -160,10 +157,10 @@ def _suspect(
     if worst[place] < NOTICED:
         return None
     rest = np.arange(len(names)) != place
-    if rest.sum() < (FEWEST if lens is not None else FEWEST_WITHOUT_LENS):
+    if rest.sum() < (FEWEST if picks.lens is not None else FEWEST_WITHOUT_LENS):
         return names[place], float(np.hypot(*residuals[place]))
-    pose = fitted_poses(world[rest], seen[rest], size, lens)[0]
-    return names[place], float(np.hypot(*(seen[place] - pose.project(world[place : place + 1])[0])))
+    pose = fitted_poses(replace(picks, world=picks.world[rest], seen=picks.seen[rest]))[0]
+    return names[place], float(np.hypot(*(picks.seen[place] - pose.project(picks.world[place : place + 1])[0])))
 
 
 def _unnoticed(names: tuple[str, ...], moves: Floats, redundancy: Floats) -> tuple[str, float, float]:
@@ -175,21 +172,18 @@ def _unnoticed(names: tuple[str, ...], moves: Floats, redundancy: Floats) -> tup
     return names[place // 2], float(limits[place]), float(errors[place])
 
 
-def _remarks(
-    name: str, pose: ScenePose, others: list[ScenePose], world: Floats, seen: Floats, size: tuple[int, int],
-    lens: Lens | None,
-) -> tuple[str, ...]:  # fmt: skip
+def _remarks(name: str, pose: ScenePose, others: list[ScenePose], picks: Picks) -> tuple[str, ...]:
     remarks = []
-    centre, residual = pose.camera(name).centre, pose.residual_px(world, seen)
+    centre, residual = pose.camera(name).centre, pose.residual_px(picks)
     for other in others:
         apart = float(np.linalg.norm(other.camera(name).centre - centre))
-        if other.residual_px(world, seen) < residual + AMBIGUOUS_PX and apart > AMBIGUOUS_M:
+        if other.residual_px(picks) < residual + AMBIGUOUS_PX and apart > AMBIGUOUS_M:
             x, y, z = other.camera(name).centre
             remarks.append(
                 f"{name}: could as well stand at ({x:.2f}, {y:.2f}, {z:.2f}) m: add points at other heights and nearer ones"
             )
             break
-    if residual > NOTICED * CLICK_PX and _fits_mirrored(world, seen, size, lens, residual):
+    if residual > NOTICED * CLICK_PX and _fits_mirrored(picks, residual):
         remarks.append(
             f"{name}: fits as a mirrored image: switch off mirroring in the camera, or X or Z has the wrong sign"
         )
@@ -200,6 +194,6 @@ def _remarks(
     return tuple(remarks)
 
 
-def _fits_mirrored(world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, residual_px: float) -> bool:
-    mirrored = np.stack([size[0] - 1 - seen[:, 0], seen[:, 1]], axis=1)
-    return fitted_poses(world, mirrored, size, lens)[0].residual_px(world, mirrored) < MIRRORED * residual_px
+def _fits_mirrored(picks: Picks, residual_px: float) -> bool:
+    mirrored = replace(picks, seen=np.stack([picks.size[0] - 1 - picks.seen[:, 0], picks.seen[:, 1]], axis=1))
+    return fitted_poses(mirrored)[0].residual_px(mirrored) < MIRRORED * residual_px

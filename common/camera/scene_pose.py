@@ -19,6 +19,19 @@ COPLANAR = 1e-3  # extent of points across their plane, relative to the largest,
 
 
 @dataclass(frozen=True)
+class Picks:
+    """Points of the room, and where a camera's images show them.
+
+    world: (n, 3) m.  seen: (n, 2) px.  size: (width, height) of the images, px.  lens: None: one to be estimated.
+    """
+
+    world: Floats
+    seen: Floats
+    size: tuple[int, int]
+    lens: Lens | None
+
+
+@dataclass(frozen=True)
 class ScenePose:
     """vector: (6,) rotation vector and translation, world to camera, m; (7,) with the logarithm of the focal length."""
 
@@ -28,16 +41,20 @@ class ScenePose:
 
     def camera(self, name: str) -> Camera:
         """The camera, that of the rectified images for a fisheye lens."""
-        lens, rotation = self.lens_in_use, np.asarray(cv2.Rodrigues(self.vector[:3])[0], dtype=np.float64)
-        if lens.fisheye:
-            fisheye = FisheyeLens(lens.size, lens.matrix, lens.distortions)
-            return Camera(name, self.size, fisheye.pinhole_matrix(), np.zeros(4), rotation, self.vector[3:6], fisheye)
-        return Camera(name, self.size, lens.matrix, lens.distortions, rotation, self.vector[3:6])
+        lens = self.lens_in_use
+        fisheye = FisheyeLens(lens.size, lens.matrix, lens.distortions) if lens.fisheye else None
+        matrix, distortions = (fisheye.pinhole_matrix(), np.zeros(4)) if fisheye else (lens.matrix, lens.distortions)
+        return Camera(name, self.size, matrix, distortions, self.rotation, self.vector[3:6], fisheye)
+
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) world to camera."""
+        return np.asarray(cv2.Rodrigues(self.vector[:3])[0], dtype=np.float64)
 
     def project(self, world: Floats) -> Floats:
         """Pixels (n, 2) of world points (n, 3) in the camera's images as they are, not rectified."""
         lens = self.lens_in_use
-        local = world @ np.asarray(cv2.Rodrigues(self.vector[:3])[0]).T + self.vector[3:6]
+        local = world @ self.rotation.T + self.vector[3:6]
         if lens.fisheye:
             return FisheyeLens(lens.size, lens.matrix, lens.distortions).project(local)
         image, _ = cv2.projectPoints(local, np.zeros(3), np.zeros(3), lens.matrix, lens.distortions)
@@ -45,12 +62,11 @@ class ScenePose:
 
     def in_front(self, world: Floats) -> bool:
         """Whether the camera sees all points before it."""
-        depth = world @ np.asarray(cv2.Rodrigues(self.vector[:3])[0])[2] + self.vector[5]
-        return bool(depth.min() > 0.0)
+        return bool((world @ self.rotation[2] + self.vector[5]).min() > 0.0)
 
-    def residual_px(self, world: Floats, seen: Floats) -> float:
-        """Root mean square distance of pixels (n, 2) from the projected points."""
-        return float(np.sqrt(((seen - self.project(world)) ** 2).sum(axis=1).mean()))
+    def residual_px(self, picks: Picks) -> float:
+        """Root mean square distance of the pixels from the projected points."""
+        return float(np.sqrt(((picks.seen - self.project(picks.world)) ** 2).sum(axis=1).mean()))
 
     def jacobian(self, world: Floats) -> Floats:
         """Derivatives (2 n, 6 or 7) of the pixels by the vector."""
@@ -63,8 +79,8 @@ class ScenePose:
 
     def place_jacobian(self, place: Floats) -> Floats:
         """Derivatives (2, 6 or 7) by the vector of where a ray of the camera passes `place` (3,), m across the ray."""
-        right = np.asarray(cv2.Rodrigues(self.vector[:3])[0])[0]
-        px_per_m = np.linalg.norm(np.diff(self.project(np.stack([place, place + 0.01 * right])), axis=0)) / 0.01
+        moved = np.stack([place, place + 0.01 * self.rotation[0]])
+        px_per_m = np.linalg.norm(np.diff(self.project(moved), axis=0)) / 0.01
         found: Floats = self.jacobian(place[None]) / px_per_m
         return found
 
@@ -81,40 +97,34 @@ class ScenePose:
         return Lens("", self.size, matrix, np.zeros(4))
 
 
-def fitted_poses(
-    world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, most: int | None = None
-) -> list[ScenePose]:
-    """Poses that fit points (n, 3), m, at pixels (n, 2), the best first; others are local minima.
+def fitted_poses(picks: Picks, most: int | None = None) -> list[ScenePose]:
+    """Poses that fit, the best first; others are local minima.
 
     most: number of starts that are refined, those that fit best; None: all.  Raises UserError.
     """
-    logs: list[float | None] = [None] if lens is not None else [float(np.log(start * size[0])) for start in STARTS]
-    starts: list[ScenePose] = []
-    for log in logs:
-        start = ScenePose(size, lens, np.zeros(6) if log is None else np.append(np.zeros(6), log))
-        starts += _starts(start, world, seen)
+    world, seen = picks.world, picks.seen
+    logs = [[]] if picks.lens is not None else [[np.log(start * picks.size[0])] for start in STARTS]
+    starts = [one for log in logs for one in _starts(ScenePose(picks.size, picks.lens, np.array([0.0] * 6 + log)), picks)]
     if most is not None:
-        starts = sorted(starts, key=lambda pose: pose.residual_px(world, seen))[:most]
+        starts = sorted(starts, key=lambda pose: pose.residual_px(picks))[:most]
     found: list[ScenePose] = []
     for pose in starts:
         refined = least_squares(
             lambda vector, pose=pose: (replace(pose, vector=vector).project(world) - seen).ravel(),
-            pose.vector,
-            x_scale="jac",
-            max_nfev=MAX_STEPS,
-        )
+            pose.vector, x_scale="jac", max_nfev=MAX_STEPS,
+        )  # fmt: skip
         fitted = replace(pose, vector=np.asarray(refined.x, dtype=np.float64))
-        if fitted.in_front(world) and np.isfinite(fitted.residual_px(world, seen)):
+        if fitted.in_front(world) and np.isfinite(fitted.residual_px(picks)):
             found.append(fitted)
     if not found:
         raise UserError("no camera sees the points at these pixels: are points exchanged?")
-    return sorted(found, key=lambda pose: pose.residual_px(world, seen))
+    return sorted(found, key=lambda pose: pose.residual_px(picks))
 
 
-def _starts(pose: ScenePose, world: Floats, seen: Floats) -> list[ScenePose]:
-    lens = pose.lens_in_use
+def _starts(pose: ScenePose, picks: Picks) -> list[ScenePose]:
+    lens, world = pose.lens_in_use, picks.world
     undistort = cv2.fisheye.undistortPoints if lens.fisheye else cv2.undistortPoints
-    rays = np.asarray(undistort(seen[:, None], lens.matrix, lens.distortions), dtype=np.float64)
+    rays = np.asarray(undistort(picks.seen[:, None], lens.matrix, lens.distortions), dtype=np.float64)
     extents = np.linalg.svd(world - world.mean(axis=0), compute_uv=False)
     methods = [cv2.SOLVEPNP_SQPNP, *([cv2.SOLVEPNP_IPPE] if extents[2] < COPLANAR * extents[0] else [])]
     found = []

@@ -12,8 +12,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.delays import checked_delays
-from zenocap.common.rig.file import Delays, LogTable, RigFile, ZenohTable, rig_file
+from zenocap.common.rig.file import DELAYS, Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, Method, method_of
 from zenocap.common.rig.recognizer import RecognizerSpec, recognizer_spec
@@ -162,7 +161,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         with _errors_of(path, "tracker"):
             tracker = with_front_of(tracker, {viewer.id: viewer.camera.name for viewer in viewers})
     viewers, rates = at_common_rate(viewers)
-    delays = checked_delays(path, content, row, viewers)
+    delays = _checked_delays(path, content, row, viewers)
     used = [id.encode() for id in read.used or ()]
     parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
@@ -254,3 +253,27 @@ def _viewers_in_use(path: Path, row: Method, viewers: tuple[Viewer, ...]) -> tup
         f"{angle:.0f} degrees apart, the most nearly orthogonal pair"
     )
     return (first, second), (note,)
+
+
+def _checked_delays(path: Path, content: RigFile, method: Method, viewers: tuple[Viewer, ...]) -> Delays:
+    """Whether delays of the cameras are estimated and corrected.
+
+    Raises UserError when that needs a tracker, or when the cameras of a rig without one are a frame period or more apart:
+    each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
+    """
+    if not method.has_tracker:
+        early, *_, late = sorted(viewers, key=lambda viewer: viewer.delay_ns)
+        period_ns = 1e9 / min(viewer.fps for viewer in viewers)
+        apart_ns = late.delay_ns - early.delay_ns
+        if apart_ns >= period_ns:
+            raise UserError(
+                f"{path}: delay_ms of viewer {late.id} is {apart_ns / 1e6:g} ms above that of viewer {early.id}: "
+                f"allowed for method {method.name!r}: less than a frame period, {period_ns / 1e6:.1f} ms; "
+                "the methods with a tracker wait for late cameras"
+            )
+        if content.delays == "follow":
+            raise UserError(
+                f"{path}: delays = 'follow': allowed for method {method.name!r}, without a tracker: off, report; "
+                "zenocap sync TAKE finds delay_ms of the viewers"
+            )
+    return next(one for one in DELAYS if one == content.delays)

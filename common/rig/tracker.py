@@ -4,7 +4,7 @@ A preset is a set of defaults: `default`, or `paper`, the method as printed with
 prior: a file relative to the rig, or one that is included in the package.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -145,8 +145,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
         given = {name: getattr(self, name) for name in FilterOptions.__struct_fields__}
         given = {name: value for name, value in given.items() if value is not None}
         for name, allowed in CHOICES.items():
-            if name in given and given[name] not in allowed:
-                raise TableError(f"{name} = {given[name]!r}: allowed: {', '.join(allowed)}")
+            if name in given:
+                _require_one_of(name, given[name], allowed)
         share = self.prior_share
         if not (share is None or share == "adaptive" or (not isinstance(share, str) and 0 <= share <= 1)):
             raise TableError(f"prior_share = {share!r}: allowed: 0 to 1, adaptive")
@@ -194,11 +194,12 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
     own: whether the method is the rig's own, to which the number of particles in the table applies.  files: see
     `load_rig`.
     """
-    preset = _preset(table.preset)
+    _require_one_of("preset", table.preset, PRESETS)
+    preset = PRESETS[table.preset]
     anatomy = preset.anatomy if table.anatomy is None else table.anatomy
-    if anatomy not in ANATOMIES:
-        raise TableError(f"anatomy = {anatomy!r}: allowed: {', '.join(ANATOMIES)}")
-    refinement = _known(preset.refinements[method] if table.refinement is None else table.refinement)
+    _require_one_of("anatomy", anatomy, ANATOMIES)
+    refinement = preset.refinements[method] if table.refinement is None else table.refinement
+    _require_one_of("refinement", refinement, ITERATIONS)
     iterations = ITERATIONS[refinement] if table.iterations is None else table.iterations
     name = preset.prior if table.prior is None and method == "hybrid" else table.prior
     prior = None if name is None else find_prior(name, base, must_exist=files)
@@ -231,7 +232,8 @@ def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) 
     if overrides.preset is not None and overrides.preset != spec.preset:
         spec = _with_preset(spec, method, overrides.preset, own_prior=overrides.prior is not None)
     if overrides.refinement is not None:
-        spec = replace(spec, iterations=ITERATIONS[_known(overrides.refinement)])
+        _require_one_of("refinement", overrides.refinement, ITERATIONS)
+        spec = replace(spec, iterations=ITERATIONS[overrides.refinement])
     prior = None if overrides.prior is None else find_prior(overrides.prior, Path())
     given = {name: value for name, value in vars(overrides).items() if value is not None and name != "prior"}
     if overrides.front is not None or overrides.heading is not None:
@@ -241,8 +243,8 @@ def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) 
 
 def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) -> TrackerSpec:
     """`spec` with all defaults of a preset.  own_prior: another prior than the preset's is used."""
-    preset = _preset(name)
-    refinement = preset.refinements[method]
+    _require_one_of("preset", name, PRESETS)
+    preset, refinement = PRESETS[name], PRESETS[name].refinements[method]
     wanted = preset.prior if method == "hybrid" and not own_prior else None
     return replace(
         spec, prior=None if wanted is None else find_prior(wanted, Path()), particles=PARTICLES[method],
@@ -250,16 +252,9 @@ def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) 
     )  # fmt: skip
 
 
-def _preset(name: str) -> Preset:
-    if name not in PRESETS:
-        raise TableError(f"preset = {name!r}: allowed: {', '.join(PRESETS)}")
-    return PRESETS[name]
-
-
-def _known(refinement: str) -> str:
-    if refinement not in ITERATIONS:
-        raise TableError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
-    return refinement
+def _require_one_of(key: str, value: object, allowed: Collection[str]) -> None:
+    if value not in allowed:
+        raise TableError(f"{key} = {value!r}: allowed: {', '.join(allowed)}")
 
 
 def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:

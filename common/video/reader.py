@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, pairwise
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import av
 import cv2
@@ -17,6 +15,7 @@ from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 
 from zenocap.common.arrays import Image
+from zenocap.common.closable import Closable
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.video.frame_times import FrameTimes, Timing, timing_of
 
@@ -100,7 +99,7 @@ class VideoSummary:
     software: str = ""
 
 
-class VideoReader:
+class VideoReader(Closable):
     """One pass through a video file.
 
     fps: frames/s, the mean that the file declares, or where frames are missing that of its intervals.
@@ -165,12 +164,6 @@ class VideoReader:
 
     def close(self) -> None:
         self._container.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
 
     def _first(self) -> av.VideoFrame | None:
         """The first frame, with the size after the turn; None without one."""

@@ -12,9 +12,11 @@ VIEWERS = ("1", "2")
 Event = tuple[str, int]
 
 
-def play(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[Event]]]:
+def play(
+    events: list[Event], viewers: tuple[str, ...] = VIEWERS, hold: int = 0
+) -> tuple[Synchronizer[Event], list[FrameSet[Event]]]:
     """Push (viewer, captured_ns), which are also the values."""
-    pairs: Synchronizer[Event] = Synchronizer(VIEWERS, FRAME_NS // 2)
+    pairs: Synchronizer[Event] = Synchronizer(viewers, FRAME_NS // 2, hold=hold)
     frame_sets: list[FrameSet[Event]] = []
     for viewer, captured_ns in events:
         pairs, instants = push(pairs, viewer, captured_ns, (viewer, captured_ns))
@@ -46,23 +48,14 @@ def test_a_frame_set_waits_for_the_other_viewer() -> None:
 def test_items_that_arrive_periods_later_are_paired_with_a_hold_also_after_an_interruption(hold: int) -> None:
     """Of viewer 2, whose delay is corrected, item k arrives after item k + hold of viewer 1."""
 
-    def played(hold_used: int) -> list[FrameSet[Event]]:
-        pairs: Synchronizer[Event] = Synchronizer(VIEWERS, FRAME_NS // 2, hold=hold_used)
-        found: list[FrameSet[Event]] = []
-        for k in range(1, 200):
-            pairs, instants = push(pairs, "1", k * FRAME_NS, ("1", k * FRAME_NS))
-            found += instants
-            late = k - hold
-            if late > 0 and not 90 < k < 110:
-                pairs, instants = push(pairs, "2", late * FRAME_NS, ("2", late * FRAME_NS))
-                found += instants
-        return found
-
-    whole = [instant.captured_ns // FRAME_NS for instant in played(hold) if len(instant.items) == 2]
+    events = [("1", k * FRAME_NS) for k in range(1, hold + 1)]
+    for k in range(hold + 1, 200):
+        events += [("1", k * FRAME_NS), *([] if 90 < k < 110 else [("2", (k - hold) * FRAME_NS)])]
+    whole = [instant.captured_ns // FRAME_NS for instant in play(events, hold=hold)[1] if len(instant.items) == 2]
     assert whole[0] == 1
     assert whole[-1] == 199 - hold
     assert len(whole) >= 199 - hold - 19 - 2 * hold - 3
-    assert hold == 1 or len([instant for instant in played(0) if len(instant.items) == 2]) < 10
+    assert hold == 1 or len([instant for instant in play(events)[1] if len(instant.items) == 2]) < 10
 
 
 def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> None:
@@ -191,15 +184,6 @@ def test_regular_viewers_are_always_paired_in_any_order_of_arrival(jitters: list
 MANY = ("a", "b", "c", "d", "e")
 
 
-def play_many(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[Event]]]:
-    pairs: Synchronizer[Event] = Synchronizer(MANY, FRAME_NS // 2)
-    frame_sets: list[FrameSet[Event]] = []
-    for viewer, captured_ns in events:
-        pairs, instants = push(pairs, viewer, captured_ns, (viewer, captured_ns))
-        frame_sets += instants
-    return pairs, frame_sets
-
-
 @pytest.mark.nightly
 @given(st.lists(st.sets(st.sampled_from(MANY), min_size=1), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_a_frame_set_has_the_viewers_that_captured_it(captured: list[set[str]], random) -> None:  # type: ignore[no-untyped-def]
@@ -209,7 +193,7 @@ def test_a_frame_set_has_the_viewers_that_captured_it(captured: list[set[str]], 
         order = sorted(viewers)
         random.shuffle(order)
         events += [(viewer, k * FRAME_NS) for viewer in order]
-    pairs, instants = play_many(events)
+    pairs, instants = play(events, MANY)
     for instant in instants:
         assert set(instant.items) <= captured[instant.captured_ns // FRAME_NS - 1]
     out = sum(len(instant.items) for instant in instants)
@@ -223,12 +207,12 @@ def test_a_viewer_that_leaves_delays_the_others_for_few_frames_and_may_return() 
     whole = [(viewer, k * FRAME_NS) for k in (1, 2) for viewer in MANY]
     without = [(viewer, k * FRAME_NS) for k in range(3, 20) for viewer in MANY[:-1]]
     again = [(viewer, k * FRAME_NS) for k in range(20, 23) for viewer in MANY]
-    _, instants = play_many([*whole, *without, *again])
+    _, instants = play([*whole, *without, *again], MANY)
     assert [len(instant.items) for instant in instants[:2]] == [5, 5]
     assert [instant.captured_ns // FRAME_NS for instant in instants] == list(range(1, 23))
     assert {len(instant.items) for instant in instants[2:19]} == {4}
     assert [len(instant.items) for instant in instants[-2:]] == [5, 5]
-    _, before = play_many([*whole, *without])
+    _, before = play([*whole, *without], MANY)
     assert before[-1].captured_ns == 19 * FRAME_NS, "an absent viewer is not waited for"
 
 

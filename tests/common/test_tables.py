@@ -24,20 +24,25 @@ TABLES = {
 
 @pytest.fixture(params=TABLES.values(), ids=TABLES)
 def table(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Table[object]]:
-    """A table, and a package that brings it a row of an own name, and one whose module cannot be imported."""
+    """A table, and a package with rows for it: one named as an own row, a good one, and three that cannot be used."""
     found: Table[object] = request.param
-    taken = next(iter(found.own))
-    info = tmp_path / "broken-1.0.dist-info"
+    taken, place = next(iter(found.own.items()))
+    rows = (f"{taken} = extra:TEXT", "za = extra:GOOD", "zb = extra:TEXT", "zc = extra:GONE", "zd = broken:ROW")
+    info = tmp_path / "more-1.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(f"[{found.group}]\n{taken} = broken:ROW\nzz = broken:ROW\n")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: more\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("\n".join((f"[{found.group}]", *rows)))
+    (tmp_path / "extra.py").write_text(
+        f"from zenocap.common.table import attribute\nGOOD, TEXT = attribute({place!r}), 'text'\n"
+    )
     (tmp_path / "broken.py").write_text("import a_module_that_is_not_there\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(found, "_rows", {})
     tables._installed.cache_clear()
     yield found
     tables._installed.cache_clear()
-    sys.modules.pop("broken", None)
+    for name in ("extra", "broken"):
+        sys.modules.pop(name, None)
 
 
 def test_every_own_row_loads_and_has_its_name(table: Table[object]) -> None:
@@ -47,15 +52,25 @@ def test_every_own_row_loads_and_has_its_name(table: Table[object]) -> None:
         assert row.name == name  # type: ignore[attr-defined]
 
 
-def test_a_package_adds_a_row_and_replaces_none(table: Table[object]) -> None:
-    assert table.names() == (*table.own, "zz")
-    taken = next(iter(table.own))
-    assert table.row(taken) is tables.attribute(table.own[taken])
+def test_a_package_adds_rows_after_the_own_ones_and_replaces_none(table: Table[object]) -> None:
+    assert table.names() == (*table.own, "za", "zb", "zc", "zd")
+    assert "extra" not in sys.modules
+    own = tables.attribute(next(iter(table.own.values())))
+    assert table.row(next(iter(table.own))) is table.row("za") is own
 
 
-def test_a_package_that_cannot_be_imported_is_named_when_its_row_is_asked_for(table: Table[object]) -> None:
-    with pytest.raises(UserError, match=r"'zz' of the package broken: broken:ROW cannot be imported: .*not_there"):
-        table.row("zz")
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("zb", "'zb' of the package more: extra:TEXT is no "),
+        ("zc", "'zc' of the package more: extra:GONE cannot be imported: .*GONE"),
+        ("zd", "'zd' of the package more: broken:ROW cannot be imported: .*not_there"),
+        ("ze", "'ze': allowed: .*, za, zb, zc, zd$"),
+    ],
+)
+def test_a_row_that_cannot_be_used_is_an_error_that_names_it(table: Table[object], name: str, text: str) -> None:
+    with pytest.raises(UserError, match=text):
+        table.row(name)
 
 
 def test_a_broken_package_does_not_harm_what_is_found_among_own_rows(table: Table[object]) -> None:

@@ -5,11 +5,11 @@ import threading
 import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from types import TracebackType
-from typing import Self
 
 import cv2
 import numpy as np
+
+from zenocap.common.closable import Closable
 
 BITS = 24  # of the time code: milliseconds of the monotonic clock
 
@@ -30,7 +30,7 @@ def time_in(image: np.ndarray) -> int:
     return sum(int(image[height // 4, column].mean() > 128) << bit for bit, column in enumerate(centres))
 
 
-class MjpegServer:
+class MjpegServer(Closable):
     """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  `cut` ends all connections."""
 
     def __init__(
@@ -93,9 +93,3 @@ class MjpegServer:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()

@@ -5,13 +5,12 @@ import struct
 import threading
 import time
 from contextlib import suppress
-from types import TracebackType
-from typing import Self
 
 import cv2
 import numpy as np
 
 from tests.support.mjpeg_server import with_time
+from zenocap.common.closable import Closable
 
 CLOCK_HZ = 90_000
 PAYLOAD = 1400  # bytes of image data in a packet
@@ -47,7 +46,7 @@ def rtp_packets(image: np.ndarray, sequence: int, stamp: int) -> list[bytes]:
     return packets
 
 
-class RtspServer:
+class RtspServer(Closable):
     """Serves rtsp://127.0.0.1:PORT/stream; another path is 404.  `cut` ends the connections, and new ones are refused."""
 
     def __init__(self, size: tuple[int, int] = (320, 240), fps: float = 30.0) -> None:
@@ -154,9 +153,3 @@ class RtspServer:
 
     def close(self) -> None:
         self.cut()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
+from zenocap.common.closable import Closable
 from zenocap.common.video.v4l2 import structures as v4l2
 from zenocap.common.video.v4l2.structures import Capabilities, ControlFlag, ControlType
 
@@ -51,7 +50,7 @@ class Control:
     inactive: bool
 
 
-class V4l2Camera:
+class V4l2Camera(Closable):
     """An open device file.  It may be open while another program, or OpenCV, takes its images."""
 
     def __init__(self, path: Path, ioctl: Ioctl = fcntl.ioctl, opener: Callable[[str, int], int] = os.open) -> None:
@@ -67,12 +66,6 @@ class V4l2Camera:
         self.driver, self.name, self.bus = map(_text, (found.driver, found.card, found.bus_info))
         own = found.capabilities & Capabilities.DEVICE_CAPS
         self.capabilities: int = found.device_caps if own else found.capabilities
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
 
     def close(self) -> None:
         os.close(self._file)

@@ -7,22 +7,12 @@ import pytest
 from hypothesis import given
 
 from tests.support.message_strategies import NAMES
+from zenocap.common import topics
 from zenocap.common.bus.access import OPERATOR, READER, RECORDER, REPLAY, ROUTER, Member, access_control, keys_of
-from zenocap.common.topics import (  # fmt: skip
-    ALIVE,
-    CLOCK,
-    FILM,
-    REQUEST,
-    REVOKED,
-    SIGHTING,
-    STATE_RECOVERY,
-    TOPICS,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    service_at,
-)
+from zenocap.common.topics import REQUEST, SIGHTING, STATE_RECOVERY, TOPICS, TRACKER_POSE, UNIVERSAL_BAP, service_at
 
 SERVICES = tuple(Member(name) for name in ("integrator", "tracker", "recognizer", "animator"))
+VIEWER = Member("viewer", "1")
 
 
 def settings(rigs: dict[str, list[Member]]) -> dict[str, list[dict[str, object]]]:
@@ -62,7 +52,7 @@ def test_two_services_never_publish_on_the_same_key(first: str, second: str, rig
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)
 def test_only_the_service_named_in_a_key_publishes_on_it(topic: object) -> None:
     found = next(t for t in TOPICS if t is topic)
-    for member in (Member("viewer", "1"), *SERVICES):
+    for member in (VIEWER, *SERVICES):
         key = found.at("studio", viewer=member.id, service=member.service, id=member.id)
         published = keys_of("studio", member).get(found) == key
         named = service_at(key) in ((member.service, member.id), None if member.service == "animator" else ("", ""))
@@ -70,57 +60,55 @@ def test_only_the_service_named_in_a_key_publishes_on_it(topic: object) -> None:
 
 
 def test_every_topic_has_a_publisher() -> None:
-    published = {topic for member in (Member("viewer", "1"), *SERVICES) for topic in keys_of("studio", member)}
+    published = {topic for member in (VIEWER, *SERVICES) for topic in keys_of("studio", member)}
     assert published == set(TOPICS)
 
 
 def test_reader_role_only_subscribes_and_queries() -> None:
     for message in ("delete", "reply", "declare_queryable", "liveliness_token"):
         assert allowed("studio", Member(READER), message) == set()
-    revoked = REVOKED.format(rig="studio")  # the list is signed by the authority
+    revoked = topics.REVOKED.format(rig="studio")  # the list is signed by the authority
     assert allowed("studio", Member(READER), "put") == {revoked}
     assert allowed("studio", Member(READER), "declare_subscriber")
     assert allowed("studio", Member(READER), "query")
 
 
 def test_only_the_animator_publishes_requests() -> None:
-    requesting = [member for member in (Member("viewer", "1"), *SERVICES) if REQUEST in keys_of("studio", member)]
+    requesting = [member for member in (VIEWER, *SERVICES) if REQUEST in keys_of("studio", member)]
     assert requesting == [Member("animator")]
 
 
 def test_a_viewer_declares_tokens_and_replies_only_for_itself() -> None:
-    tokens = allowed("studio", Member("viewer", "1"), "liveliness_token")
-    assert ALIVE.format(rig="studio", service="viewer", id="1") in tokens
+    tokens = allowed("studio", VIEWER, "liveliness_token")
+    assert topics.ALIVE.format(rig="studio", service="viewer", id="1") in tokens
     assert not [token for token in tokens if "/viewer/1" not in token]
-    replies = allowed("studio", Member("viewer", "1"), "reply")
+    replies = allowed("studio", VIEWER, "reply")
     assert not [reply for reply in replies if "/viewer/1" not in reply]
-    assert CLOCK.format(rig="studio") not in allowed("studio", Member("viewer", "1"), "reply")
-    assert CLOCK.format(rig="studio") in allowed("studio", Member("integrator"), "reply")
+    assert topics.CLOCK.format(rig="studio") not in allowed("studio", VIEWER, "reply")
+    assert topics.CLOCK.format(rig="studio") in allowed("studio", Member("integrator"), "reply")
 
 
 def test_only_the_operator_queries_films_and_only_a_viewer_replies_for_itself() -> None:
-    own, every = (FILM.format(rig="studio", viewer=viewer) for viewer in ("1", "*"))
-    members = (Member("viewer", "1"), Member(READER), Member(RECORDER), Member(REPLAY), Member(OPERATOR), *SERVICES)
+    own, every = (topics.FILM.format(rig="studio", viewer=viewer) for viewer in ("1", "*"))
+    members = (VIEWER, Member(READER), Member(RECORDER), Member(REPLAY), Member(OPERATOR), *SERVICES)
     asking = {member.service for member in members if {own, every} & allowed("studio", member, "query")}
     assert asking == {OPERATOR}
     for message in ("reply", "declare_queryable"):
         replying = {member.service for member in members if {own, every} & allowed("studio", member, message)}
         assert replying == {"viewer"}
-        assert every not in allowed("studio", Member("viewer", "1"), message)
+        assert every not in allowed("studio", VIEWER, message)
     assert not allowed("studio", Member(OPERATOR), "put")
 
 
 def test_only_the_publisher_of_a_topic_queries_its_recovered_state() -> None:
     bap, pose = (STATE_RECOVERY.format(rig="studio", topic=topic.name) for topic in (UNIVERSAL_BAP, TRACKER_POSE))
-    queried = {
-        member.service: allowed("studio", member, "query") & {bap, pose} for member in (Member("viewer", "1"), *SERVICES)
-    }
+    queried = {member.service: allowed("studio", member, "query") & {bap, pose} for member in (VIEWER, *SERVICES)}
     assert {service: keys for service, keys in queried.items() if keys} == {"integrator": {bap}, "tracker": {pose}}
 
 
 def test_neither_viewers_nor_readers_reply_to_state_recovery() -> None:
     recovery = STATE_RECOVERY.format(rig="studio", topic="*")
-    members = (Member("viewer", "1"), Member(READER), Member(RECORDER), Member(REPLAY), *SERVICES)
+    members = (VIEWER, Member(READER), Member(RECORDER), Member(REPLAY), *SERVICES)
     for message in ("reply", "declare_queryable"):
         trusted = {member.service for member in members if recovery in allowed("studio", member, message)}
         assert trusted == {"integrator", "tracker", "recognizer", "animator", RECORDER, REPLAY}
@@ -134,7 +122,7 @@ def test_replay_role_publishes_on_all_topics_and_recorder_role_on_its_own() -> N
 
 
 def test_rigs_on_one_router_have_no_access_to_each_other() -> None:
-    found = settings({"studio": [Member("viewer", "1")], "lab": [Member("viewer", "1")]})
+    found = settings({"studio": [VIEWER], "lab": [VIEWER]})
     for policy in found["policies"]:
         (subject,) = policy["subjects"]  # type: ignore[misc]
         rig = str(subject).partition("/")[0]

@@ -37,10 +37,8 @@ def test_every_message_is_written(network: LocalNetwork, tmp_path: Path) -> None
         bus.publish(UNIVERSAL_BAP, bap(frame))
     end = log.close()
     take = Take(tmp_path / "take.mcap")
-    assert [recorded.schema for recorded in take.messages()] == [
-        "zenocap.PartialBdp",
-        *["zenocap.Sighting", "zenocap.UniversalBap"] * 50,
-    ]
+    expected = ["zenocap.PartialBdp", *["zenocap.Sighting", "zenocap.UniversalBap"] * 50]
+    assert [recorded.schema for recorded in take.messages()] == expected
     assert (end.messages, end.lost, take.cut) == (101, 0, None)
 
 

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
 from zenocap.common.recording.reader import Recorded, Take
-from zenocap.common.recording.writer import Attachment, Recording, RecordingError
+from zenocap.common.recording.writer import Attachment, Recording, RecordingError, Statistics
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 
 S = 1_000_000_000
@@ -44,6 +44,18 @@ def envelopes(count: int, step_ns: int) -> list[Envelope]:
     return start + [envelope(bap(frame), START_NS + frame * step_ns) for frame in range(count)]
 
 
+def sightings(count: int) -> list[Envelope]:
+    """Of 30 frames/s; they are badly compressed."""
+    return [envelope(sighting("1", number * 7919 % 10007), START_NS + number * S // 30) for number in range(count)]
+
+
+def recorded(recording: Parts, sent: Iterable[Envelope]) -> Statistics:
+    """What is counted once all are recorded and the recording is closed."""
+    for each in sent:
+        recording.record(each)
+    return recording.close()
+
+
 def read(folder: Path) -> dict[str, tuple[Take, list[Recorded]]]:
     """The parts by name, in the order of their numbers."""
     takes = [Take(path) for path in folder.glob("*.mcap")]
@@ -56,11 +68,8 @@ def read(folder: Path) -> dict[str, tuple[Take, list[Recorded]]]:
 
 def test_each_part_is_self_contained(tmp_path: Path) -> None:
     limits = PartLimits(ns=60 * S)
-    recording = parts(tmp_path, limits)
     sent = envelopes(150, S)
-    for each in sent:
-        recording.record(each)
-    end = recording.close()
+    end = recorded(parts(tmp_path, limits), sent)
     found = read(tmp_path)
     names = [f"studio-{datetime.fromtimestamp(START_NS // S + at, UTC):%Y%m%dT%H%M%SZ}.mcap" for at in (0, 60, 120)]
     assert list(found) == names
@@ -107,20 +116,14 @@ def test_all_parts_together_have_every_message_once(
 
 @pytest.mark.slow
 def test_a_part_ends_by_size(tmp_path: Path) -> None:
-    recording = parts(tmp_path, PartLimits(bytes=20_000))
-    for number in range(3000):
-        recording.record(envelope(sighting("1", number * 7919 % 10007), START_NS + number * S // 30))
-    recording.close()
+    recorded(parts(tmp_path, PartLimits(bytes=20_000)), sightings(3000))
     sizes = [path.stat().st_size for path in sorted(tmp_path.iterdir())]
     assert len(sizes) > 2
     assert all(20_000 <= size < 30_000 for size in sizes[:-1])
 
 
 def test_without_limits_there_is_one_file_without_part_metadata(tmp_path: Path) -> None:
-    recording = parts(tmp_path, PartLimits())
-    for each in envelopes(5, 3600 * S):
-        recording.record(each)
-    recording.close()
+    recorded(parts(tmp_path, PartLimits()), envelopes(5, 3600 * S))
     (path,) = tmp_path.iterdir()
     take = Take(path)
     assert len(list(take.messages())) == 8
@@ -128,18 +131,13 @@ def test_without_limits_there_is_one_file_without_part_metadata(tmp_path: Path) 
 
 
 def test_parts_that_begin_within_a_second_have_different_names(tmp_path: Path) -> None:
-    recording = parts(tmp_path, PartLimits(ns=S // 10))
-    for each in envelopes(10, S // 10):
-        recording.record(each)
-    recording.close()
+    recorded(parts(tmp_path, PartLimits(ns=S // 10)), envelopes(10, S // 10))
     assert len(read(tmp_path)) == 10
 
 
 def test_a_clock_that_is_set_back_begins_a_part_and_small_disorder_does_not(tmp_path: Path) -> None:
-    recording = parts(tmp_path, PartLimits(ns=3600 * S))
-    for at_ns in (START_NS, START_NS - S, START_NS + S, START_NS - 7200 * S, START_NS - 7199 * S):
-        recording.record(envelope(bap(1), at_ns))
-    recording.close()
+    times_ns = (START_NS, START_NS - S, START_NS + S, START_NS - 7200 * S, START_NS - 7199 * S)
+    recorded(parts(tmp_path, PartLimits(ns=3600 * S)), [envelope(bap(1), at_ns) for at_ns in times_ns])
     assert [len(messages) for _, messages in read(tmp_path).values()] == [3, 2]
 
 
@@ -181,9 +179,7 @@ def test_a_rig_file_sets_the_limits_of_parts(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(f"{text}[log]\npart_mb = 0.5\npart_minutes = 1\n")
     recording = new_parts(load_rig(path), take_path("demo", tmp_path, START_NS), START_NS, {})
-    for each in envelopes(3, 60 * S):
-        recording.record(each)
-    recording.close()
+    recorded(recording, envelopes(3, 60 * S))
     found = read(tmp_path)
     assert [take.metadata["part"]["number"] for take, _ in found.values()] == ["1", "2", "3"]
     files = {"rig.toml", "demo-calibration.toml", "setup.json", "recognizer.postures"}
@@ -210,9 +206,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.slow
 def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(small_disk: Path) -> None:
     recording = parts(small_disk, PartLimits(bytes=20_000))
-    for number in range(6000):
-        recording.record(envelope(sighting("1", number * 7919 % 10007), START_NS + number * S // 30))
-    end = recording.close()
+    end = recorded(recording, sightings(6000))
     assert end.failure is not None
     assert "No space left on device" in end.failure
     assert (end.messages + end.lost, recording.number) == (6000, len(list(small_disk.iterdir())))
@@ -228,14 +222,11 @@ def test_a_file_size_limit_ends_the_log_and_is_reported_once(tmp_path: Path) -> 
     script = """
         import logging, resource, signal, sys
         from pathlib import Path
-        from tests.common.recording.test_parts import PartLimits, S, START_NS, envelope, parts, sighting
+        from tests.common.recording.test_parts import PartLimits, parts, recorded, sightings
         logging.basicConfig(level=logging.INFO)
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-        recording = parts(Path(sys.argv[1]), PartLimits())
-        for number in range(3000):
-            recording.record(envelope(sighting("1", number * 7919 % 10007), START_NS + number * S // 30))
-        end = recording.close()
+        end = recorded(parts(Path(sys.argv[1]), PartLimits()), sightings(3000))
         print(end.messages, end.lost, end.failure)
     """
     run = subprocess.run(

@@ -71,14 +71,6 @@ def test_the_take_has_postures_and_their_model(path: Path) -> None:
     assert recorded.source == "integrator"
 
 
-@pytest.mark.nightly
-def test_the_take_is_recomputed_byte_for_byte(path: Path) -> None:
-    found = verify([path])
-    assert found.first is None
-    assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)
-    assert found.equal[POSTURES] == len(messages_of(path, m.Posture))
-
-
 def test_info_counts_postures(path: Path) -> None:
     result = CliRunner().invoke(app, ["info", str(path)])
     assert "recognizer/posture" in result.output

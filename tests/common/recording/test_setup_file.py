@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -63,15 +64,9 @@ def test_a_bad_setup_names_the_take_and_the_field(old_text: bytes, new_text: byt
 
 
 def test_a_setup_without_viewers_is_refused() -> None:
-    data = write_setup(replace_viewers())
+    data = write_setup(msgspec.structs.replace(recorded_rig(demo_rig("two-view")), viewers=[]))
     with pytest.raises(UserError, match="viewers: allowed: one or more"):
         read_setup(TAKE, data)
-
-
-def replace_viewers() -> object:
-    import msgspec
-
-    return msgspec.structs.replace(recorded_rig(demo_rig("two-view")), viewers=[])
 
 
 def hybrid(prior: Path | None) -> Rig:

@@ -6,6 +6,7 @@ import pytest
 from mcap.reader import make_reader
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
@@ -72,26 +73,16 @@ def test_two_takes_of_the_same_messages_are_equal(tmp_path: Path) -> None:
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
-def test_messages_are_flushed_to_disk_every_second(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "after_ns", [1_000_000_000, -50_000_000_000, None], ids=["a second", "a clock that was set back", "flush"]
+)
+def test_messages_are_written_to_disk_every_second_and_on_request(tmp_path: Path, after_ns: int | None) -> None:
     recording = record_take(tmp_path / "take.mcap", 15)
     small = (tmp_path / "take.mcap").stat().st_size
-    recording.record(envelope(bap(99), START_NS + 1_000_000_000))
-    assert (tmp_path / "take.mcap").stat().st_size > small
-    recording.close()
-
-
-def test_flushing_continues_after_the_clock_is_set_back(tmp_path: Path) -> None:
-    recording = record_take(tmp_path / "take.mcap", 15)
-    small = (tmp_path / "take.mcap").stat().st_size
-    recording.record(envelope(bap(99), START_NS - 50_000_000_000))
-    assert (tmp_path / "take.mcap").stat().st_size > small
-    recording.close()
-
-
-def test_flush_writes_pending_messages_to_disk(tmp_path: Path) -> None:
-    recording = record_take(tmp_path / "take.mcap", 2)
-    small = (tmp_path / "take.mcap").stat().st_size
-    recording.flush()
+    if after_ns is None:
+        recording.flush()
+    else:
+        recording.record(envelope(bap(99), START_NS + after_ns))
     assert (tmp_path / "take.mcap").stat().st_size > small
     recording.close()
 
@@ -117,10 +108,6 @@ def test_the_number_of_channels_is_bounded(tmp_path: Path, caplog: pytest.LogCap
     assert [record.getMessage().count("further keys") for record in caplog.records] == [1]
 
 
-def health(service: str, id: str) -> m.Health:
-    return m.Health(frame=0, captured_ns=1, service=service, id=id, state="", rate=0.0, stages_ms={}, counts={})
-
-
 @pytest.mark.slow
 def test_invented_names_do_not_displace_the_rigs_own_services_and_topics(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
@@ -130,10 +117,11 @@ def test_invented_names_do_not_displace_the_rigs_own_services_and_topics(
     own = (("viewer", "1"), ("integrator", "main"))
     recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0, own=own, convert=converter.convert)
     for number in range(4200):
-        recording.record(envelope(health("invented", str(number)), START_NS + number))
+        recording.record(envelope(built(m.Health, service="invented", id=str(number)), START_NS + number))
         if number < 1000:
             recording.record(envelope(sighting(f"invented{number}", 0), START_NS + number))
-    messages = [health("viewer", "1"), health("integrator", "main"), sighting("1", 0), bap(0)]
+    healths = [built(m.Health, service=service, id=id) for service, id in own]
+    messages = [*healths, sighting("1", 0), bap(0)]
     for message in messages:
         recording.record(envelope(message, START_NS + FRAME_NS))
     end = recording.close()
@@ -196,11 +184,8 @@ def test_converted_messages_follow_the_message_with_its_times(tmp_path: Path) ->
     assert recording.close().unconverted == 0
     with path.open("rb") as file:
         own, other = [(channel, message) for _, channel, message in make_reader(file).iter_messages()]
-    assert (own[0].topic, other[0].topic, other[1].data) == (
-        "zenocap/studio/integrator/bap",
-        "/beside",
-        own[0].topic.encode(),
-    )
+    key = "zenocap/studio/integrator/bap"
+    assert (own[0].topic, other[0].topic, other[1].data) == (key, "/beside", key.encode())
     for name in ("log_time", "publish_time", "sequence"):
         assert getattr(own[1], name) == getattr(other[1], name)
 

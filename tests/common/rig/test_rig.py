@@ -114,66 +114,55 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
     assert load_rig(tmp_path / "a" / "rig.toml").digest != first.digest
 
 
+NAME, FPS, STREAM, HOSTED = 'name = "studio"', "fps = 15", 'source = "rtsp://host/a"', 'source = "discover:lab/a"'
+
+
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
         ('name = "studio"\n', "", "name is missing"),
-        ('name = "studio"', 'name = "my studio"', "name = 'my studio': allowed: 1 to 64 letters, digits"),
-        ('name = "studio"', "name = 3", "name = 3: allowed: str"),
+        (NAME, 'name = "my studio"', "name = 'my studio': allowed: 1 to 64 letters, digits"),
+        (NAME, "name = 3", "name = 3: allowed: str"),
         ("calibration =", "calibratoin =", "calibratoin = .*no such key; allowed: name, .*did you mean 'calibration'"),
         ('"calibration.toml"', '"other.toml"', "calibration = 'other.toml': no file "),
         ('up_axis = "y"', 'up_axis = "x"', "up_axis = 'x': allowed: 'y', 'z'"),
         ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'auto', 'two-view', .*did you mean 'two-view'"),
-        ("fps = 15", "feedback = true", r"viewer\[0\].feedback = true: allowed: only with background = \"adaptive\""),
+        (FPS, "feedback = true", r"viewer\[0\].feedback = true: allowed: only with background = \"adaptive\""),
         (
-            'background = "first:60"',
-            'background = "adaptive"\nfeedback = true',
+            'background = "first:60"', 'background = "adaptive"\nfeedback = true',
             "viewer 1: feedback = true: allowed: false for method 'two-view', without a tracker",
         ),
+        (STREAM, HOSTED + "\nfeedback = true", "feedback = true: allowed for a camera of another machine"),
         (
-            '"rtsp://host/a"',
-            '"discover:lab/a"\nfeedback = true',
-            "feedback = true: allowed for a camera of another machine",
-        ),
-        (
-            'source = "rtsp://host/a"',
-            'source = "discover:lab/a"\nkeep_background = true',
+            STREAM, HOSTED + "\nkeep_background = true",
             r"viewer\[1\].keep_background = true: allowed: only for a camera or stream of this machine",
         ),
-        ("fps = 15", "keep_background = true", r"keep_background = true: allowed: only with background = \"adaptive\""),
+        (FPS, "keep_background = true", r"keep_background = true: allowed: only with background = \"adaptive\""),
         (
-            'source = "rtsp://host/a"',
-            'source = "rtsp://host/a"\nkeep_background = true',
+            STREAM, STREAM + "\nkeep_background = true",
             "viewer 2: keep_background = true: allowed: false for method 'two-view'",
         ),
-        ('name = "studio"', 'name = "studio"\ndelays = "x"', "delays = 'x': allowed: 'off', 'report', 'follow'"),
+        (NAME, 'name = "studio"\ndelays = "x"', "delays = 'x': allowed: 'off', 'report', 'follow'"),
         (
-            'name = "studio"',
-            'name = "studio"\ndelays = "follow"',
+            NAME, NAME + '\ndelays = "follow"',
             "delays = 'follow': allowed for method 'two-view', without a tracker: off, report",
         ),
-        ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
+        (FPS, "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (
-            "fps = 15",
-            'exposure = "manual"',
+            FPS, 'exposure = "manual"',
             r"viewer\[0\].exposure = 'manual': allowed: a whole number in the range .* \"locked\"",
         ),
-        ("fps = 15", "gain = 2.5", r"viewer\[0\].gain = 2.5: allowed: int"),
-        ("fps = 15", "focus = true", r"viewer\[0\].focus = .*: allowed: int"),
-        ("fps = 15", 'format = "H264"', r"viewer\[0\].format = 'H264': allowed: MJPG, JPEG, YUYV"),
-        (
-            'source = "rtsp://host/a"',
-            'source = "rtsp://host/a"\ngain = 3',
-            r"viewer\[1\].gain = 3: allowed: only where the source is a camera of a machine",
-        ),
-        ("fps = 15", "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
-        ("fps = 15", 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),
-        ("fps = 15", "fsp = 15", r"viewer\[0\].fsp = 15: no such key; .*did you mean 'fps'"),
+        (FPS, "gain = 2.5", r"viewer\[0\].gain = 2.5: allowed: int"),
+        (FPS, "focus = true", r"viewer\[0\].focus = .*: allowed: int"),
+        (FPS, 'format = "H264"', r"viewer\[0\].format = 'H264': allowed: MJPG, JPEG, YUYV"),
+        (STREAM, STREAM + "\ngain = 3", r"viewer\[1\].gain = 3: allowed: only where the source is a camera of a machine"),
+        (FPS, "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
+        (FPS, 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),
+        (FPS, "fsp = 15", r"viewer\[0\].fsp = 15: no such key; .*did you mean 'fps'"),
         ("[160, 120]", "[160]", r"viewer\[0\].size = \[160\]: allowed: list of length 2"),
         ("[160, 120]", "[160, 4]", r"viewer\[0\].size\[1\] = 4: allowed: int >= 16"),
         (
-            "[160, 120]",
-            "[160, 160]",
+            "[160, 120]", "[160, 160]",
             r"viewer\[0\].size = \[160, 160\]: allowed: the shape of the .* 640 x 480 px, such as \[160, 120\]",
         ),
         ('id = "2"', 'id = "1"', r"viewer\[1\].id = '1': allowed: an id that viewer\[0\] does not have"),
@@ -190,18 +179,17 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         ("source = 0", 'source = "none/*.png"', r"viewer\[0\].source = 'none/\*.png': no file matches"),
         ("source = 0", 'source = "rig.toml"\ninitial = "none.mp4"', r"viewer\[0\].initial = 'none.mp4': no file "),
         (
-            "source = 0",
-            'source = 0\ninitial = "a.mp4"',
+            "source = 0", 'source = 0\ninitial = "a.mp4"',
             r"viewer\[0\].initial = 'a.mp4': allowed: only where the source is",
         ),
-        ('source = "rtsp://host/a"', 'source = "rig.toml"', r"viewer\[1\].source: .*not a video that can be decoded"),
+        (STREAM, 'source = "rig.toml"', r"viewer\[1\].source: .*not a video that can be decoded"),
         ("[zenoh]", '[zenoh]\nmode = "pear"', "zenoh.mode = 'pear': allowed: 'peer', .*did you mean 'peer'"),
         ("connect =", "conect =", "zenoh.conect = .*did you mean 'connect'"),
         ("enabled", "enable", "log.enable = False: no such key; .*did you mean 'enabled'"),
         ("[log]", "[log", "not TOML"),
         ("[[viewer]]", "[[viewers]]", "viewers = .*did you mean 'viewer'"),
     ],
-)
+)  # fmt: skip
 def test_every_error_names_file_key_value_and_what_is_allowed(tmp_path, old, new, text):
     assert old in RIG
     path = write_rig(tmp_path, RIG.replace(old, new))
@@ -306,34 +294,35 @@ def test_videos_with_other_names_are_assigned_in_order(tmp_path):
     assert "assigned in order: cam01 = GOPRO1.mp4, cam02 = GOPRO2.mp4" in rig.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('up_axis = "x"', "up_axis = 'x': allowed: 'y' or 'z'"),
+        ("fps = -1", "fps = -1: allowed: above 0 to 1000"),
+        ("empty_frames = 2.5", "empty_frames = 2.5: allowed: a whole number from 0 to 10000"),
+    ],
+)
+def test_errors_of_clip_toml(tmp_path, text, reason):
+    with pytest.raises(UserError, match=f"clip.toml: {reason}"):
+        load_rig(write_folder(tmp_path / "take", [0, 90], text))
+
+
 def test_errors_of_a_folder(tmp_path):
-    with pytest.raises(UserError, match=r"calibration\.toml is missing: allowed: a rig file or a folder with it"):
-        load_rig(tmp_path)
-    folder = write_folder(tmp_path / "take", [0, 90], 'up_axis = "x"')
-    with pytest.raises(UserError, match=r"clip.toml: up_axis = 'x': allowed: 'y' or 'z'"):
-        load_rig(folder)
-    (folder / "clip.toml").write_text("fps = -1")
-    with pytest.raises(UserError, match=r"clip.toml: fps = -1: allowed: above 0 to 1000"):
-        load_rig(folder)
-    (folder / "clip.toml").write_text("empty_frames = 2.5")
-    with pytest.raises(UserError, match=r"empty_frames = 2.5: allowed: a whole number from 0 to 10000"):
-        load_rig(folder)
-    (folder / "clip.toml").write_text("")
+    def refused(path, reason):
+        with pytest.raises(UserError, match=reason):
+            load_rig(path)
+
+    refused(tmp_path, r"calibration\.toml is missing: allowed: a rig file or a folder with it")
+    folder = write_folder(tmp_path / "take", [0, 90])
     write_video(folder / "videos" / "cam01.avi")
-    with pytest.raises(UserError, match="allowed: one video per camera"):
-        load_rig(folder)
+    refused(folder, "allowed: one video per camera")
     (folder / "videos" / "cam01.avi").rename(folder / "videos" / "cam09.avi")
-    with pytest.raises(
-        UserError, match=r"videos/cam09.avi: belongs to no camera of .*calibration.toml; there are: cam01, cam02"
-    ):
-        load_rig(folder)
+    refused(folder, r"videos/cam09.avi: belongs to no camera of .*calibration.toml; there are: cam01, cam02")
     for video in (folder / "videos").iterdir():
         video.unlink()
-    with pytest.raises(UserError, match="videos/ has no video"):
-        load_rig(folder)
+    refused(folder, "videos/ has no video")
     (folder / "calibration.toml").write_text("")
-    with pytest.raises(UserError, match="no camera in it"):
-        load_rig(folder)
+    refused(folder, "no camera in it")
 
 
 @pytest.mark.parametrize(

@@ -16,24 +16,28 @@ SECOND = 1_000_000_000
 NO_COUNTERS = Counters(0, {}, {})
 
 
+def reported(meter: Meter, at_s: int = 0, counters: Counters = NO_COUNTERS) -> Health:
+    return meter.report(at_s * SECOND, at_s * SECOND, Phase.TRACKING, "tracking", counters, None)
+
+
 def test_the_rate_counts_frames() -> None:
     meter = Meter("viewer", "1")
-    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    reported(meter)
     for _ in range(30):
         meter.frame()
         meter.publish("sighting")
         meter.publish("sighting")
-    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 15.0
+    assert reported(meter, 2).rate == 15.0
 
 
 def test_without_frames_the_rate_is_that_of_the_busiest_topic() -> None:
     meter = Meter("integrator", "main")
-    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    reported(meter)
     for _ in range(30):
         meter.publish("assignment")
     meter.publish("universal_bdp")
-    assert meter.report(SECOND, SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 30.0
-    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 0.0
+    assert reported(meter, 1).rate == 30.0
+    assert reported(meter, 2).rate == 0.0
 
 
 def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
@@ -42,7 +46,7 @@ def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
         meter.time("step", 10**9)
     for _ in range(RING - 1):
         meter.time("step", 2_000_000)
-    assert meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None).stages_ms == {"step": 2.0}
+    assert reported(meter).stages_ms == {"step": 2.0}
 
 
 def test_health_has_all_counts() -> None:
@@ -58,15 +62,13 @@ def test_health_has_all_counts() -> None:
 
 
 def test_health_has_the_days_of_the_certificate_and_warns_before_the_expiry() -> None:
-    def reported(days: int | None) -> Health:
-        return Meter("viewer", "1").report(
-            5, 0, Phase.TRACKING, "tracking", replace(NO_COUNTERS, certificate_days=days), None
-        )
+    def with_days(days: int | None) -> Health:
+        return reported(Meter("viewer", "1"), 0, replace(NO_COUNTERS, certificate_days=days))
 
-    assert "certificate_days" not in reported(None).counts
-    assert (reported(31).counts["certificate_days"], reported(31).state) == (31, "tracking")
-    assert reported(30).state == "tracking; certificate expires in 30 days"
-    assert (reported(-1).counts["certificate_days"], reported(-1).state) == (0, "tracking; certificate has expired")
+    assert "certificate_days" not in with_days(None).counts
+    assert (with_days(31).counts["certificate_days"], with_days(31).state) == (31, "tracking")
+    assert with_days(30).state == "tracking; certificate expires in 30 days"
+    assert (with_days(-1).counts["certificate_days"], with_days(-1).state) == (0, "tracking; certificate has expired")
 
 
 def test_health_with_too_many_values_is_a_valid_message() -> None:
@@ -84,13 +86,13 @@ def test_what_is_needed_to_count_messages_is_never_left_out() -> None:
         meter.counts[f"count{index}"] = index
     meter.counts.update(step_errors=1, unsendable=2)
     sent = {topic.name: 3 for topic in TOPICS}
-    counts = meter.report(0, 0, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None).counts
+    counts = reported(meter, 0, Counters(0, {}, {}, sent=sent)).counts
     assert len(counts) == MOST_COUNTS
     assert {f"sent.{name}" for name in sent} | {"process", "step_errors", "unsendable"} <= counts.keys()
 
 
 def test_two_processes_of_a_service_have_different_numbers() -> None:
-    healths = [Meter("viewer", "1").report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None) for _ in range(10)]
+    healths = [reported(Meter("viewer", "1")) for _ in range(10)]
     assert len({health.counts["process"] for health in healths}) == 10
 
 
@@ -101,18 +103,18 @@ def test_memory_is_that_of_this_process() -> None:
 def test_cores_are_processor_time_per_elapsed_time() -> None:
     used = iter([0, SECOND // 2, 2 * SECOND])
     meter = Meter("viewer", "1", lambda: next(used))
-    assert meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None).cores == 0.0
-    assert meter.report(3 * SECOND, 3 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).cores == 0.5
+    assert reported(meter).cores == 0.0
+    assert reported(meter, 3).cores == 0.5
 
 
 def test_busy_is_the_fraction_of_time_in_steps_and_publishing() -> None:
     meter = Meter("viewer", "1")
-    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    reported(meter)
     meter.time("step_frame", SECOND)
     meter.time("publish", SECOND // 2)
     meter.time("frame_age", 100 * SECOND)
-    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.75
-    assert meter.report(3 * SECOND, 3 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.0
+    assert reported(meter, 2).busy == 0.75
+    assert reported(meter, 3).busy == 0.0
 
 
 def test_health_survives_a_full_table_of_open_files(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -61,6 +61,10 @@ def viewer(**changes: object) -> Service[Setup, RecordedEvents, Image]:
     return replace(service, **changes)
 
 
+def runner_of(**changes: object) -> Runner[Setup, RecordedEvents, Image]:
+    return Runner(viewer(**changes), LocalNetwork("studio", ManualClock(1)).bus(), ManualClock(1))
+
+
 @pytest.fixture
 def network() -> LocalNetwork:
     return LocalNetwork("studio", RealClock())
@@ -85,8 +89,7 @@ def paced(network: LocalNetwork, frames: int, ready: Callable[[], bool] = lambda
 
 
 def test_each_kind_of_event_reaches_the_step() -> None:
-    network = LocalNetwork("studio", ManualClock(1))
-    runner = Runner(viewer(), network.bus(), ManualClock(1))
+    runner = runner_of()
     runner.subscribe()
     for event in (Image(4, 1), Envelope("key", UNIVERSAL_BAP, bap(7), 1), Alive("viewer", "2", True, 1), Tick(5)):
         runner.handle(event)
@@ -94,12 +97,12 @@ def test_each_kind_of_event_reaches_the_step() -> None:
 
 
 def test_a_failing_step_keeps_the_state_and_is_counted(caplog: pytest.LogCaptureFixture) -> None:
-    network = LocalNetwork("studio", ManualClock(1))
-    runner = Runner(viewer(setup=Setup(frozenset({1, 2}))), network.bus(), ManualClock(1))
-    for frame in range(4):
-        runner.handle(Image(frame, 1))
+    runner = runner_of(setup=Setup(frozenset({1, 2})))
+    for event in (*(Image(frame, 1) for frame in range(4)), Tick(2)):
+        runner.handle(event)
     assert runner.state.frames == (0, 3)
-    assert runner.meter.counts["step_errors"] == 2
+    counts = runner.meter.counts
+    assert (counts["frames"], counts["failed_frames"], counts["step_errors"]) == (2, 2, 2)
     assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
         "frame: step failed on frame 1: RuntimeError: no person"
     ]
@@ -107,8 +110,7 @@ def test_a_failing_step_keeps_the_state_and_is_counted(caplog: pytest.LogCapture
 
 
 def test_a_step_that_keeps_failing_ends_the_service() -> None:
-    network = LocalNetwork("studio", ManualClock(1))
-    runner = Runner(viewer(setup=Setup(frozenset(range(100)))), network.bus(), ManualClock(1))
+    runner = runner_of(setup=Setup(frozenset(range(100))))
     for frame in range(9):
         runner.handle(Image(frame, 1))
     with pytest.raises(TooManyFailures, match="10 steps in a row failed, the last on frame 9: no person"):
@@ -132,9 +134,7 @@ def test_failures_on_received_messages_do_not_end_a_service() -> None:
 
 
 def test_one_successful_step_resets_the_count_of_failures() -> None:
-    network = LocalNetwork("studio", ManualClock(1))
-    failing = frozenset(range(100)) - {9, 19}
-    runner = Runner(viewer(setup=Setup(failing)), network.bus(), ManualClock(1))
+    runner = runner_of(setup=Setup(frozenset(range(100)) - {9, 19}))
     for frame in range(28):
         runner.handle(Image(frame, 1))
     assert runner.state.frames == (9, 19)
@@ -208,14 +208,6 @@ def test_the_last_health_has_the_number_of_all_messages_before_it(network: Local
     assert (last["frames"], last["learning_frames"], last.get("failed_frames", 0)) == (3, 2, 0)
 
 
-def test_frames_of_which_the_step_fails_are_counted() -> None:
-    network = LocalNetwork("studio", ManualClock(1))
-    runner = Runner(viewer(setup=Setup(frozenset({1}))), network.bus(), ManualClock(1))
-    for event in (Image(0, 1), Image(1, 1), Tick(2)):
-        runner.handle(event)
-    assert (runner.meter.counts["frames"], runner.meter.counts["failed_frames"]) == (1, 1)
-
-
 @pytest.mark.slow
 def test_a_viewer_whose_frames_are_answered_too_late_reports_them_as_overrun(network: LocalNetwork) -> None:
     reader, answering = network.bus(), network.bus()
@@ -271,9 +263,7 @@ def test_a_second_service_of_the_same_name_exits_with_1(network: LocalNetwork, c
 
 
 def test_a_service_that_keeps_failing_exits_with_1(network: LocalNetwork) -> None:
-    def failing_step(
-        setup: Setup, state: RecordedEvents, event: Event[Image]
-    ) -> tuple[RecordedEvents, Sequence[m.Message]]:
+    def failing_step(*_: object) -> tuple[RecordedEvents, Sequence[m.Message]]:
         raise RuntimeError("always")
 
     assert run(viewer(step=failing_step, tick_ns=1), network.bus(), RealClock()) == 1

@@ -95,28 +95,21 @@ def test_the_file_of_another_camera_is_refused(saved: Path, owner: Owner, messag
 def test_bad_files_are_refused_with_their_name(model: Adaptive, saved: Path, tmp_path: Path) -> None:
     data = saved.read_bytes()
     bad = tmp_path / "bad.npz"
-    for content, message in (
-        (b"", "no background model"),
-        (data[:1000], "no background model"),
-        (b"no archive" * 100, "no background model"),
-    ):
+    for content in (b"", data[:1000], b"no archive" * 100):
         bad.write_bytes(content)
-        with pytest.raises(UserError, match=f"{bad}: .*{message}"):
+        with pytest.raises(UserError, match=f"{bad}: .*no background model"):
             read(bad, SIZE, OWNER)
     with pytest.raises(UserError, match=rf"{saved}: mean \(120, 160, 3\) float32: allowed: \(240, 320, 3\) float32"):
         read(saved, (320, 240), OWNER)
     with pytest.raises(UserError, match=f"{tmp_path / 'none.npz'}: No such file"):
         read(tmp_path / "none.npz", SIZE, OWNER)
     fields = dict(np.load(saved))
-    np.savez(bad, **{**fields, "mean": fields["mean"] * np.nan})
-    with pytest.raises(UserError, match="out of range"):
-        read(bad, SIZE, OWNER)
-    np.savez(bad, **{**fields, "version": np.int64(1)})
-    with pytest.raises(UserError, match="version = 1: allowed: 2"):
-        read(bad, SIZE, OWNER)
-    np.savez(bad, **{name: value for name, value in fields.items() if name != "halo"})
-    with pytest.raises(UserError, match="no background model"):
-        read(bad, SIZE, OWNER)
-    np.savez(bad, **{**fields, "noise": np.array([object()])})
-    with pytest.raises(UserError, match="no background model"):
-        read(bad, SIZE, OWNER)
+    for content, message in (
+        (fields | {"mean": fields["mean"] * np.nan}, "out of range"),
+        (fields | {"version": np.int64(1)}, "version = 1: allowed: 2"),
+        ({name: value for name, value in fields.items() if name != "halo"}, "no background model"),
+        (fields | {"noise": np.array([object()])}, "no background model"),
+    ):
+        np.savez(bad, **content)
+        with pytest.raises(UserError, match=message):
+            read(bad, SIZE, OWNER)

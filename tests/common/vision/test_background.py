@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenocap.common.arrays import Image
+from zenocap.common.arrays import Floats, Image
 from zenocap.common.vision.background import LIMIT_GAIN, Background, from_image, gains, learn, learn_median, update
 
 
-def room(height: int = 60, width: int = 80) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def room(height: int = 60, width: int = 80) -> Floats:
     y, x = np.mgrid[0:height, 0:width]
     grey = 120 + 25 * np.sin(x / 7) + 25 * np.cos(y / 5)
     return np.stack([grey, grey * 0.95, grey * 1.05], axis=-1)
 
 
-def shot(scene: np.ndarray[tuple[int, ...], np.dtype[np.float64]], seed: int, sigma: float = 2.0) -> Image:
+def shot(scene: Floats, seed: int, sigma: float = 2.0) -> Image:
     noise = np.random.default_rng(seed).normal(0, sigma, scene.shape)
     return np.clip(np.rint(scene + noise), 0, 255).astype(np.uint8)
 
@@ -94,8 +94,7 @@ def test_update_follows_the_light_but_not_the_person() -> None:
     before = learn([shot(room(), k) for k in range(8)])
     frame, person = shot(room() + 10, 9), np.zeros((60, 80), dtype=np.uint8)
     frame[20:40, 30:40], person[20:40, 30:40] = 0, 1
-    kept = before.mean.copy()
-    after = before
+    kept, after = before.mean.copy(), before
     for _ in range(60):
         after = update(after, frame, person, rate=0.1)
     assert np.allclose(after.mean[:15], frame[:15], atol=0.2)

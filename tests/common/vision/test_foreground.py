@@ -24,9 +24,15 @@ def learned_background(scene: Scene) -> Background:
     return learn([shot(scene, k) for k in range(25)])
 
 
+def dimmed(texture: float, share: float) -> Scene:
+    """The wall with one place in a share of its light."""
+    scene = wall(texture)
+    scene[PLACE] *= share
+    return scene
+
+
 def labelled(background: Background, frame: Image, options: ForegroundOptions | None = None) -> Labels:
-    options = options or ForegroundOptions()
-    return foreground(background, frame, options)[0]
+    return foreground(background, frame, options or ForegroundOptions())[0]
 
 
 def test_the_empty_scene_is_background() -> None:
@@ -51,17 +57,14 @@ def test_another_colour_is_labelled_strong() -> None:
 
 @pytest.mark.parametrize("dimming", [0.5, 0.7, 0.85])
 def test_a_shadow_on_texture_is_labelled_shadow(dimming: float) -> None:
-    scene = wall(12)
-    scene[PLACE] *= dimming
-    labels = labelled(learned_background(wall(12)), shot(scene, 99))[PLACE]
+    labels = labelled(learned_background(wall(12)), shot(dimmed(12, dimming), 99))[PLACE]
     assert np.mean(labels == SHADOW) > 0.8
     assert np.mean(labels >= WEAK) < 0.02
 
 
 def test_a_soft_shadow_on_texture_is_not_foreground() -> None:
-    scene = wall(12)
     across = np.abs(np.linspace(-1, 1, 60))[:, None, None]
-    scene *= np.clip(0.5 + across, 0, 1)
+    scene = wall(12) * np.clip(0.5 + across, 0, 1)
     labels = labelled(learned_background(wall(12)), shot(scene, 99), ForegroundOptions(flicker=False))
     assert np.mean(labels >= WEAK) < 0.05
 
@@ -74,22 +77,14 @@ def test_dark_grey_clothes_in_front_of_texture_are_foreground(dimming: float) ->
     assert np.mean(labels >= WEAK) > 0.95
 
 
-def test_darkening_without_texture_is_labelled_unsure() -> None:
-    scene = wall(0)
-    scene[PLACE] *= 0.65
-    assert np.mean(labelled(learned_background(wall(0)), shot(scene, 99))[PLACE] == UNSURE) > 0.8
-
-
-def test_a_region_darker_than_any_shadow_is_foreground() -> None:
-    scene = wall(0)
-    scene[PLACE] *= 0.25
-    assert np.all(labelled(learned_background(wall(0)), shot(scene, 99))[PLACE] == STRONG)
+def test_without_texture_darkening_is_unsure_and_what_is_darker_than_any_shadow_is_foreground() -> None:
+    background = learned_background(wall(0))
+    assert np.mean(labelled(background, shot(dimmed(0, 0.65), 99))[PLACE] == UNSURE) > 0.8
+    assert np.all(labelled(background, shot(dimmed(0, 0.25), 99))[PLACE] == STRONG)
 
 
 def test_an_empty_shadow_range_disables_shadow_detection() -> None:
-    scene = wall(12)
-    scene[PLACE] *= 0.7
-    labels = labelled(learned_background(wall(12)), shot(scene, 99), ForegroundOptions(shadow=(1, 1)))
+    labels = labelled(learned_background(wall(12)), shot(dimmed(12, 0.7), 99), ForegroundOptions(shadow=(1, 1)))
     assert np.mean(labels[PLACE] == STRONG) > 0.95
 
 

@@ -82,33 +82,32 @@ def changing(gains, moving=False) -> list[np.ndarray]:
     return cells
 
 
+TIMES = np.arange(150) / 15.0
+
+
 def test_constant_light_has_neither_drift_nor_flicker_although_a_person_moves():
-    times = np.arange(150) / 15.0
-    found = light(times, changing(np.ones(150), moving=True))
+    found = light(TIMES, changing(np.ones(150), moving=True))
     assert abs(found.drift) < 0.01
     assert found.flicker < 0.008
 
 
 def test_drift_is_the_change_of_the_brightness_and_no_flicker():
-    times = np.arange(150) / 15.0
-    found = light(times, changing(np.linspace(1.0, 1.15, 150)))
+    found = light(TIMES, changing(np.linspace(1.0, 1.15, 150)))
     assert found.drift == pytest.approx(np.log(1.15) * 2 / 3, rel=0.15)  # between the middles of the outer thirds
     assert found.flicker < 0.005
 
 
 def test_flicker_is_the_deviation_of_fast_changes():
-    times = np.arange(150) / 15.0
-    found = light(times, changing(1.0 + 0.05 * np.sin(2 * np.pi * 4.0 * times)))
+    found = light(TIMES, changing(1.0 + 0.05 * np.sin(2 * np.pi * 4.0 * TIMES)))
     assert found.flicker == pytest.approx(0.05 / np.sqrt(2), rel=0.2)
     assert abs(found.drift) < 0.01
 
 
 @pytest.mark.slow
 def test_stripes_of_a_rolling_shutter_are_flicker():
-    times = np.arange(150) / 15.0
     rows = np.arange(240)[:, None, None] / 240.0
-    gains = [1.0 + 0.05 * np.sin(2 * np.pi * (rows + 4.0 * time)) for time in times]
-    assert light(times, changing(gains)).flicker > 0.02
+    gains = [1.0 + 0.05 * np.sin(2 * np.pi * (rows + 4.0 * time)) for time in TIMES]
+    assert light(TIMES, changing(gains)).flicker > 0.02
 
 
 def test_light_needs_time():

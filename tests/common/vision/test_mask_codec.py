@@ -38,50 +38,35 @@ def test_every_nonzero_value_is_a_pixel_of_the_person() -> None:
     assert pack(_cross() * 255) == pack(_cross())
 
 
-@pytest.mark.parametrize("size", [(0, 12), (20, 0), (-1, 12), (16385, 12)])
-def test_sizes_out_of_range_are_refused(size: tuple[int, int]) -> None:
-    with pytest.raises(ValueError, match=r"size: .*allowed 1 to 16384"):
-        unpack(size, *pack(_cross()))
+REGION, DATA = pack(_cross())
 
 
-@pytest.mark.parametrize("region", [(-1, 2, 11, 7), (10, 2, 11, 7), (3, 6, 11, 7), (3, 2, -11, 7)])
-def test_regions_beyond_the_image_are_refused(region: tuple[int, int, int, int]) -> None:
-    with pytest.raises(ValueError, match="must lie within 20x12"):
-        unpack((20, 12), region, pack(_cross())[1])
-
-
-@pytest.mark.parametrize("region", [(0, 0, 0, 3), (1, 0, 0, 0)])
-def test_an_empty_mask_with_another_region_is_refused(region: tuple[int, int, int, int]) -> None:
-    with pytest.raises(ValueError, match="an empty mask is"):
-        unpack((20, 12), region, b"")
-
-
-def test_an_empty_region_with_data_is_refused() -> None:
-    with pytest.raises(ValueError, match="an empty mask is"):
-        unpack((20, 12), (0, 0, 0, 0), b"x")
-
-
-def test_data_for_another_region_are_refused() -> None:
-    with pytest.raises(ValueError, match="do not hold exactly"):
-        unpack((20, 12), (3, 2, 11, 6), pack(_cross())[1])
+@pytest.mark.parametrize(
+    ("size", "region", "data", "reason"),
+    [
+        *((size, REGION, DATA, r"size: .*allowed 1 to 16384") for size in ((0, 12), (20, 0), (-1, 12), (16385, 12))),
+        *(
+            ((20, 12), region, DATA, "must lie within 20x12")
+            for region in ((-1, 2, 11, 7), (10, 2, 11, 7), (3, 6, 11, 7), (3, 2, -11, 7))
+        ),
+        *(((20, 12), region, b"", "an empty mask is") for region in ((0, 0, 0, 3), (1, 0, 0, 0))),
+        ((20, 12), (0, 0, 0, 0), b"x", "an empty mask is"),
+        ((20, 12), (3, 2, 11, 6), DATA, "do not hold exactly"),
+        ((20, 12), REGION, DATA + b"\0", "do not hold exactly"),
+        ((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1), "beyond the region's 11 columns"),
+    ],
+)
+def test_what_is_no_packed_mask_of_this_size_and_region_is_refused(
+    size: tuple[int, int], region: tuple[int, int, int, int], data: bytes, reason: str
+) -> None:
+    with pytest.raises(ValueError, match=reason):
+        unpack(size, region, data)
 
 
 def test_truncated_data_are_refused() -> None:
-    region, data = pack(_cross())
-    for length in range(len(data)):
+    for length in range(len(DATA)):
         with pytest.raises(ValueError, match="data: "):
-            unpack((20, 12), region, data[:length])
-
-
-def test_trailing_data_are_refused() -> None:
-    region, data = pack(_cross())
-    with pytest.raises(ValueError, match="do not hold exactly"):
-        unpack((20, 12), region, data + b"\0")
-
-
-def test_bits_beyond_the_right_edge_are_refused() -> None:
-    with pytest.raises(ValueError, match="beyond the region's 11 columns"):
-        unpack((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1))
+            unpack((20, 12), REGION, DATA[:length])
 
 
 @given(MASKS)
@@ -95,10 +80,9 @@ def test_the_format_without_row_differences_is_read(mask: np.ndarray[tuple[int, 
 
 
 def test_an_unknown_first_byte_is_refused() -> None:
-    region, data = pack(_cross())
-    for first in set(range(256)) - {data[0]}:
+    for first in set(range(256)) - {DATA[0]}:
         with pytest.raises(ValueError, match="not a zlib stream"):
-            unpack((20, 12), region, bytes([first]) + data[1:])
+            unpack((20, 12), REGION, bytes([first]) + DATA[1:])
 
 
 @pytest.mark.slow

@@ -4,21 +4,13 @@ import pytest
 from zenocap.common.vision.threads import VARIABLE, use_one_thread
 
 
-@pytest.fixture
-def two_threads():
+@pytest.mark.parametrize(("variable", "threads"), [("", 1), ("2", 2)])
+def test_opencv_works_in_one_thread_unless_the_environment_variable_says_otherwise(monkeypatch, variable, threads):
+    monkeypatch.setenv(VARIABLE, variable)
     before = cv2.getNumThreads()
     cv2.setNumThreads(2)
-    yield
-    cv2.setNumThreads(before)
-
-
-def test_opencv_works_in_one_thread(two_threads, monkeypatch):
-    monkeypatch.delenv(VARIABLE, raising=False)
-    use_one_thread()
-    assert cv2.getNumThreads() == 1
-
-
-def test_the_environment_variable_overrides_it(two_threads, monkeypatch):
-    monkeypatch.setenv(VARIABLE, "2")
-    use_one_thread()
-    assert cv2.getNumThreads() == 2
+    try:
+        use_one_thread()
+        assert cv2.getNumThreads() == threads
+    finally:
+        cv2.setNumThreads(before)

@@ -133,9 +133,7 @@ def _check_sizes(sizes: Mapping[str, tuple[float, float, float]]) -> None:
 
 
 def _by_anatomy(
-    anatomy: Anatomy,
-    sizes: Mapping[str, tuple[float, float, float]],
-    offsets: Mapping[str, tuple[float, float, float]],
+    anatomy: Anatomy, sizes: Mapping[str, tuple[float, float, float]], offsets: Mapping[str, tuple[float, float, float]]
 ) -> Bdp:
     rows, origins = [], []
     for joint in anatomy.joints:

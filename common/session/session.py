@@ -91,11 +91,7 @@ class Session(Generic[F]):
     """Services of one rig, stepped until no message is left."""
 
     def __init__(
-        self,
-        rig: str,
-        clock: ManualClock,
-        services: Sequence[Service[object, object, F]],
-        recorded: Sequence[Topic],
+        self, rig: str, clock: ManualClock, services: Sequence[Service[object, object, F]], recorded: Sequence[Topic]
     ) -> None:
         """rig: its name.  services: in the order in which they handle waiting messages.  recorded: topics to return."""
         self._network, self._clock = LocalNetwork(rig, clock), clock

@@ -113,11 +113,7 @@ def place(pose: PersonPose, placement: Placement) -> PersonPose:
 def compose(start: Placement, step: Placement) -> Placement:
     """Placement after moving by `step`, relative to `start`, from `start`."""
     c, s = cos(start.yaw), sin(start.yaw)
-    return Placement(
-        start.x + c * step.x + s * step.z,
-        start.z - s * step.x + c * step.z,
-        start.yaw + step.yaw,
-    )
+    return Placement(start.x + c * step.x + s * step.z, start.z - s * step.x + c * step.z, start.yaw + step.yaw)
 
 
 def minimum_jerk(share: float) -> float:

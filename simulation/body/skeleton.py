@@ -103,9 +103,7 @@ def _planted_ankle(person: Person, pose: PersonPose, side: int) -> Floats:
     forward = ball * (1.0 - cos(heel)) + ankle * sin(heel)
     up = ball * sin(heel) + ankle * (cos(heel) - 1.0)
     yaw = float(foot[FOOT_YAW])
-    return np.array(
-        [foot[FOOT_X] + forward * sin(yaw), ankle + foot[LIFT] + up, foot[FOOT_Z] + forward * cos(yaw)],
-    )
+    return np.array([foot[FOOT_X] + forward * sin(yaw), ankle + foot[LIFT] + up, foot[FOOT_Z] + forward * cos(yaw)])
 
 
 def _pelvis_height(person: Person, pose: PersonPose, ankles: Floats, pelvis: Floats) -> float:
@@ -132,9 +130,7 @@ def _place_leg(person: Person, pose: PersonPose, side: int, ankle: Floats, bones
     hinge = cross(-down, knee_heading @ np.array([0.08 * out, 0.0, 1.0]))
     cosine = (size.thigh**2 + reach**2 - size.shank**2) / (2.0 * size.thigh * reach)
     at_hip = acos(min(max(cosine, -1.0), 1.0))
-    at_knee = acos(
-        min(max((size.thigh**2 + size.shank**2 - reach**2) / (2.0 * size.thigh * size.shank), -1.0), 1.0),
-    )
+    at_knee = acos(min(max((size.thigh**2 + size.shank**2 - reach**2) / (2.0 * size.thigh * size.shank), -1.0), 1.0))
     thigh = from_x_and_y(hinge, -down) @ rx(-at_hip)
     flexion, apart, knee = pose.swing[side]
     swung = pelvis @ rz(out * apart) @ rx(-flexion) @ pelvis.T
@@ -146,11 +142,7 @@ def _place_leg(person: Person, pose: PersonPose, side: int, ankle: Floats, bones
     for bone, rotation, origin in (
         (THIGH[side], thigh, hip),
         (SHANK[side], shank, hip - thigh[:, 1] * size.thigh),
-        (
-            FOOT[side],
-            blend(planted, shank @ rx(0.15), lifted),
-            hip - thigh[:, 1] * size.thigh - shank[:, 1] * size.shank,
-        ),
+        (FOOT[side], blend(planted, shank @ rx(0.15), lifted), hip - thigh[:, 1] * size.thigh - shank[:, 1] * size.shank),
     ):
         bones.rotation[bone], bones.origin[bone] = rotation, origin
 

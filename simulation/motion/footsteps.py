@@ -153,13 +153,7 @@ def _foot(person: Person, standing: Floats, steps: list[Footstep], side: int, ti
 
 
 def _pose(
-    person: Person,
-    standing: PersonPose,
-    steps: list[Footstep],
-    body: Floats,
-    time_s: float,
-    step_s: float,
-    arms: float,
+    person: Person, standing: PersonPose, steps: list[Footstep], body: Floats, time_s: float, step_s: float, arms: float
 ) -> PersonPose:
     feet = np.array([_foot(person, standing.feet[side], steps, side, time_s, step_s) for side in SIDES])
     heading = np.array([np.sin(body[2]), np.cos(body[2])])

@@ -127,11 +127,7 @@ def session_timeline(
 def demo_timeline(person: Person, seed: int) -> MotionTimeline:
     """Empty scene 3 s, then a loop of T-pose, walking, arms, squatting, kicking, arms and turning."""
     standing = _held(neutral(person))
-    parts: list[Part] = [
-        *_opening(person),
-        ("walking", *_timed(_walking(person))),
-        (STANDING, 0.4, standing),
-    ]
+    parts: list[Part] = [*_opening(person), ("walking", *_timed(_walking(person))), (STANDING, 0.4, standing)]
     arms, legs = ("raise-both-arms", "raise-right-arm", "swing-both-arms"), ("squat", "kick-right", "kick-left")
     # Repetition 4 of the left arm: of 0, 1 and 4 it is recognized with the largest score after this right arm.
     for name, number in (*((name, 0) for name in (*arms, *legs, "raise-right-arm")), ("raise-left-arm", 4)):

@@ -113,11 +113,8 @@ class SimulatedCamera:
             points, normals = self._surface.posed(pose)
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
-                rows, cols = (
-                    slice(region.top, region.top + region.height),
-                    slice(region.left, region.left + region.width),
-                )
-                mask[rows, cols] = np.where(layer[..., 3] >= 0.5, 255, 0)
+                place = np.s_[region.top : region.top + region.height, region.left : region.left + region.width]
+                mask[place] = np.where(layer[..., 3] >= 0.5, 255, 0)
         return mask
 
     def _lit(self, normals: Floats) -> Floats:
@@ -168,12 +165,7 @@ class SimulatedCamera:
         coarse = ((pixels - [region.left - 0.5, region.top - 0.5]) * scale - 0.5).astype(np.float32)
         dark, colour = np.zeros(size[::-1], dtype=np.float32), np.empty((size[1], size[0], 3), dtype=np.float32)
         fill_triangles(
-            coarse,
-            depth.astype(np.float32),
-            np.zeros_like(ground, dtype=np.float32),
-            self._surface.triangles,
-            dark,
-            colour,
+            coarse, depth.astype(np.float32), np.zeros_like(ground, dtype=np.float32), self._surface.triangles, dark, colour
         )
         covered = (dark > 0).astype(np.float32)
         # The width of a penumbra follows the image scale sideways, and is foreshortened along the ground.

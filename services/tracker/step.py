@@ -44,10 +44,7 @@ from zenocap.services.tracker.parameters import (
     MISSING_FRAMES,
     POINTS_PERIOD_NS,
 )
-from zenocap.services.tracker.states import State, with_detail
-from zenocap.services.tracker.tracking import Outcome, Setup
-
-__all__ = ["counts", "describe", "initial_state", "pending", "phase_of", "step"]
+from zenocap.services.tracker.states import Outcome, Setup, State, with_detail
 
 Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no frames
 Result: TypeAlias = tuple[State, list[Message]]
@@ -238,9 +235,7 @@ def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State
     warning = clock_warning(f"viewer {viewer}", offset, setup.frame_ns)
     warnings = {other: text for other, text in state.warnings.items() if other != viewer}
     return replace(
-        state,
-        offsets={**state.offsets, viewer: offset},
-        warnings={**warnings, viewer: warning} if warning else warnings,
+        state, offsets={**state.offsets, viewer: offset}, warnings={**warnings, viewer: warning} if warning else warnings
     )
 
 

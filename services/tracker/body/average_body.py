@@ -4,12 +4,7 @@ import numpy as np
 
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
-from zenocap.common.body.proportions import (
-    HIP_HALF_BREADTH,
-    SHOULDER_HALF_BREADTH,
-    average_lengths,
-    body_from_lengths,
-)
+from zenocap.common.body.proportions import HIP_HALF_BREADTH, SHOULDER_HALF_BREADTH, average_lengths, body_from_lengths
 
 # In body heights; distances between joint centres, mean of the shares of men (1741 mm) and women (1735 mm) in table 4 of
 # de Leva (1996), J. Biomech. 29:1223: shank (knee to ankle) 440.3 and 438.6 mm, thigh 422.2 and 368.5, trunk (middle of the

@@ -8,6 +8,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
 from zenocap.common.jit import kernel, leaf_kernel
 
@@ -93,6 +94,12 @@ class RootedPose(NamedTuple):
     rotation: Floats
     values: Floats
 
+    @staticmethod
+    def of(anatomy: Anatomy, body: Bdp, pose: Pose) -> "RootedPose":
+        """A pose of a body in these coordinates."""
+        rotation = np.ascontiguousarray(part_frames(anatomy, body, pose)[0, :, :3])
+        return RootedPose(pose.position.copy(), rotation, coordinates_of(anatomy).of_pose(pose))
+
     def copy(self) -> "RootedPose":
         return RootedPose(self.position.copy(), self.rotation.copy(), self.values.copy())
 
@@ -128,6 +135,14 @@ def forward_kinematics(model: BodyModel, pose: RootedPose, frames: Floats) -> No
                 for inner in range(3):
                     total += frames[up, row, inner] * local[inner, column]
                 out[row, column] = total
+
+
+@kernel
+def frames_of(model: BodyModel, pose: RootedPose) -> Floats:
+    """Frames (p, 3, 4), part to world, of a pose."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    forward_kinematics(model, pose, frames)
+    return frames
 
 
 @leaf_kernel

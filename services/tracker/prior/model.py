@@ -10,7 +10,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
-from zenocap.services.tracker.prior.sampling import CompiledPrior, compile_prior
+from zenocap.services.tracker.prior.sampling import CompiledPrior
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,10 @@ class Prior:
     @cached_property
     def compiled(self) -> CompiledPrior:
         """Layout for compiled functions."""
-        return compile_prior(self.centres, self.bases, self.variances, self.residuals, self.transitions, self.occupancy)
+        cumulative = np.cumsum(self.transitions, axis=1)
+        cumulative[:, -1] = 1.0
+        axes = np.ascontiguousarray(self.bases.transpose(0, 2, 1))
+        return CompiledPrior(np.ascontiguousarray(self.centres), axes, np.sqrt(self.variances), cumulative)
 
 
 def project(prior: Prior, region: int, poses: Floats) -> Floats:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
-from zenocap.services.tracker.prior.sampling import VARIANCE_FLOOR
+from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP, PRIOR_DEVIATION_FLOOR_DEG
+
+VARIANCE_FLOOR = np.radians(PRIOR_DEVIATION_FLOOR_DEG) ** 2  # radians squared: least variance of a coordinate
 
 
 @dataclass(frozen=True)
@@ -14,7 +15,7 @@ class Regions:
     """Regions during training.
 
     centres: (M, d) radians.  vectors: (M, d, d) eigenvectors of Sigma_i as columns, greatest first.
-    spectrum: (M, d) eigenvalues, radians squared, at least FLOOR.
+    spectrum: (M, d) eigenvalues, radians squared, at least VARIANCE_FLOOR.
     """
 
     centres: Floats

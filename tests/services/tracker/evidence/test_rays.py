@@ -15,9 +15,9 @@ from zenocap.services.tracker.evidence.rays import (
     contact_on_part,
     contact_weight,
     mean_truncated_square,
-    nearest_parts,
+    nearest_of,
 )
-from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays, midpoints
+from zenocap.services.tracker.hull.contour_rays import ContourRays, midpoints
 from zenocap.services.tracker.parameters import LATERAL_SCALE_M
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
@@ -59,8 +59,7 @@ def test_contact_equals_the_oracle(seed: int) -> None:
 @given(seeds)
 def test_nearest_part_has_the_least_distance(seed: int) -> None:
     frames, rays = missing(seed)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    nearest_parts(MODEL, frames, rays, distances, parts)
+    distances, parts = nearest_of(MODEL, frames, rays)
     for i in range(rays.shape[1]):
         every = [touch(MODEL, frames[k], k, rays[:, i].astype(float)).distance for k in range(PARTS)]
         assert distances[i] == pytest.approx(min(every), abs=2e-3)  # a root of single precision
@@ -134,8 +133,8 @@ def test_misfit_without_rays_is_zero() -> None:
 
 def test_contour_rays_are_the_scene_row_by_row() -> None:
     rng = np.random.default_rng(0)
-    scene = Scene(np.zeros(5, np.int64), *rng.normal(size=(3, 5, 3)), rng.uniform(1, 2, 5), rng.uniform(2, 3, 5))
-    rays = contour_rays(scene)
+    scene = ContourRays(np.zeros(5, np.int64), *rng.normal(size=(3, 5, 3)), rng.uniform(1, 2, 5), rng.uniform(2, 3, 5))
+    rays = scene.rows
     assert rays.shape == (11, 5)
     assert rays.dtype == np.float32
     assert midpoints(rays) == pytest.approx(scene.points, abs=1e-6)

@@ -12,7 +12,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
 from zenocap.services.tracker.evidence.evidence import misfit
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_of
 from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.force import generalized_forces, refine_by_force, rotate_turns
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
@@ -68,8 +68,7 @@ def summed(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights)
     """Gradient (6 + d,) and normal matrix (6 + d, 6 + d) of all rays, each summed along the chain of its part."""
     frames = frames_of(model, pose)
     screws, owner = own_screws(model, frames)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    nearest_parts(model, frames, rays, distances, parts)
+    _, parts = nearest_of(model, frames, rays)
     gradient, matrix, found = np.zeros(len(screws)), np.zeros((len(screws), len(screws))), np.empty(CONTACT_LENGTH)
     for i, part in enumerate(parts.tolist()):
         contact_on_part(model, frames[part], part, rays, i, found)
@@ -85,8 +84,7 @@ def summed(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights)
 def forces_at(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats, Floats]:
     dof = ROOT + len(model.low)
     gradients, bounds = np.empty(dof), np.empty(dof)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    generalized_forces(model, frames_of(model, pose), rays, weights, distances, parts, gradients, bounds)
+    generalized_forces(model, frames_of(model, pose), rays, weights, gradients, bounds)
     return gradients, bounds
 
 

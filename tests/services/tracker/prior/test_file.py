@@ -14,14 +14,7 @@ from hypothesis import strategies as st
 
 from tests.support.prior_cases import known_prior
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
-from zenocap.services.tracker.prior.file import (
-    UserError,
-    find_prior,
-    parse_prior,
-    read_prior,
-    shipped_names,
-    write_prior,
-)
+from zenocap.services.tracker.prior.file import UserError, find_prior, parse_prior, read_prior, shipped_names, write_prior
 from zenocap.services.tracker.prior.model import Prior, reconstruction_error
 from zenocap.tools.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 

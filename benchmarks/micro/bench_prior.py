@@ -7,7 +7,8 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from zenocap.common.arrays import Floats
-from zenocap.services.tracker.prior.file import find_prior, read_prior
+from zenocap.common.rig.tracker import find_prior
+from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.prior.sampling import CompiledPrior, assign, prior_distance, propose
 
 

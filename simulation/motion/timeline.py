@@ -7,16 +7,11 @@ import numpy as np
 
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    ABDUCTION,
-    ELBOW,
-    FLEXION,
-    ROLL,
-    TILT,
+    Arm,
     Motion,
+    Pelvis,
     PersonPose,
     Placement,
-    X,
-    Z,
     compose,
     interpolate,
     minimum_jerk,
@@ -192,7 +187,7 @@ def t_pose(person: Person) -> PersonPose:
     """The T-pose: straight, arms horizontally sideways, facing +Z."""
     pose = neutral(person)
     arms = pose.arms.copy()
-    arms[:, ABDUCTION], arms[:, FLEXION], arms[:, ELBOW] = np.radians(90.0), 0.0, np.radians(3.0)
+    arms[:, Arm.ABDUCTION], arms[:, Arm.FLEXION], arms[:, Arm.ELBOW] = np.radians(90.0), 0.0, np.radians(3.0)
     return replace(pose, arms=arms, spine=np.array([0.3, 1.0, 1.0]) * pose.spine)
 
 
@@ -225,12 +220,12 @@ def _alive(person: Person, pose: PersonPose, seed: int, time_s: float) -> Person
     wave = np.sin(rate * time_s + phase)
     sway = person.manner.sway
     pelvis, spine, head, arms = pose.pelvis.copy(), pose.spine.copy(), pose.head.copy(), pose.arms.copy()
-    pelvis[X] += sway * wave[0]
-    pelvis[Z] += sway * wave[1]
-    pelvis[ROLL] += 0.5 * sway * wave[0]
-    pelvis[TILT] += 0.8 * sway * wave[1]
+    pelvis[Pelvis.X] += sway * wave[0]
+    pelvis[Pelvis.Z] += sway * wave[1]
+    pelvis[Pelvis.ROLL] += 0.5 * sway * wave[0]
+    pelvis[Pelvis.TILT] += 0.8 * sway * wave[1]
     spine += 1.5 * sway * wave[2:5]
     head += np.array([3.0, 6.0]) * sway * wave[5:7]
-    arms[:, FLEXION] += np.array([2.0, -2.0]) * sway * wave[7] + sway * wave[2]
-    arms[:, ABDUCTION] += 1.5 * sway * wave[3]
+    arms[:, Arm.FLEXION] += np.array([2.0, -2.0]) * sway * wave[7] + sway * wave[2]
+    arms[:, Arm.ABDUCTION] += 1.5 * sway * wave[3]
     return replace(pose, pelvis=pelvis, spine=spine, head=head, arms=arms)

@@ -38,6 +38,11 @@ class Region:
     width: int
     height: int
 
+    @property
+    def pixels(self) -> tuple[slice, slice]:
+        """Index of its pixels in an image."""
+        return slice(self.top, self.top + self.height), slice(self.left, self.left + self.width)
+
 
 class SimulatedCamera:
     """Renders one person in the room of a seed.
@@ -113,8 +118,7 @@ class SimulatedCamera:
             points, normals = self._surface.posed(pose)
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
-                place = np.s_[region.top : region.top + region.height, region.left : region.left + region.width]
-                mask[place] = np.where(layer[..., 3] >= 0.5, 255, 0)
+                mask[region.pixels] = np.where(layer[..., 3] >= 0.5, 255, 0)
         return mask
 
     def _lit(self, normals: Floats) -> Floats:
@@ -145,8 +149,7 @@ class SimulatedCamera:
         below = points * np.array([1.0, -1.0, 1.0])
         layer, region = self._draw(below, self._lit(normals), self._samples)
         if region is not None:
-            place = np.s_[region.top : region.top + region.height, region.left : region.left + region.width]
-            faint = layer * np.float32(gloss) * self._view.floor[place][..., None]
+            faint = layer * np.float32(gloss) * self._view.floor[region.pixels][..., None]
             composite(scene, np.ascontiguousarray(faint), region.left, region.top)
 
     def _cast_shadow(self, scene: Floats32, points: Floats) -> None:
@@ -171,8 +174,7 @@ class SimulatedCamera:
         # The width of a penumbra follows the image scale sideways, and is foreshortened along the ground.
         soft = cv2.GaussianBlur(covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4))
         soft = cv2.resize(soft, (region.width, region.height), interpolation=cv2.INTER_LINEAR)
-        rows, cols = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
-        light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[rows, cols]
+        light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[region.pixels]
         apply_shadow(scene, np.ascontiguousarray(light, dtype=np.float32), region.left, region.top)
 
     def _project(self, points: Floats) -> tuple[Floats, Floats]:

@@ -45,10 +45,8 @@ def model_of(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
     coordinates = coordinates_of(anatomy)
     parts = len(anatomy.parts)
     parent = anatomy.tree[:, 0].copy()
-    tips = bdp.sizes[:, 1:] if bdp.tips is None else bdp.tips
-    bases = np.zeros((parts, 3)) if bdp.bases is None else bdp.bases
-    free = np.array([k not in set(parent.tolist()) for k in range(parts)])
-    lengths = bdp.sizes[:, 0] - np.where(free, tips.mean(axis=1), 0.0)
+    free = ~np.isin(np.arange(parts), parent)
+    lengths = bdp.sizes[:, 0] - np.where(free, bdp.far_radii.mean(axis=1), 0.0)
     kind = np.array([len(j.axes) if k and j.axes else 0 for k, j in enumerate(anatomy.joints)], dtype=np.int64)
     low, high = _ranges(anatomy)
     return BodyModel(
@@ -58,10 +56,10 @@ def model_of(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
         axis=np.maximum(anatomy.tree[:, 2], 0),
         reference=coordinates.reference,
         offsets=np.ascontiguousarray(bdp.offsets, dtype=np.float64),
-        bases=np.ascontiguousarray(bases, dtype=np.float64),
+        bases=np.ascontiguousarray(bdp.starts, dtype=np.float64),
         lengths=np.maximum(lengths, 0.01),
         free=free.astype(np.float64),
-        radii=np.concatenate([bdp.sizes[:, 1:], tips], axis=1),
+        radii=np.concatenate([bdp.sizes[:, 1:], bdp.far_radii], axis=1),
         low=low,
         high=high,
     )

@@ -99,7 +99,7 @@ class AwaitingPerson:
 
 
 @dataclass(frozen=True)
-class Person:
+class TrackedPerson:
     """A person with known sizes.  body: sizes.  model: the same for compiled functions.  stature: metres.
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
@@ -118,9 +118,9 @@ class Person:
     measuring: AwaitingPerson | None = None
 
     @staticmethod
-    def of(anatomy: Anatomy, body: Bdp, stature: float) -> "Person":
+    def of(anatomy: Anatomy, body: Bdp, stature: float) -> "TrackedPerson":
         """A person of these sizes, not observed yet."""
-        return Person(body, model_of(anatomy, body), stature, initial_shape(body), INITIAL_SUPPORT)
+        return TrackedPerson(body, model_of(anatomy, body), stature, initial_shape(body), INITIAL_SUPPORT)
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Tracking:
     decided_ns: capture time at which the user has decided on front and back; None: the feet have.
     """
 
-    person: Person
+    person: TrackedPerson
     cloud: Cloud
     estimate: RootedPose
     velocity: Floats
@@ -160,7 +160,7 @@ class Lost:
     last: the last pose, at seen_ns.  rest: frame sets to skip before the next search.
     """
 
-    person: Person
+    person: TrackedPerson
     last: RootedPose | None
     rest: int = 0
     seen_ns: int = 0

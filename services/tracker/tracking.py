@@ -28,7 +28,7 @@ from zenocap.services.tracker.initialization.heading import check_reversed_headi
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
 from zenocap.services.tracker.parameters import HEADING_TOES, OTHER_POSTURES_PERIOD, RELOCALIZE_AFTER
-from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, Person, Setup, Tracking, TrackState
+from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, Setup, TrackedPerson, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untested_lags, untrusted
 
 
@@ -38,7 +38,7 @@ def initial_state(setup: Setup) -> TrackState:
     if setup.person_height is None:
         return TrackState(AwaitingPerson(), views)
     average = average_body(setup.anatomy, setup.person_height)
-    return TrackState(Lost(Person.of(setup.anatomy, average, setup.person_height), None), views)
+    return TrackState(Lost(TrackedPerson.of(setup.anatomy, average, setup.person_height), None), views)
 
 
 def remeasure(setup: Setup) -> TrackState:
@@ -57,11 +57,11 @@ def resume(
     return replace(state, phase=Lost(person, RootedPose.of(setup.anatomy, body, pose), seen_ns=captured_ns))
 
 
-def known_person(setup: Setup, body: Bdp) -> Person:
+def known_person(setup: Setup, body: Bdp) -> TrackedPerson:
     """A person with a measured body."""
     knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
     stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
-    return Person.of(setup.anatomy, body, stature)
+    return TrackedPerson.of(setup.anatomy, body, stature)
 
 
 def with_other_times(state: TrackState) -> TrackState:

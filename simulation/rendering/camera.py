@@ -12,7 +12,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.skeleton import Bones
-from zenocap.simulation.body.surface import PersonSurface, Surface
+from zenocap.simulation.body.surface import rest_surface, skin
 from zenocap.simulation.rendering.rasterizer import (
     NEAR_M,
     apply_shadow,
@@ -48,13 +48,12 @@ class SimulatedCamera:
     """Renders one person in the room of a seed.
 
     camera: any pose and lens.  seed: of room, light and noise; cameras with equal seeds are in the same room.
-    surface: rendered instead of the person's own, with the poses of the person.
     """
 
-    def __init__(self, camera: Camera, person: Person, seed: int, surface: Surface | None = None) -> None:
+    def __init__(self, camera: Camera, person: Person, seed: int) -> None:
         self.camera = camera
         self.person = person
-        self._surface = PersonSurface(person) if surface is None else surface
+        self._surface = rest_surface(person)
         place = room(camera, seed)
         self._light = place.light
         self._view = view(place, camera)
@@ -89,7 +88,7 @@ class SimulatedCamera:
         """
         scene = self._view.bgr.copy() if room is None else np.ascontiguousarray(room, dtype=np.float32).copy()
         figures = [*beside] if pose is None else [(self, pose), *beside]
-        posed = [(one, *one._surface.posed(at)) for one, at in figures]
+        posed = [(one, *one._posed(at)) for one, at in figures]
         for one, points, normals in posed:
             one._cast_shadow(scene, points)
             if gloss > 0.0:
@@ -106,7 +105,10 @@ class SimulatedCamera:
 
     def distance(self, pose: PersonPose | Bones) -> float:
         """Distance of the person from the camera along the optical axis, metres."""
-        return self._distance(self._surface.posed(pose)[0])
+        return self._distance(self._posed(pose)[0])
+
+    def _posed(self, pose: PersonPose | Bones) -> tuple[Floats, Floats]:
+        return skin(self._surface, self.person, pose)
 
     def _distance(self, points: Floats) -> float:
         return float(np.median(points @ self.camera.rotation[2]) + self.camera.translation[2])
@@ -115,7 +117,7 @@ class SimulatedCamera:
         """The person's exact mask (height, width): 255 where at least half of the pixel is covered, else 0."""
         mask = np.zeros(self.camera.size[::-1], dtype=np.uint8)
         if pose is not None:
-            points, normals = self._surface.posed(pose)
+            points, normals = self._posed(pose)
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
                 mask[region.pixels] = np.where(layer[..., 3] >= 0.5, 255, 0)

@@ -62,11 +62,11 @@ from zenocap.services.tracker.parameters import (
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.resampling import at_rate
 from zenocap.services.tracker.prior.sampling import prior_distances
-from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
 
 
 def start_tracking(
-    setup: Setup, person: Person, pose: RootedPose, captured_ns: int, error: float
+    setup: Setup, person: TrackedPerson, pose: RootedPose, captured_ns: int, error: float
 ) -> tuple[Tracking, Outcome]:
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
@@ -202,7 +202,9 @@ def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: in
     return np.where(too_fast, 0.0, moved), bool(too_fast.any())
 
 
-def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose) -> tuple[Person, Bdp | None]:
+def _update_shape(
+    setup: Setup, person: TrackedPerson, rays: Floats32, pose: RootedPose
+) -> tuple[TrackedPerson, Bdp | None]:
     """Person with the shape estimate updated by a new posture; and the body when it changed."""
     if not is_new_posture(person.shape, pose):
         return person, None

@@ -44,7 +44,7 @@ from zenocap.services.tracker.parameters import (
 )
 
 
-class Limb(NamedTuple):
+class SearchedLimb(NamedTuple):
     """parts: (k,) from the ball joint to the free end.  ball, hinge: first coordinate of the ball joint, and of the hinge.
 
     placements: (n, 4) rotation vector of the ball joint and angle of the hinge, radians.
@@ -57,7 +57,7 @@ class Limb(NamedTuple):
 
 
 @lru_cache
-def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
+def limbs_of(anatomy: Anatomy) -> tuple[SearchedLimb, ...]:
     """Right arm, left arm, right leg, left leg."""
     coordinates, found = coordinates_of(anatomy), []
     names = [joint.name for joint in anatomy.joints]
@@ -67,7 +67,7 @@ def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
             ends = [k for k, joint in enumerate(anatomy.joints) if joint.parent == anatomy.parts[lower]]
             rows = placements(coordinates.reference[upper], LIMB_BENDS[hinge], LIMB_MAX_SWING[ball], LIMB_MAX_TWIST[ball])
             first, second = int(coordinates.first[upper]), int(coordinates.first[lower])
-            found.append(Limb(np.array([upper, lower, *ends]), first, second, rows))
+            found.append(SearchedLimb(np.array([upper, lower, *ends]), first, second, rows))
     return tuple(found)
 
 
@@ -118,7 +118,13 @@ def _parts_of(model: BodyModel, parts: Ints) -> BodyModel:
 
 @kernel
 def place_limb(
-    model: BodyModel, limb: Limb, chosen: Ints, change_cost: float, evidence: Evidence, limit: float, pose: RootedPose
+    model: BodyModel,
+    limb: SearchedLimb,
+    chosen: Ints,
+    change_cost: float,
+    evidence: Evidence,
+    limit: float,
+    pose: RootedPose,
 ) -> float:
     """Move a limb of the pose, in place, to the best of the chosen placements; returns its cost in m^2.
 

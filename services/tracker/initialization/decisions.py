@@ -21,7 +21,7 @@ from zenocap.services.tracker.filter.filter_step import residual_weights, start_
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES
-from zenocap.services.tracker.states import Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Outcome, Setup, TrackedPerson, Tracking
 
 OPPOSITE = {"R": "L", "L": "R"}
 
@@ -43,7 +43,7 @@ def faces(pose: RootedPose, front: Floats) -> bool:
     return float(pose.rotation[:, 2] @ front) >= 0.0
 
 
-def opposite_pose(setup: Setup, person: Person, evidence: Evidence, pose: RootedPose) -> RootedPose:
+def opposite_pose(setup: Setup, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> RootedPose:
     """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
     postures = (*search_postures(setup.anatomy), pose, exchanged_limbs(setup.anatomy, person.body, pose))
     return reversed_pose(setup, person.model, evidence, pose, postures)

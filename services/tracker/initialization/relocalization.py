@@ -44,7 +44,7 @@ from zenocap.services.tracker.parameters import (
     SEARCH_PASSES,
     SEARCH_RESIDUAL_LIMIT_M,
 )
-from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
@@ -69,7 +69,7 @@ def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
 
 
 def best_pose_anywhere(
-    setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, evidence: Evidence
+    setup: Setup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence
 ) -> RootedPose | None:
     """Best pose in a scene, from common postures and the last one, in every heading; None without a column.
 

@@ -49,7 +49,7 @@ from zenocap.services.tracker.parameters import (
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
 )
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, Setup, TrackedPerson, Tracking
 
 # A fit starts with short arms: rays at the end of an arm pull a shorter one out, but a longer one is not pushed back.
 SHORT_ARMS = np.array([-START_SHORT * SPREADS[k] if name == "arm" else 0.0 for k, name in enumerate(SIZE_NAMES)])
@@ -81,8 +81,8 @@ def fit_t_poses(
 ) -> TPoseFit | str:
     """Body from the evidence of several frame sets of the T-pose, or a text with the reason of failure.
 
-    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
-    faces rather than away from it, where that is known.
+    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `TrackedPerson`.  front: (3,) along which the
+    person faces rather than away from it, where that is known.
 
     An average body in every heading shows the direction of the arms.  Each of two views has the arms in two places of the
     visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
@@ -223,13 +223,13 @@ def await_person(
         shape = updated_shape(setup.anatomy, shape, one.rays, pose, found.reliability * POSTURE_INDEPENDENT_RAYS)
     model = model_of(setup.anatomy, measured.body)
     expected_support = support_fraction(model, evidence_near(evidence, t_pose), found.poses[-1])
-    person = Person(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
+    person = TrackedPerson(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
     tracking, outcome = start_tracking(setup, person, found.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
 
 def detail_at(setup: Setup, centre: Floats) -> float:
-    """`Person.detail` at a place (2,) on the ground, mean of all views."""
+    """`TrackedPerson.detail` at a place (2,) on the ground, mean of all views."""
     found = []
     for camera in setup.cameras.values():
         away = float(np.linalg.norm(camera.centre[[0, 2]] - centre))

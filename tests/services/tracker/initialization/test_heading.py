@@ -19,7 +19,7 @@ from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
 from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
-from zenocap.services.tracker.states import Person, Tracking
+from zenocap.services.tracker.states import TrackedPerson, Tracking
 from zenocap.services.tracker.tracking import describe, initial_state
 
 STATURE_M = 1.75
@@ -47,7 +47,7 @@ def reversed_of(pose: RootedPose) -> RootedPose:
 
 
 def tracking(pose: RootedPose, known: bool = False) -> Tracking:
-    person = replace(Person.of(FOURTEEN_PARTS, BODY, STATURE_M), expected_support=0.8, heading_known=known)
+    person = replace(TrackedPerson.of(FOURTEEN_PARTS, BODY, STATURE_M), expected_support=0.8, heading_known=known)
     return start_tracking(SETUP, person, pose, 0, 0.0)[0]
 
 

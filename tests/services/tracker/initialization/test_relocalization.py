@@ -17,7 +17,7 @@ from zenocap.services.tracker.initialization.localization import TPose, detect_t
 from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures, search_postures
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import PARTICLE_HOLD, T_POSE_HOLD
-from zenocap.services.tracker.states import Person
+from zenocap.services.tracker.states import TrackedPerson
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -47,9 +47,9 @@ def find(evidence: Evidence, facing: RootedPose | None = None) -> RootedPose | N
     return best_pose_anywhere(setup(CAMERAS), person(), None, preferred, evidence)
 
 
-def person() -> Person:
+def person() -> TrackedPerson:
     height = simulated_person(SEED).height
-    one = Person.of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, height), height)
+    one = TrackedPerson.of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, height), height)
     return replace(one, model=model(), expected_support=0.7)
 
 

@@ -83,7 +83,12 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
         if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
-            phase = _with_limb_features(setup, phase, evidence)
+            person, before = phase.person, phase.limb_features
+            features = limb_features(
+                setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
+                phase.ambiguity, before,
+            )  # fmt: skip
+            phase = replace(phase, limb_features=features)
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
@@ -92,16 +97,6 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=points)
-
-
-def _with_limb_features(setup: Setup, phase: Tracking, evidence: Evidence) -> Tracking:
-    """The running means of the limbs' features with this frame."""
-    person, pose = phase.person, phase.estimate
-    features = limb_features(
-        setup.anatomy, person.model, evidence, pose, phase.limb_support, person.expected_support, phase.ambiguity,
-        phase.limb_features,
-    )  # fmt: skip
-    return replace(phase, limb_features=features)
 
 
 def awaiting_person(state: TrackState) -> bool:

@@ -173,12 +173,6 @@ def ray_contact(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int) 
     return distance, gap, x, y, z, share, nx - slip * yx, ny - slip * yy, nz - slip * yz
 
 
-@leaf_kernel
-def contact_weight(found: Floats, spread: float, limit: float) -> float:
-    """Weight of a contact in 1 / m^2, see `robust_weight`."""
-    return float(robust_weight(found[0], found[1], spread, limit))
-
-
 @kernel
 def add_rays(
     model: BodyModel, frames: Floats, rays: Floats32, weights: Weights, matrices: Floats, gradients: Floats

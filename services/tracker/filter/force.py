@@ -9,8 +9,8 @@ from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_of
-from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
 from zenocap.services.tracker.parameters import FORCE_MOMENTUM
 
 
@@ -33,7 +33,7 @@ def generalized_forces(
         if distances[i] >= weights.limit:
             continue
         contact_on_part(model, frames[parts[i]], parts[i], rays, i, found)
-        weight = weights.ray_weight * contact_weight(found, weights.spread, weights.limit)
+        weight = weights.ray_weight * robust_weight(found[0], found[1], weights.spread, weights.limit)
         sharing, up = 1, parts[i]  # the root's position is one
         while up >= 0:
             sharing += 1 if up == 0 or model.kind[up] > 0 else 0

@@ -24,7 +24,8 @@ from zenocap.services.tracker.body.sizes import (
     scaled,
     values_of,
 )
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_of
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.filter.cholesky import cholesky_solve
 from zenocap.services.tracker.parameters import (
     FIT_GAP_TRUNCATION_M,
@@ -136,7 +137,7 @@ def fit_equations(
     for i in range(rays.shape[1]):
         part = nearest[i]
         contact_on_part(model, frames[part], part, rays, i, found)
-        weight = contact_weight(found, FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
+        weight = robust_weight(found[0], found[1], FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
         if weight == 0.0:
             continue
         squares += min(np.abs(found[1]), FIT_GAP_TRUNCATION_M) ** 2

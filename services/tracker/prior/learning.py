@@ -51,7 +51,8 @@ def learn(sequences: Sequence[Floats], count: int, dims: int, rng: np.random.Gen
             break
     # Paper (added): regions with too few poses for a subspace are dropped.
     regions, labels = _drop_small_regions(regions, poses, dims)
-    transitions = _initial_transitions(transitions, len(regions.centres))
+    if len(regions.centres) < count:
+        transitions = np.full((len(regions.centres), len(regions.centres)), 1.0 / len(regions.centres))
     transitions, log_likelihood = reestimate_transitions(sequences, regions, transitions)
     return LearnedRegions(regions, transitions, labels, tuple(errors), log_likelihood)
 
@@ -97,7 +98,3 @@ def _drop_small_regions(regions: PriorRegions, poses: Floats, dims: int) -> tupl
         if np.all(keep):
             return regions, labels
         regions = PriorRegions(regions.centres[keep], regions.vectors[keep], regions.spectrum[keep])
-
-
-def _initial_transitions(transitions: Floats, count: int) -> Floats:
-    return transitions if len(transitions) == count else np.full((count, count), 1.0 / count)

@@ -28,6 +28,8 @@ from zenocap.services.tracker.prior.sequences import (
     rms_velocities,
 )
 
+UNKNOWN = PriorTraining((), (), 0, False, 0, (), (0.0, 0.0, 0.0))  # of a prior that is being made
+
 
 @dataclass(frozen=True)
 class TrainingPlan:
@@ -84,9 +86,9 @@ def train(
         result = learn(used, count, plan.dims, np.random.default_rng((plan.seed, count)))
         errors = [error_of(result.regions, np.concatenate(sequences), plan.dims) for sequences in (used, validation)]
         found.append((Reconstruction(count, *errors), result))
-    chosen = choose_regions([errors for errors, _ in found], plan.regions)
+    chosen = plan.regions or choose_regions([errors for errors, _ in found])
     result = next(result for errors, result in found if errors.regions == chosen)
-    distances = _distances(_prior(coordinates, result, used, plan, _names_only(motions)), validation)
+    distances = _distances(_prior(coordinates, result, used, plan, UNKNOWN), validation)
     if not held:
         report(total - 1, total, f"{chosen} regions of all")
         result = learn(all_sequences, chosen, plan.dims, np.random.default_rng((plan.seed, chosen)))
@@ -103,10 +105,8 @@ def train(
     return _prior(coordinates, result, all_sequences, plan, training)
 
 
-def choose_regions(errors: Sequence[Reconstruction], requested: int | None = None) -> int:
-    """`requested`, or the smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
-    if requested is not None:
-        return requested
+def choose_regions(errors: Sequence[Reconstruction]) -> int:
+    """Smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
     # Paper (replaced): IV chooses M by the error on the training data; here on held-out motion.
     best = min(row.held for row in errors)
     return min(row.regions for row in errors if row.held <= (1 + REGION_TOLERANCE) * best)
@@ -159,10 +159,6 @@ def _distances(prior: Prior, validation: Sequence[Floats]) -> tuple[float, float
     left = np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2, axis=1))
     middle, high, highest = (float(value) for value in np.percentile(left, ERROR_PERCENTILES))
     return middle, high, highest
-
-
-def _names_only(motions: Sequence[TrainingMotion]) -> PriorTraining:
-    return PriorTraining(tuple(motion.name for motion in motions), (), 0, False, 0, (), (0.0, 0.0, 0.0))
 
 
 def draw_errors(path: Path, prior: Prior) -> None:

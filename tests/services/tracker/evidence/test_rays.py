@@ -13,10 +13,10 @@ from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.evidence.rays import (
     CONTACT_LENGTH,
     contact_on_part,
-    contact_weight,
     mean_truncated_square,
     nearest_of,
 )
+from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.hull.contour_rays import ContourRays, midpoints
 from zenocap.services.tracker.parameters import LATERAL_SCALE_M
 
@@ -113,12 +113,10 @@ def test_gap_derivative_equals_finite_differences(seed: int) -> None:
 
 
 def test_gradient_grows_up_to_the_spread_and_ends_at_the_limit() -> None:
-    found = np.zeros(CONTACT_LENGTH)
     for distance, gap in ((0.004, -0.003), (0.03, 0.02), (0.1, -0.1), (0.2, 0.1)):
-        found[0], found[1] = distance, gap
         beside = (distance**2 - gap**2) / LATERAL_SCALE_M**2
         expected = min(1.0, 0.01 / abs(gap)) / 0.01**2 / (1.0 + beside) if distance < 0.15 else 0.0
-        assert contact_weight(found, 0.01, 0.15) == pytest.approx(expected)
+        assert robust_weight(distance, gap, 0.01, 0.15) == pytest.approx(expected)
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=50), st.floats(0.01, 1.0))

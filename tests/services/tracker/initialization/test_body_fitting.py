@@ -13,7 +13,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
 from zenocap.services.tracker.body.sizes import COUNT, FACTORS, SPREADS, entries_of, scaled, values_of
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_of
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.initialization.body_fitting import FitSample, fit_body, fit_equations
 from zenocap.services.tracker.parameters import FIT_RESIDUAL_LIMIT_M, FIT_RESIDUAL_SCALE_M
 
@@ -54,7 +55,7 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
         if abs(found[1]) < 1e-4 or not 0.1 < found[5] < 0.9:
             continue
         a, b, squares, number = equations_of(anatomy, body, pose, ray)
-        weight = contact_weight(found, FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
+        weight = robust_weight(found[0], found[1], FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
         row = b / (weight * found[1])
         assert a == pytest.approx(weight * np.outer(row, row), abs=1e-6 * weight)
         assert (squares, number) == (pytest.approx(found[1] ** 2), 1.0)

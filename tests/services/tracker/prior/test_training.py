@@ -35,7 +35,6 @@ def test_held_out_files_are_not_used() -> None:
 def test_least_number_of_regions_within_the_tolerance_is_chosen() -> None:
     rows = [Reconstruction(5, 0.5, 0.6), Reconstruction(10, 0.3, 0.31), Reconstruction(20, 0.2, 0.3)]
     assert choose_regions(rows) == 10
-    assert choose_regions(rows, 20) == 20
 
 
 def test_regions_are_limited_by_the_frames() -> None:

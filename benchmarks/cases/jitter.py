@@ -15,8 +15,8 @@ from benchmarks.people.tracker import ANATOMY, NAMES, Film, TrackedPath, both_wa
 from tests.support.stored import stored
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.joint_rotations import joint_rotations
 from zenocap.common.body.one_euro import Filtered, OneEuro, filtered
+from zenocap.common.body.pose_rotations import pose_rotations
 from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
 from zenocap.common.formats.trajectories import Trajectories
@@ -136,7 +136,7 @@ def lag_s(found: Floats, exact: Floats, rate: float) -> float:
 def jitter_deg(track: PoseTrack, first: int) -> tuple[float, float]:
     """RMS turn of all joints and the root about their mean, and from frame to frame, degrees, from frame `first` on."""
     rows = track.known & (track.frames >= first)
-    rotations = joint_rotations(ANATOMY, track.positions[rows], track.angles[rows])
+    rotations = pose_rotations(ANATOMY, track.positions[rows], track.angles[rows])
     squares, steps = [], []
     for ball in range(rotations.quaternions.shape[1]):
         turns = Rotation.from_quat(rotations.quaternions[:, ball])

@@ -11,10 +11,12 @@ from tests.support.stored import stored
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.inverse_kinematics import poses_from_centres
-from zenocap.services.tracker.prior.file import find_prior, read_prior
+from zenocap.common.rig.tracker import find_prior
+from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.prior.motions import Motion, motion_of, read_motion
-from zenocap.services.tracker.prior.training import Plan, Recording, train
+from zenocap.services.tracker.prior.motions import motion_of, read_motion
+from zenocap.services.tracker.prior.sequences import TrainingMotion
+from zenocap.services.tracker.prior.training import TrainingPlan, train
 from zenocap.tools.teach.dataset.build_priors import PEOPLE, recording
 
 TAKE_FRAMES = 100  # of the same take's ground truth, as in the paper; half of a shorter take
@@ -48,13 +50,13 @@ def _trained(name: str, anatomy: Anatomy) -> Prior:
     text, _, regions = name.partition("@")
     kind, _, names = text.partition(":")
     recordings = _recordings(kind, names, anatomy)
-    plan = Plan(rate=recordings[0].rate)
+    plan = TrainingPlan(rate=recordings[0].rate)
     if regions:
         plan = replace(plan, regions=int(regions), candidates=(int(regions),))
     return train(coordinates_of(anatomy), recordings, [], plan)
 
 
-def _recordings(kind: str, names: str, anatomy: Anatomy) -> list[Recording]:
+def _recordings(kind: str, names: str, anatomy: Anatomy) -> list[TrainingMotion]:
     match kind:
         case "actor":
             return [recording(names, person, anatomy) for person in PEOPLE]
@@ -64,10 +66,10 @@ def _recordings(kind: str, names: str, anatomy: Anatomy) -> list[Recording]:
             motions = [read_motion(SHARED / "motions" / f"{name}.bvh", anatomy) for name in names.split("+")]
         case _:
             raise ValueError(f"prior {kind}:{names}: allowed: actor:KIND, motion:NAME+NAME, take:CLIP/FRAMES")
-    return [Recording(motion.name, motion.rate, motion.coordinates) for motion in motions]
+    return motions
 
 
-def _take(name: str, anatomy: Anatomy) -> Motion:
+def _take(name: str, anatomy: Anatomy) -> TrainingMotion:
     clip, _, frames = name.partition("/")
     folder = SHARED / "clips" / clip
     if not folder.is_dir():

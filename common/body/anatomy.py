@@ -47,15 +47,11 @@ class Marker:
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """Joints, parents first; joint k moves part k.  Compared by identity.
-
-    circular: parts whose two radii are equal.
-    """
+    """Joints, parents first; joint k moves part k.  Compared by identity."""
 
     name: str
     joints: tuple[Joint, ...]
     markers: tuple[Marker, ...]
-    circular: frozenset[str]
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
@@ -101,6 +97,11 @@ class Anatomy:
         return angles
 
 
+def without_side(name: str) -> str:
+    """Name of a joint or part without `right_` or `left_`."""
+    return name.removeprefix("right_").removeprefix("left_")
+
+
 def _joint(name: str, parent: str, part: str, axes: str, *limits_deg: tuple[float, float]) -> Joint:
     return Joint(name, parent, part, axes, tuple((radians(lo), radians(hi)) for lo, hi in limits_deg))
 
@@ -139,7 +140,6 @@ TEN_PARTS = Anatomy(
         Marker("LElbow", joints=("left_elbow",)),
         Marker("LWrist", "left_lower_arm", 0.146 / (0.146 + 0.108)),
     ),
-    circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
 )
 
 # Paper (replaced): [Hybrid II] has ten parts and 25 DoF; here a spine in two parts, a neck and feet, with 30.
@@ -180,7 +180,6 @@ FOURTEEN_PARTS = Anatomy(
         Marker("LElbow", joints=("left_elbow",)),
         Marker("LWrist", "left_lower_arm", 0.146 / (0.146 + 0.108)),
     ),
-    circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
 )
 
 ANATOMIES: Mapping[str, Anatomy] = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}

@@ -21,7 +21,7 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.inverse_kinematics import WAIST
-from zenocap.common.body.rotations import euler_to_matrix, perpendicular, unit
+from zenocap.common.body.rotations import cardan_angles, euler_to_matrix, perpendicular, unit
 
 JointRotations: TypeAlias = Mapping[str, Floats]
 """Rotations (n, 3, 3) by joint, distal to proximal segment, in the axes above; NaN where unknown.
@@ -62,9 +62,8 @@ def _of_side(side: str, letter: str, out: float) -> tuple[ClinicalAngle, ...]:
     """Angles of one arm and leg.  out: sign of the side's lateral direction along Z."""
 
     def angle(name: str, joint: str, axis: str, sign: float, definition: str, hinge: str = "") -> ClinicalAngle:
-        return ClinicalAngle(
-            f"{name}_{letter}", f"{side}_{joint}", axis, sign, definition, f"{side}_{hinge}" if hinge else ""
-        )
+        hinge = f"{side}_{hinge}" if hinge else ""
+        return ClinicalAngle(f"{name}_{letter}", f"{side}_{joint}", axis, sign, definition, hinge)
 
     return (
         angle("hip_flexion", "hip", "z", 1.0, "thigh to the front"),
@@ -168,19 +167,6 @@ def with_rigid_trunk(rotations: JointRotations) -> dict[str, Floats]:
 def clinical_angles(rotations: JointRotations) -> dict[str, Floats]:
     """Angles (n,) in degrees by name, in the order of ANGLES, of the joints in `rotations`; NaN where not defined."""
     return {angle.name: _values(angle, rotations) for angle in ANGLES if angle.joint in rotations}
-
-
-def cardan_angles(axes: str, rotations: Floats) -> Floats:
-    """Angles (n, 3), radians, about three different intrinsic `axes`, the second one within a quarter turn.
-
-    rotations: (n, 3, 3).
-    """
-    i, j, k = ("xyz".index(axis) for axis in axes)
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    first = np.arctan2(-sign * rotations[:, j, k], rotations[:, k, k])
-    middle = np.arctan2(sign * rotations[:, i, k], np.hypot(rotations[:, i, i], rotations[:, i, j]))
-    last = np.arctan2(-sign * rotations[:, i, j], rotations[:, i, i])
-    return np.stack([first, middle, last], axis=-1)
 
 
 def other_solution(degrees: Floats) -> Floats:

@@ -23,6 +23,16 @@ class Bdp:
     tips: Floats | None = None
     bases: Floats | None = None
 
+    @property
+    def far_radii(self) -> Floats:
+        """(parts, 2) long and short radius at the far ends, metres."""
+        return self.sizes[:, 1:] if self.tips is None else self.tips
+
+    @property
+    def starts(self) -> Floats:
+        """(parts, 3) where each part's axis begins in its own frame, metres."""
+        return np.zeros((len(self.sizes), 3)) if self.bases is None else self.bases
+
 
 @dataclass(frozen=True)
 class Pose:

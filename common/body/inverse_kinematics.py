@@ -152,7 +152,7 @@ def _head(known: Mapping[str, Floats], chest: Floats, anatomy: Anatomy, bdp: Bdp
     else:
         above = bdp.offsets[head] + (bdp.offsets[anatomy.index["neck_base"]] if "neck_base" in anatomy.index else 0.0)
         joint = np.broadcast_to(above - _middle(anatomy, bdp, "shoulder"), crown.shape)
-        axis = axis * bdp.sizes[head, 0] + (bdp.bases[head] if bdp.bases is not None else 0.0)
+        axis = axis * bdp.sizes[head, 0] + bdp.starts[head]
     return shortest_rotation(unit(axis), unit(crown - joint))
 
 

@@ -1,6 +1,6 @@
 """Points of a joint convention on a posed body."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +94,7 @@ def _bases(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> dict[str, Floats]:
     They are the markers of the anatomy, `RWristCentre` and left on the axes of the lower arms, with a spine of two parts
     `Waist`, its joint, and `HeadJoint`, and, with feet, `RSole` and left, on the sole below the ankle.
     """
-    names: Sequence[str] = [marker.name for marker in anatomy.markers]
+    names = (marker.name for marker in anatomy.markers)
     found = dict(zip(names, joint_centres(anatomy, bdp, pose), strict=True))
     frames = part_frames(anatomy, bdp, pose)
     if WAIST in anatomy.index:
@@ -104,8 +104,7 @@ def _bases(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> dict[str, Floats]:
         found[f"{letter}WristCentre"] = frames[arm, :, 3] + WRIST_SHARE * bdp.sizes[arm, 0] * frames[arm, :, 1]
         if f"{side}_foot" in anatomy.parts:
             foot = anatomy.index[f"{side}_foot"]
-            axis_z = 0.0 if bdp.bases is None else bdp.bases[foot, 2]
-            found[f"{letter}Sole"] = frames[foot, :, 3] + (axis_z - bdp.sizes[foot, 2]) * frames[foot, :, 2]
+            found[f"{letter}Sole"] = frames[foot, :, 3] + (bdp.starts[foot, 2] - bdp.sizes[foot, 2]) * frames[foot, :, 2]
     return found
 
 

@@ -71,11 +71,8 @@ def joint_centres(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
     return centres
 
 
-NO_OFFSET = np.zeros(3)
-
-
 def end_ellipses(
-    part_to_world: Floats, size: Floats, count: int = 24, *, tip: Floats | None = None, base: Floats = NO_OFFSET
+    part_to_world: Floats, size: Floats, count: int = 24, *, tip: Floats | None = None, base: Floats | float = 0.0
 ) -> Floats:
     """Points (2 count, 3) in the world, metres, on both end ellipses of a part, whose convex hull is the part.
 
@@ -92,12 +89,5 @@ def end_ellipses(
 
 def body_ellipses(bdp: Bdp, part_frames: Floats) -> list[Floats]:
     """`end_ellipses` of every part; part_frames: (parts, 3, 4), see the function `part_frames`."""
-    return [
-        end_ellipses(
-            frame,
-            bdp.sizes[k],
-            tip=None if bdp.tips is None else bdp.tips[k],
-            base=NO_OFFSET if bdp.bases is None else bdp.bases[k],
-        )
-        for k, frame in enumerate(part_frames)
-    ]
+    parts = zip(part_frames, bdp.sizes, bdp.far_radii, bdp.starts, strict=True)
+    return [end_ellipses(frame, size, tip=tip, base=base) for frame, size, tip, base in parts]

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Pose
-from zenocap.common.body.joint_rotations import JointRotations, joint_angles, joint_rotations, root_jumps
+from zenocap.common.body.pose_rotations import PoseRotations, joint_angles, pose_rotations, root_jumps
 
 SPEED_HZ = 1.0  # cut-off frequency of the speed, dcutoff  [Casiez 2012, 2]
 MAX_GAP_NS = 250_000_000  # between poses; after a longer gap the filter starts again, as recorded poses do; by hand
@@ -37,8 +37,8 @@ class Filtered:
     """
 
     captured_ns: int
-    raw: JointRotations
-    smooth: JointRotations
+    raw: PoseRotations
+    smooth: PoseRotations
     speeds: tuple[Floats, Floats, Floats]
 
 
@@ -50,7 +50,7 @@ def filtered(
     last: None for the first pose and after a lost person.  The filter starts again, and returns the pose itself, after a
     gap, a jump of the root, and when time does not rise.
     """
-    raw = joint_rotations(anatomy, pose.position[None], pose.angles[None])
+    raw = pose_rotations(anatomy, pose.position[None], pose.angles[None])
     if last is None or not 0 < captured_ns - last.captured_ns <= MAX_GAP_NS or _jumped(last, raw, captured_ns):
         balls, hinges = raw.quaternions.shape[1], raw.hinges.shape[1]
         return Filtered(captured_ns, raw, raw, (np.zeros(3), np.zeros((balls, 3)), np.zeros(hinges))), pose
@@ -69,13 +69,13 @@ def filtered(
     weights = _weight(_cutoff(options, np.linalg.norm(turn, axis=1)), step_s)
     way = np.asarray((smooth_before.inv() * here).as_rotvec(), dtype=np.float64)
     quaternions = np.asarray((smooth_before * Rotation.from_rotvec(weights[:, None] * way)).as_quat(), dtype=np.float64)
-    smooth = JointRotations(position[None], quaternions[None], hinges[None])
+    smooth = PoseRotations(position[None], quaternions[None], hinges[None])
     angles = joint_angles(anatomy, smooth, pose.angles[None])[0]
     return Filtered(captured_ns, raw, smooth, (move, turn, bend)), Pose(position, angles)
 
 
-def _jumped(last: Filtered, raw: JointRotations, captured_ns: int) -> bool:
-    both = JointRotations(
+def _jumped(last: Filtered, raw: PoseRotations, captured_ns: int) -> bool:
+    both = PoseRotations(
         np.concatenate([last.raw.positions, raw.positions]),
         np.concatenate([last.raw.quaternions, raw.quaternions]),
         np.concatenate([last.raw.hinges, raw.hinges]),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.anatomy import Anatomy, without_side
 from zenocap.common.body.definition import Bdp
 
 # Paper (corrected): 2.4 divides torso : leg as 4 : 6, which would make it 84 mm longer; here by anthropometry.
@@ -127,19 +127,16 @@ def t_pose_angles(anatomy: Anatomy) -> Floats:
 def _check_sizes(sizes: Mapping[str, tuple[float, float, float]]) -> None:
     for part, size in sizes.items():
         if min(size) < PART_SIZE_M[0] or max(size) > PART_SIZE_M[1]:
-            raise ValueError(
-                f"{part}: size {tuple(round(float(s), 3) for s in size)} m; allowed: {PART_SIZE_M[0]} to {PART_SIZE_M[1]} m"
-            )
+            found = tuple(round(float(s), 3) for s in size)
+            raise ValueError(f"{part}: size {found} m; allowed: {PART_SIZE_M[0]} to {PART_SIZE_M[1]} m")
 
 
 def _by_anatomy(
-    anatomy: Anatomy,
-    sizes: Mapping[str, tuple[float, float, float]],
-    offsets: Mapping[str, tuple[float, float, float]],
+    anatomy: Anatomy, sizes: Mapping[str, tuple[float, float, float]], offsets: Mapping[str, tuple[float, float, float]]
 ) -> Bdp:
     rows, origins = [], []
     for joint in anatomy.joints:
-        rows.append(sizes[joint.part.removeprefix("right_").removeprefix("left_")])
-        x, y, z = offsets.get(joint.name.removeprefix("right_").removeprefix("left_"), (0.0, 0.0, 0.0))
+        rows.append(sizes[without_side(joint.part)])
+        x, y, z = offsets.get(without_side(joint.name), (0.0, 0.0, 0.0))
         origins.append((-x if joint.name.startswith("right_") else x, y, z))
     return Bdp(np.array(rows), np.array(origins))

@@ -27,11 +27,8 @@ def matrix_to_euler(axes: str, rotations: Floats, near: Floats) -> Floats:
     Of the two solutions, and of their full turns, the nearer one is returned.  In gimbal lock the first angle is that of
     `near`.
     """
-    i, j, k = ("xyz".index(axis) for axis in axes)
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    middle = np.arctan2(sign * rotations[:, i, k], np.hypot(rotations[:, i, i], rotations[:, i, j]))
-    first = np.arctan2(-sign * rotations[:, j, k], rotations[:, k, k])
-    last = np.arctan2(-sign * rotations[:, i, j], rotations[:, i, i])
+    i, j, _, sign = _order(axes)
+    first, middle, last = cardan_angles(axes, rotations).T
     locked = np.hypot(rotations[:, i, i], rotations[:, i, j]) < GIMBAL_LOCK
     first = np.where(locked, near[:, 0], first)
     rest = np.swapaxes(euler_to_matrix(axes[:2], np.stack([first, middle], axis=-1)), -1, -2) @ rotations
@@ -41,6 +38,24 @@ def matrix_to_euler(axes: str, rotations: Floats, near: Floats) -> Floats:
     other = _within_half_a_turn(np.stack([first + np.pi, np.pi - middle, last + np.pi], axis=-1), near)
     nearer = np.abs(other - near).sum(axis=-1) < np.abs(one - near).sum(axis=-1)
     return np.where((nearer & ~locked)[:, None], other, one)
+
+
+def cardan_angles(axes: str, rotations: Floats) -> Floats:
+    """Angles (n, 3), radians, about three different intrinsic `axes`, the second one within a quarter turn.
+
+    rotations: (n, 3, 3).
+    """
+    i, j, k, sign = _order(axes)
+    first = np.arctan2(-sign * rotations[:, j, k], rotations[:, k, k])
+    middle = np.arctan2(sign * rotations[:, i, k], np.hypot(rotations[:, i, i], rotations[:, i, j]))
+    last = np.arctan2(-sign * rotations[:, i, j], rotations[:, i, i])
+    return np.stack([first, middle, last], axis=-1)
+
+
+def _order(axes: str) -> tuple[int, int, int, float]:
+    """Indices of three different axes, and the sign of their permutation."""
+    i, j, k = ("xyz".index(axis) for axis in axes)
+    return i, j, k, 1.0 if (j - i) % 3 == 1 else -1.0
 
 
 def _about(axis: str, angle: Floats) -> Floats:

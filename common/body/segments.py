@@ -70,7 +70,6 @@ class Limb:
     """Angle and part indices of one limb in an anatomy."""
 
     name: str
-    spherical: str
     z: int
     x: int
     y: int
@@ -88,7 +87,7 @@ def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
     for name, (spherical, flexion) in zip(LIMBS, _JOINTS, strict=True):
         z, x, y = (index[f"{spherical}.{axis}"] for axis in "zxy")
         bend = index[f"{flexion}.x"]
-        limbs.append(Limb(name, spherical, z, x, y, bend, index[spherical], index[flexion], "leg" in name))
+        limbs.append(Limb(name, z, x, y, bend, index[spherical], index[flexion], "leg" in name))
     return tuple(limbs)
 
 

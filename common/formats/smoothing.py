@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.body.joint_rotations import JointRotations, joint_angles, joint_columns, joint_rotations, root_jumps
+from zenocap.common.body.pose_rotations import PoseRotations, joint_angles, joint_columns, pose_rotations, root_jumps
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.resampling import MAX_GAP_S
@@ -77,14 +77,14 @@ def _stretches(track: PoseTrack, gap_s: float) -> Iterator[Ints]:
     if not len(known):
         return
     times_s = track.times_s[known]
-    rotations = joint_rotations(track.anatomy, track.positions[known], track.angles[known])
+    rotations = pose_rotations(track.anatomy, track.positions[known], track.angles[known])
     cuts = (np.diff(known) > 1) | (np.diff(times_s) > gap_s) | root_jumps(rotations, times_s)
     yield from np.split(known, np.flatnonzero(cuts) + 1)
 
 
 def _smoothed_stretch(track: PoseTrack, rows: Ints, hz: float) -> tuple[Floats, Floats]:
     """Positions (n, 3) and angles (n, angles) of the rows (n,)."""
-    raw = joint_rotations(track.anatomy, track.positions[rows], track.angles[rows])
+    raw = pose_rotations(track.anatomy, track.positions[rows], track.angles[rows])
     n, balls, _ = raw.quaternions.shape
     signals = np.concatenate([raw.positions, raw.quaternions.reshape(n, -1), raw.hinges], axis=1)
     signals = lowpass(track.times_s[rows], signals, hz)
@@ -94,7 +94,7 @@ def _smoothed_stretch(track: PoseTrack, rows: Ints, hz: float) -> tuple[Floats, 
     limits = joint_columns(track.anatomy).limits
     low, high = np.minimum(limits[:, 0], raw.hinges.min(axis=0)), np.maximum(limits[:, 1], raw.hinges.max(axis=0))
     hinges = np.clip(signals[:, 3 + 4 * balls :], low, high)  # the filter overshoots
-    found = JointRotations(signals[:, :3], quaternions, hinges)
+    found = PoseRotations(signals[:, :3], quaternions, hinges)
     return found.positions, joint_angles(track.anatomy, found, track.angles[rows])
 
 

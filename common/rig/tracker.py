@@ -222,7 +222,7 @@ def with_front_of(spec: TrackerSpec, viewers: Mapping[str, str]) -> TrackerSpec:
     raise TableError(f"front = {spec.front!r}: no such camera: allowed: {', '.join(viewers.values())}")
 
 
-def find_prior(text: str, base: Path, *, must_exist: bool = True) -> Path:
+def find_prior(text: str, base: Path = Path(), *, must_exist: bool = True) -> Path:
     """Path of the included prior of that name, or else of the file relative to `base`; see `shipped_or_own`."""
     return shipped_or_own("prior", text, base, PRIORS, SUFFIX, must_exist=must_exist)
 
@@ -234,7 +234,7 @@ def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) 
     if overrides.refinement is not None:
         _require_one_of("refinement", overrides.refinement, ITERATIONS)
         spec = replace(spec, iterations=ITERATIONS[overrides.refinement])
-    prior = None if overrides.prior is None else find_prior(overrides.prior, Path())
+    prior = None if overrides.prior is None else find_prior(overrides.prior)
     given = {name: value for name, value in vars(overrides).items() if value is not None and name != "prior"}
     if overrides.front is not None or overrides.heading is not None:
         given = {"front": None, "heading": None} | given
@@ -247,7 +247,7 @@ def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) 
     preset, refinement = PRESETS[name], PRESETS[name].refinements[method]
     wanted = preset.prior if method == "hybrid" and not own_prior else None
     return replace(
-        spec, prior=None if wanted is None else find_prior(wanted, Path()), particles=PARTICLES[method],
+        spec, prior=None if wanted is None else find_prior(wanted), particles=PARTICLES[method],
         iterations=ITERATIONS[refinement], anatomy=preset.anatomy, refinement=refinement, preset=name, filter=preset.filter,
     )  # fmt: skip
 

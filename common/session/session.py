@@ -23,7 +23,7 @@ F = TypeVar("F", bound=FrameLike)
 FAILURES = {"steps failed": "step_errors", "messages could not be sent": "unsendable", "frame sets failed": "failed"}
 
 
-class Member(Generic[Setup, State, F]):
+class SessionMember(Generic[Setup, State, F]):
     """One service of a session."""
 
     def __init__(self, service: Service[Setup, State, F], network: LocalNetwork) -> None:
@@ -91,21 +91,17 @@ class Session(Generic[F]):
     """Services of one rig, stepped until no message is left."""
 
     def __init__(
-        self,
-        rig: str,
-        clock: ManualClock,
-        services: Sequence[Service[object, object, F]],
-        recorded: Sequence[Topic],
+        self, rig: str, clock: ManualClock, services: Sequence[Service[object, object, F]], recorded: Sequence[Topic]
     ) -> None:
         """rig: its name.  services: in the order in which they handle waiting messages.  recorded: topics to return."""
         self._network, self._clock = LocalNetwork(rig, clock), clock
-        self._members = {(one.name, one.id): Member(one, self._network) for one in services}
+        self._members = {(one.name, one.id): SessionMember(one, self._network) for one in services}
         self._recorder, self._bus = self._network.bus(), self._network.bus()
         for topic in recorded:
             self._recorder.subscribe(topic, every=True)
 
     def ahead(self, viewer: str, frames: Iterator[F]) -> Iterator[F]:
-        """See `Member.ahead`.  viewer: id."""
+        """See `SessionMember.ahead`.  viewer: id."""
         return self._members["viewer", viewer].ahead(frames)
 
     def publish(self, message: Message) -> None:

@@ -9,7 +9,8 @@ from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.tracking import Setup, describe, initial_state, track
+from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.tracking import describe, initial_state, track
 
 STATURE_M = 1.75
 PERSON_FRAMES, LIMB_FRAMES, EMPTY_FRAMES = 12, 3, 3

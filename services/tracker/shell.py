@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Never, get_args
+from typing import Never, TypeVar
 
 from msgspec import UNSET
 
@@ -34,14 +34,15 @@ from zenocap.common.topics import (
     TRACKER_POSE,
 )
 from zenocap.common.vision.threads import use_one_thread
-from zenocap.services.tracker.filter.particles import Refinement
+from zenocap.services.tracker.filter.particles import REFINEMENTS
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.states import Method, Options, Setup, State, Turn
+from zenocap.services.tracker.states import METHODS, Options, Setup, State
 from zenocap.services.tracker.step import awaiting_person, counts, describe, initial_state, pending, phase_of, step
 
 logger = logging.getLogger(__name__)
+Name = TypeVar("Name", bound=str)
 
 ID = "main"
 
@@ -66,20 +67,12 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
         Subscription(REQUEST),
     )
     return Service(
-        "tracker",
-        ID,
-        setup,
-        partial(initial_state, setup),
-        step,
-        topics,
-        describe,
-        counts,
-        phase_of,
+        "tracker", ID, setup, partial(initial_state, setup), step, topics, describe, counts, phase_of,
         pending=pending,
         recovers=lambda state: (TRACKER_BDP, TRACKER_POSE) if awaiting_person(state) else (),
         result=TrackerPose,
         load=lambda: _load(setup),
-    )
+    )  # fmt: skip
 
 
 def _load(setup: Setup) -> None:
@@ -92,16 +85,16 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
     if rig.tracker is None:
         raise ValueError(f"method {rig.method!r} has no tracker")
     options = Options(
-        method=_method(rig.method),
+        method=_one_of(METHODS, rig.method, "method", " with a tracker"),
         particles=rig.tracker.particles,
         points=rig.tracker.points,
         iterations=rig.tracker.iterations,
         seed=rig.tracker.seed,
-        refinement=_refinement(rig.tracker.refinement),
+        refinement=_one_of(REFINEMENTS, rig.tracker.refinement, "tracker.refinement"),
         filter=rig.tracker.filter,
         front=rig.tracker.front or None,
         heading=None if rig.tracker.heading is UNSET else math.radians(rig.tracker.heading),
-        turns=tuple(Turn(one.captured_ns, one.front) for one in rig.tracker.turns or ()),
+        turns=tuple(rig.tracker.turns or ()),
     )
     if options.front is not None and options.front not in {viewer.id for viewer in rig.viewers}:
         raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
@@ -127,9 +120,8 @@ def prior_in(rig: RecordedRig, path: Path, attached: bytes | None) -> Prior | No
         raise UserError(f"{path}: attachment {PRIOR_FILE} is missing: the prior of the take is unknown")
     found = hashlib.sha256(attached).hexdigest()
     if found != digest:
-        raise ValueError(
-            f"{path}: attachment {PRIOR_FILE}: sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded"
-        )
+        text = f"sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded"
+        raise ValueError(f"{path}: attachment {PRIOR_FILE}: {text}")
     return parse_prior(path / PRIOR_FILE, attached, anatomy_in(rig))
 
 
@@ -144,17 +136,8 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
         return run(service, bus, clock, stopped=stopped)
 
 
-def _method(text: str) -> Method:
-    for method in get_args(Method):
-        if text == method:
-            typed: Method = method
-            return typed
-    raise ValueError(f"method = {text!r}: allowed with a tracker: {', '.join(get_args(Method))}")
-
-
-def _refinement(text: str) -> Refinement:
-    for refinement in get_args(Refinement):
-        if text == refinement:
-            typed: Refinement = refinement
-            return typed
-    raise ValueError(f"tracker.refinement = {text!r}: allowed: {', '.join(get_args(Refinement))}")
+def _one_of(allowed: tuple[Name, ...], text: str, key: str, where: str = "") -> Name:
+    for name in allowed:
+        if name == text:
+            return name
+    raise ValueError(f"{key} = {text!r}: allowed{where}: {', '.join(allowed)}")

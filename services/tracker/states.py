@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -11,28 +11,21 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
+from zenocap.common.recording.setup_file import RecordedTurn
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import FrameSet, Synchronizer
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.particles import Cloud, Refinement
 from zenocap.services.tracker.initialization.localization import TPose
-from zenocap.services.tracker.initialization.online_shape import ShapeEstimate
-from zenocap.services.tracker.parameters import TOES_START
+from zenocap.services.tracker.initialization.online_shape import ShapeEstimate, initial_shape
+from zenocap.services.tracker.parameters import INITIAL_SUPPORT, TOES_START
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
 Method = Literal["hybrid", "image-force", "particle-filter"]
-
-
-@dataclass(frozen=True)
-class Turn:
-    """The user's decision that at a capture time the person faces along `front` (3,), a unit vector in the world, rather
-    than away from it."""
-
-    captured_ns: int
-    front: tuple[float, float, float]
+METHODS: tuple[Method, ...] = get_args(Method)
 
 
 @dataclass(frozen=True)
@@ -40,7 +33,8 @@ class Options:
     """Options.  points: contour rays per frame set.  iterations: of the refinement.  seed: of all random numbers.
 
     filter: where the default differs from the paper.  front: viewer whose camera the person faces at the start, or
-    heading: direction of the front then, radians about +Y from +Z; None: as the feet show.  turns: later decisions.
+    heading: direction of the front then, radians about +Y from +Z; None: as the feet show.  turns: later decisions, that
+    at a capture time the person faces along a unit vector in the world, rather than away from it.
     """
 
     method: Method = "hybrid"
@@ -52,7 +46,7 @@ class Options:
     filter: FilterOptions = DEFAULT_FILTER
     front: str | None = None
     heading: float | None = None
-    turns: tuple[Turn, ...] = ()
+    turns: tuple[RecordedTurn, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,7 +99,7 @@ class AwaitingPerson:
 
 
 @dataclass(frozen=True)
-class Person:
+class TrackedPerson:
     """A person with known sizes.  body: sizes.  model: the same for compiled functions.  stature: metres.
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
@@ -123,6 +117,11 @@ class Person:
     detail: float = 1.0
     measuring: AwaitingPerson | None = None
 
+    @staticmethod
+    def of(anatomy: Anatomy, body: Bdp, stature: float) -> "TrackedPerson":
+        """A person of these sizes, not observed yet."""
+        return TrackedPerson(body, model_of(anatomy, body), stature, initial_shape(body), INITIAL_SUPPORT)
+
 
 @dataclass(frozen=True)
 class Tracking:
@@ -138,7 +137,7 @@ class Tracking:
     decided_ns: capture time at which the user has decided on front and back; None: the feet have.
     """
 
-    person: Person
+    person: TrackedPerson
     cloud: Cloud
     estimate: RootedPose
     velocity: Floats
@@ -161,7 +160,7 @@ class Lost:
     last: the last pose, at seen_ns.  rest: frame sets to skip before the next search.
     """
 
-    person: Person
+    person: TrackedPerson
     last: RootedPose | None
     rest: int = 0
     seen_ns: int = 0

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Mask
+from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
@@ -44,10 +44,7 @@ from zenocap.services.tracker.parameters import (
     MISSING_FRAMES,
     POINTS_PERIOD_NS,
 )
-from zenocap.services.tracker.states import State, with_detail
-from zenocap.services.tracker.tracking import Outcome, Setup
-
-__all__ = ["counts", "describe", "initial_state", "pending", "phase_of", "step"]
+from zenocap.services.tracker.states import Outcome, Setup, State, with_detail
 
 Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no frames
 Result: TypeAlias = tuple[State, list[Message]]
@@ -98,15 +95,14 @@ def pending(state: State) -> bool:
 
 def phase_of(state: State) -> Phase:
     """Phase of the tracker, for its health."""
-    missing = [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
-    if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(missing) < MIN_VIEWS:
+    if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(_missing(state)) < MIN_VIEWS:
         return Phase.WAITING_FOR_INPUT
     return tracking.phase_of(state.track)
 
 
 def describe(state: State) -> str:
     """Health text of the tracker."""
-    missing = [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
+    missing = _missing(state)
     if state.pairs.last_ns < 0:
         return "waiting for silhouettes"
     if len(state.pairs.viewers) - len(missing) < MIN_VIEWS:
@@ -114,6 +110,10 @@ def describe(state: State) -> str:
     else:
         text = tracking.describe(state.track) + (f", without viewer {' and '.join(missing)}" if missing else "")
     return "; ".join([text, *state.findings, *state.warnings.values(), *state.calibrations.values()])
+
+
+def _missing(state: State) -> list[str]:
+    return [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
 
 
 def counts(state: State) -> Mapping[str, int]:
@@ -148,9 +148,7 @@ def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> R
 def _set_delays(setup: Setup, state: State, delays_ns: dict[str, int]) -> State:
     """Correct the capture times by these delays from now on."""
     pairs = replace(state.pairs, hold=setup.hold(delays_ns))
-    track = state.track
-    if delays_ns != state.delays_ns:
-        track = tracking.with_other_times(track)
+    track = state.track if delays_ns == state.delays_ns else tracking.with_other_times(state.track)
     return replace(state, delays_ns=delays_ns, pairs=pairs, track=track)
 
 
@@ -162,9 +160,8 @@ def _synchronize(state: State, silhouette: Silhouette) -> State:
     enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= MIN_VIEWS]
     state = _count(state, "alone", len(frame_sets) - len(enough))
     ready = (*state.ready, *enough)
-    return _count(
-        replace(state, ready=ready[-MAX_QUEUED_FRAME_SETS:]), "dropped_instants", max(0, len(ready) - MAX_QUEUED_FRAME_SETS)
-    )
+    state = _count(state, "dropped_instants", max(0, len(ready) - MAX_QUEUED_FRAME_SETS))
+    return replace(state, ready=ready[-MAX_QUEUED_FRAME_SETS:])
 
 
 def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Result:
@@ -180,24 +177,22 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
             state = _count(state, "damaged", 1)
     if len(masks) < MIN_VIEWS:
         return _count(state, "alone", 1), []
-    frame = max(silhouette.frame for silhouette in frame_set.items.values())
+    frame, captured_ns = max(silhouette.frame for silhouette in frame_set.items.values()), frame_set.captured_ns
     try:
-        track, outcome = tracking.track(with_detail(setup, state.detail), state.track, frame_set.captured_ns, masks)
+        track, outcome = tracking.track(with_detail(setup, state.detail), state.track, captured_ns, masks)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
         return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
     state = replace(state, track=track, findings=outcome.findings, used=outcome.views)
     messages: list[Message] = []
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        captured_ns = frame_set.captured_ns
         messages.append(TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured))
-    pose = _pose_message(setup.anatomy, state.pose, outcome, frame, frame_set.captured_ns)
+    pose = _pose_message(setup.anatomy, state.pose, outcome, frame, captured_ns)
     if pose is not None:
         messages.append(pose)
-    if abs(frame_set.captured_ns - state.points_ns) >= POINTS_PERIOD_NS:
-        state = replace(state, points_ns=frame_set.captured_ns)
-        points = packed_points(outcome.points)
-        messages.append(ScenePoints(frame=frame, captured_ns=frame_set.captured_ns, points=points))
+    if abs(captured_ns - state.points_ns) >= POINTS_PERIOD_NS:
+        state = replace(state, points_ns=captured_ns)
+        messages.append(ScenePoints(frame=frame, captured_ns=captured_ns, points=packed_points(outcome.points)))
     return replace(state, pose=pose or state.pose), messages
 
 
@@ -215,19 +210,16 @@ def _pose_message(
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
     spread = np.minimum(outcome.spread, MAX_SPREAD)
+    dx, dy, dz = spread[-3:].tolist()
     limbs, heading = confidences(outcome.limb_features, outcome.toes)
     return TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
-        position_spread=_triple(spread[-3:]), spread=angles_by_name(anatomy, spread[:-3]),
+        position_spread=(dx, dy, dz), spread=angles_by_name(anatomy, spread[:-3]),
         likelihood=float(outcome.likelihood), effective=float(outcome.effective), lost=outcome.lost,
         views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
         heading=heading,
     )  # fmt: skip
-
-
-def _triple(values: Floats) -> tuple[float, float, float]:
-    return float(values[0]), float(values[1]), float(values[2])
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State:
@@ -237,11 +229,8 @@ def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State
         return state
     warning = clock_warning(f"viewer {viewer}", offset, setup.frame_ns)
     warnings = {other: text for other, text in state.warnings.items() if other != viewer}
-    return replace(
-        state,
-        offsets={**state.offsets, viewer: offset},
-        warnings={**warnings, viewer: warning} if warning else warnings,
-    )
+    warnings |= {viewer: warning} if warning else {}
+    return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
 def _compare_calibration(state: State, received: CameraInfo, configured: Camera) -> State:

@@ -7,13 +7,10 @@ from functools import partial
 import numpy as np
 
 from zenocap.common.arrays import Mask
-from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.kinematics import part_frames
 from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
@@ -28,19 +25,11 @@ from zenocap.services.tracker.initialization.decisions import (
     turned_as_decided,
 )
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
-from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
-from zenocap.services.tracker.parameters import (
-    HEADING_TOES,
-    INITIAL_SUPPORT,
-    OTHER_POSTURES_PERIOD,
-    RELOCALIZE_AFTER,
-)
-from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
+from zenocap.services.tracker.parameters import HEADING_TOES, OTHER_POSTURES_PERIOD, RELOCALIZE_AFTER
+from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, Setup, TrackedPerson, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untested_lags, untrusted
-
-__all__ = ["Mask", "Options", "Outcome", "Setup", "TrackState", "describe", "initial_state", "track", "with_other_times"]
 
 
 def initial_state(setup: Setup) -> TrackState:
@@ -49,14 +38,7 @@ def initial_state(setup: Setup) -> TrackState:
     if setup.person_height is None:
         return TrackState(AwaitingPerson(), views)
     average = average_body(setup.anatomy, setup.person_height)
-    person = Person(
-        average,
-        model_of(setup.anatomy, average),
-        setup.person_height,
-        initial_shape(average, np.zeros(COUNT)),
-        INITIAL_SUPPORT,
-    )
-    return TrackState(Lost(person, None), views)
+    return TrackState(Lost(TrackedPerson.of(setup.anatomy, average, setup.person_height), None), views)
 
 
 def remeasure(setup: Setup) -> TrackState:
@@ -72,20 +54,14 @@ def resume(
     person = known_person(setup, body)
     if not measured and setup.person_height is None:
         person = replace(person, measuring=AwaitingPerson())
-    return replace(state, phase=Lost(person, rooted_pose(setup, body, pose), seen_ns=captured_ns))
+    return replace(state, phase=Lost(person, RootedPose.of(setup.anatomy, body, pose), seen_ns=captured_ns))
 
 
-def known_person(setup: Setup, body: Bdp) -> Person:
+def known_person(setup: Setup, body: Bdp) -> TrackedPerson:
     """A person with a measured body."""
     knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
     stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
-    return Person(body, model_of(setup.anatomy, body), stature, initial_shape(body, np.zeros(COUNT)), INITIAL_SUPPORT)
-
-
-def rooted_pose(setup: Setup, body: Bdp, pose: Pose) -> RootedPose:
-    """A pose in the coordinates of the filter."""
-    rotation = np.ascontiguousarray(part_frames(setup.anatomy, body, pose)[0, :, :3])
-    return RootedPose(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))
+    return TrackedPerson.of(setup.anatomy, body, stature)
 
 
 def with_other_times(state: TrackState) -> TrackState:
@@ -107,7 +83,12 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
         if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
-            phase = _with_limb_features(setup, phase, evidence)
+            person, before = phase.person, phase.limb_features
+            features = limb_features(
+                setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
+                phase.ambiguity, before,
+            )  # fmt: skip
+            phase = replace(phase, limb_features=features)
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
@@ -116,16 +97,6 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=points)
-
-
-def _with_limb_features(setup: Setup, phase: Tracking, evidence: Evidence) -> Tracking:
-    """The running means of the limbs' features with this frame."""
-    person, pose = phase.person, phase.estimate
-    features = limb_features(
-        setup.anatomy, person.model, evidence, pose, phase.limb_support, person.expected_support, phase.ambiguity,
-        phase.limb_features,
-    )  # fmt: skip
-    return replace(phase, limb_features=features)
 
 
 def awaiting_person(state: TrackState) -> bool:
@@ -160,44 +131,29 @@ def describe(state: TrackState) -> str:
 
 
 def advance_phase(
-    setup: Setup,
-    phase: AwaitingPerson | Tracking | Lost,
-    captured_ns: int,
-    evidence: Evidence,
-    count: int,
+    setup: Setup, phase: AwaitingPerson | Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
 ) -> tuple[AwaitingPerson | Tracking | Lost, Outcome]:
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            decided = partial(decided_front, setup)
-            awaiting, outcome = await_person(setup, phase, captured_ns, evidence, decided)
+            awaiting, outcome = await_person(setup, phase, captured_ns, evidence, partial(decided_front, setup))
             if isinstance(awaiting, Tracking):
-                return _if_decided(setup, awaiting, captured_ns), outcome
-            if awaiting.seen or not _starts_anywhere(setup, phase):
+                decided = decided_front(setup, awaiting.estimate.position) is not None
+                return by_decision(awaiting, captured_ns) if decided else awaiting, outcome
+            if awaiting.seen or phase.t_pose_only or setup.options.filter.start != "any-posture":
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, evidence)
-        case (
-            Tracking(person=Person(measuring=AwaitingPerson() as measuring))
-            | Lost(person=Person(measuring=AwaitingPerson() as measuring))
-        ):
+        case Tracking() | Lost() if phase.person.measuring is not None:
             decided_ns = phase.decided_ns if isinstance(phase, Tracking) else None
             # The decision was about the start; since then the person may have turned, and the track with him or her.
             tracked = phase.estimate.rotation[:, 2] if isinstance(phase, Tracking) and decided_ns is not None else None
-            measured, outcome = await_person(setup, measuring, captured_ns, evidence, lambda _: tracked)
+            measured, outcome = await_person(setup, phase.person.measuring, captured_ns, evidence, lambda _: tracked)
             if isinstance(measured, Tracking):
                 return replace(measured, decided_ns=decided_ns), outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))
             return _follow(setup, phase, captured_ns, evidence, count)
         case Tracking() | Lost():
             return _follow(setup, phase, captured_ns, evidence, count)
-
-
-def _if_decided(setup: Setup, phase: Tracking, captured_ns: int) -> Tracking:
-    return by_decision(phase, captured_ns) if decided_front(setup, phase.estimate.position) is not None else phase
-
-
-def _starts_anywhere(setup: Setup, phase: AwaitingPerson) -> bool:
-    return setup.options.filter.start == "any-posture" and not phase.t_pose_only
 
 
 def _tries_other_postures(setup: Setup) -> bool:

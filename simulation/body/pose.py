@@ -16,10 +16,29 @@ RIGHT, LEFT = 0, 1
 SIDES = (RIGHT, LEFT)
 OUTWARD = (-1.0, 1.0)  # sign of the direction away from the body along the person's X axis (to the left), by side
 
-ABDUCTION, FLEXION, ROTATION, ELBOW = 0, 1, 2, 3
-X, Z, DROP, YAW, TILT, ROLL = 0, 1, 2, 3, 4, 5
-FOOT_X, FOOT_Z, FOOT_YAW, LIFT, HEEL = 0, 1, 2, 3, 4
-HIP, APART, KNEE = 0, 1, 2
+
+class Pelvis:
+    """Indices of `PersonPose.pelvis`."""
+
+    X, Z, DROP, YAW, TILT, ROLL = range(6)
+
+
+class Arm:
+    """Columns of `PersonPose.arms`."""
+
+    ABDUCTION, FLEXION, ROTATION, ELBOW = range(4)
+
+
+class Foot:
+    """Columns of `PersonPose.feet`."""
+
+    X, Z, YAW, LIFT, HEEL = range(5)
+
+
+class Swing:
+    """Columns of `PersonPose.swing`."""
+
+    HIP, APART, KNEE = range(3)
 
 
 @dataclass(frozen=True)
@@ -68,8 +87,8 @@ def neutral(person: Person) -> PersonPose:
     manner = person.manner
     feet = np.zeros((2, 5))
     for side in SIDES:
-        feet[side, FOOT_X] = OUTWARD[side] * manner.stance_half
-        feet[side, FOOT_YAW] = OUTWARD[side] * manner.toe_out
+        feet[side, Foot.X] = OUTWARD[side] * manner.stance_half
+        feet[side, Foot.YAW] = OUTWARD[side] * manner.toe_out
     arm = [manner.arm_hang, 0.5 * manner.slouch, 0.0, manner.elbow_rest]
     return PersonPose(
         pelvis=np.zeros(6),
@@ -105,19 +124,15 @@ def place(pose: PersonPose, placement: Placement) -> PersonPose:
         x, z = row[0], row[1]
         row[0] = placement.x + c * x + s * z
         row[1] = placement.z - s * x + c * z
-    pelvis[YAW] += placement.yaw
-    feet[:, FOOT_YAW] += placement.yaw
+    pelvis[Pelvis.YAW] += placement.yaw
+    feet[:, Foot.YAW] += placement.yaw
     return replace(pose, pelvis=pelvis, feet=feet)
 
 
 def compose(start: Placement, step: Placement) -> Placement:
     """Placement after moving by `step`, relative to `start`, from `start`."""
     c, s = cos(start.yaw), sin(start.yaw)
-    return Placement(
-        start.x + c * step.x + s * step.z,
-        start.z - s * step.x + c * step.z,
-        start.yaw + step.yaw,
-    )
+    return Placement(start.x + c * step.x + s * step.z, start.z - s * step.x + c * step.z, start.yaw + step.yaw)
 
 
 def minimum_jerk(share: float) -> float:

@@ -7,27 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.simulation.body.person import Person
-from zenocap.simulation.body.pose import (
-    ABDUCTION,
-    DROP,
-    ELBOW,
-    FLEXION,
-    FOOT_X,
-    FOOT_YAW,
-    FOOT_Z,
-    HEEL,
-    LIFT,
-    OUTWARD,
-    ROLL,
-    ROTATION,
-    SIDES,
-    TILT,
-    YAW,
-    PersonPose,
-    X,
-    Z,
-    minimum_jerk,
-)
+from zenocap.simulation.body.pose import OUTWARD, SIDES, Arm, Foot, Pelvis, PersonPose, minimum_jerk
 from zenocap.simulation.body.rotation import blend, cross, from_x_and_y, rx, ry, rz, unit
 
 PELVIS, CHEST, HEAD = 0, 1, 2
@@ -77,9 +57,9 @@ def pose_bones(person: Person, pose: PersonPose | Bones) -> Bones:
         return pose
     bones = Bones(np.empty((BONES, 3, 3)), np.empty((BONES, 3)))
     ankles = np.array([_planted_ankle(person, pose, side) for side in SIDES])
-    pelvis = ry(pose.pelvis[YAW]) @ rx(pose.pelvis[TILT]) @ rz(-pose.pelvis[ROLL])
+    pelvis = ry(pose.pelvis[Pelvis.YAW]) @ rx(pose.pelvis[Pelvis.TILT]) @ rz(-pose.pelvis[Pelvis.ROLL])
     bones.rotation[PELVIS] = pelvis
-    bones.origin[PELVIS] = pose.pelvis[X], 0.0, pose.pelvis[Z]
+    bones.origin[PELVIS] = pose.pelvis[Pelvis.X], 0.0, pose.pelvis[Pelvis.Z]
     bones.origin[PELVIS, 1] = _pelvis_height(person, pose, ankles, pelvis)
     for side in SIDES:
         _place_leg(person, pose, side, ankles[side], bones)
@@ -98,24 +78,23 @@ def pose_bones(person: Person, pose: PersonPose | Bones) -> Bones:
 
 def _planted_ankle(person: Person, pose: PersonPose, side: int) -> Floats:
     foot = pose.feet[side]
-    heel = max(float(foot[HEEL]), 0.0)  # toes that point up do not move the ankle
+    heel = max(float(foot[Foot.HEEL]), 0.0)  # toes that point up do not move the ankle
     ball, ankle = BALL * person.lengths.foot, person.lengths.ankle_height
     forward = ball * (1.0 - cos(heel)) + ankle * sin(heel)
     up = ball * sin(heel) + ankle * (cos(heel) - 1.0)
-    yaw = float(foot[FOOT_YAW])
-    return np.array(
-        [foot[FOOT_X] + forward * sin(yaw), ankle + foot[LIFT] + up, foot[FOOT_Z] + forward * cos(yaw)],
-    )
+    yaw = float(foot[Foot.YAW])
+    return np.array([foot[Foot.X] + forward * sin(yaw), ankle + foot[Foot.LIFT] + up, foot[Foot.Z] + forward * cos(yaw)])
 
 
 def _pelvis_height(person: Person, pose: PersonPose, ankles: Floats, pelvis: Floats) -> float:
     """Standing height minus the pose's drop, with a soft limit at the reach of both legs."""
     size = person.lengths
     leg = STRETCHED * (size.thigh + size.shank)
-    heights = [size.ankle_height + leg - float(pose.pelvis[DROP])]
+    heights = [size.ankle_height + leg - float(pose.pelvis[Pelvis.DROP])]
+    x, z = pose.pelvis[Pelvis.X], pose.pelvis[Pelvis.Z]
     for side in SIDES:
         hip = pelvis[:, 0] * (OUTWARD[side] * size.hip_half)
-        apart = float(np.hypot(pose.pelvis[X] + hip[0] - ankles[side, 0], pose.pelvis[Z] + hip[2] - ankles[side, 2]))
+        apart = float(np.hypot(x + hip[0] - ankles[side, 0], z + hip[2] - ankles[side, 2]))
         heights.append(float(ankles[side, 1]) + sqrt(max(leg**2 - apart**2, 0.01)) - float(hip[1]))
     low = min(heights)
     return low - SOFTNESS_M * log(sum(exp((low - h) / SOFTNESS_M) for h in heights))
@@ -124,46 +103,39 @@ def _pelvis_height(person: Person, pose: PersonPose, ankles: Floats, pelvis: Flo
 def _place_leg(person: Person, pose: PersonPose, side: int, ankle: Floats, bones: Bones) -> None:
     size, pelvis, out = person.lengths, bones.rotation[PELVIS], OUTWARD[side]
     hip = bones.origin[PELVIS] + pelvis[:, 0] * (out * size.hip_half)
-    foot_yaw = float(pose.feet[side, FOOT_YAW])
-    knee_heading = ry(0.5 * (float(pose.pelvis[YAW]) + foot_yaw))
+    foot_yaw = float(pose.feet[side, Foot.YAW])
+    knee_heading = ry(0.5 * (float(pose.pelvis[Pelvis.YAW]) + foot_yaw))
     to_ankle = ankle - hip
     reach = min(float(np.linalg.norm(to_ankle)), 0.99995 * (size.thigh + size.shank))
     down = unit(to_ankle)
     hinge = cross(-down, knee_heading @ np.array([0.08 * out, 0.0, 1.0]))
     cosine = (size.thigh**2 + reach**2 - size.shank**2) / (2.0 * size.thigh * reach)
     at_hip = acos(min(max(cosine, -1.0), 1.0))
-    at_knee = acos(
-        min(max((size.thigh**2 + size.shank**2 - reach**2) / (2.0 * size.thigh * size.shank), -1.0), 1.0),
-    )
+    at_knee = acos(min(max((size.thigh**2 + size.shank**2 - reach**2) / (2.0 * size.thigh * size.shank), -1.0), 1.0))
     thigh = from_x_and_y(hinge, -down) @ rx(-at_hip)
     flexion, apart, knee = pose.swing[side]
     swung = pelvis @ rz(out * apart) @ rx(-flexion) @ pelvis.T
     thigh = swung @ thigh
     shank = thigh @ rx(np.pi - at_knee + knee)
-    planted = ry(foot_yaw) @ rx(pose.feet[side, HEEL])
+    planted = ry(foot_yaw) @ rx(pose.feet[side, Foot.HEEL])
     # A lifted foot rotates with the shank, with the toes slightly down.
     lifted = minimum_jerk((abs(float(flexion)) + 0.6 * abs(float(knee)) + abs(float(apart))) / 0.6)
-    for bone, rotation, origin in (
-        (THIGH[side], thigh, hip),
-        (SHANK[side], shank, hip - thigh[:, 1] * size.thigh),
-        (
-            FOOT[side],
-            blend(planted, shank @ rx(0.15), lifted),
-            hip - thigh[:, 1] * size.thigh - shank[:, 1] * size.shank,
-        ),
-    ):
-        bones.rotation[bone], bones.origin[bone] = rotation, origin
+    knee_at = hip - thigh[:, 1] * size.thigh
+    bones.rotation[THIGH[side]], bones.origin[THIGH[side]] = thigh, hip
+    bones.rotation[SHANK[side]], bones.origin[SHANK[side]] = shank, knee_at
+    bones.rotation[FOOT[side]] = blend(planted, shank @ rx(0.15), lifted)
+    bones.origin[FOOT[side]] = knee_at - shank[:, 1] * size.shank
 
 
 def _place_arm(person: Person, pose: PersonPose, side: int, neck_base: Floats, bones: Bones) -> None:
     size, chest, out = person.lengths, bones.rotation[CHEST], OUTWARD[side]
     arm = pose.arms[side]
-    raised = 0.5 - 0.5 * cos(arm[ABDUCTION]) * cos(arm[FLEXION])
+    raised = 0.5 - 0.5 * cos(arm[Arm.ABDUCTION]) * cos(arm[Arm.FLEXION])
     shoulder = neck_base + chest @ collar(person, side, raised)
-    upper = chest @ rz(out * arm[ABDUCTION]) @ rx(-arm[FLEXION]) @ ry(out * arm[ROTATION])
+    upper = chest @ rz(out * arm[Arm.ABDUCTION]) @ rx(-arm[Arm.FLEXION]) @ ry(out * arm[Arm.ROTATION])
     bones.rotation[UPPER_ARM[side]] = upper
     bones.origin[UPPER_ARM[side]] = shoulder
-    bones.rotation[FOREARM[side]] = upper @ rx(-arm[ELBOW])
+    bones.rotation[FOREARM[side]] = upper @ rx(-arm[Arm.ELBOW])
     bones.origin[FOREARM[side]] = shoulder - upper[:, 1] * size.upper_arm
 
 

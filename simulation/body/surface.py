@@ -1,45 +1,15 @@
 """The clothed surface of a person at rest and in a pose: tubes with skinning weights of the bones."""
 
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Ints32
+from zenocap.common.arrays import Floats
 from zenocap.simulation.body.limb_surface import arm, foot, leg
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import LEFT, OUTWARD, RIGHT, SIDES, PersonPose
 from zenocap.simulation.body.skeleton import BONES, CHEST, HEAD, PELVIS, THIGH, WAIST, Bones, pose_bones, rest_bones
 from zenocap.simulation.body.tube_mesh import Ring, Tube, merge_meshes, tube
-
-
-class Surface(Protocol):
-    """Surface of a body that a camera renders.
-
-    bgr: (n, 3) colour of the points in [0, 255].  triangles: (m, 3) points of each.
-    """
-
-    @property
-    def bgr(self) -> Floats: ...
-    @property
-    def triangles(self) -> Ints32: ...
-
-    def posed(self, pose: PersonPose | Bones) -> tuple[Floats, Floats]:
-        """Points (n, 3) metres in the world and unit normals (n, 3)."""
-        ...
-
-
-class PersonSurface:
-    """The clothed surface of a person."""
-
-    def __init__(self, person: Person) -> None:
-        self._person = person
-        self._rest = rest_surface(person)
-        self.bgr, self.triangles = self._rest.bgr, self._rest.triangles
-
-    def posed(self, pose: PersonPose | Bones) -> tuple[Floats, Floats]:
-        """Points (n, 3) metres in the world and unit normals (n, 3)."""
-        return skin(self._rest, self._person, pose_bones(self._person, pose))
 
 
 def rest_surface(person: Person) -> Tube:
@@ -56,9 +26,9 @@ def rest_surface(person: Person) -> Tube:
     return replace(surface, bgr=np.clip(surface.bgr * uneven, 0.0, 255.0))
 
 
-def skin(rest: Tube, person: Person, bones: Bones) -> tuple[Floats, Floats]:
-    """Linear blend skinning: points (n, 3) metres and unit normals (n, 3) of a rest surface moved with `bones`."""
-    at_rest = rest_bones(person)
+def skin(rest: Tube, person: Person, pose: PersonPose | Bones) -> tuple[Floats, Floats]:
+    """Linear blend skinning: points (n, 3) metres in the world and unit normals (n, 3) of a rest surface in a pose."""
+    bones, at_rest = pose_bones(person, pose), rest_bones(person)
     shift = bones.origin - np.einsum("bij,bj->bi", bones.rotation, at_rest.origin)
     carried = rest.weights @ np.concatenate([bones.rotation.reshape(BONES, 9), shift], axis=1)
     turn = carried[:, :9].reshape(-1, 3, 3)

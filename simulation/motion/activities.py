@@ -7,19 +7,13 @@ import numpy as np
 
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    DROP,
-    FOOT_X,
-    FOOT_Z,
-    HEEL,
-    LIFT,
     OUTWARD,
     SIDES,
-    TILT,
-    YAW,
+    Arm,
+    Foot,
     Motion,
+    Pelvis,
     PersonPose,
-    X,
-    Z,
     interpolate,
     minimum_jerk,
     neutral,
@@ -59,9 +53,9 @@ def _bend(person: Person, rng: np.random.Generator, duration_s: float) -> Course
     def pose_at(time_s: float) -> PersonPose:
         down = _pulse(time_s / duration_s, 0.42, 0.55)
         pelvis = standing.pelvis.copy()
-        pelvis[DROP] += down * knees * deep * leg
-        pelvis[Z] -= down * 0.12 * deep * leg
-        pelvis[TILT] += down * 0.80 * deep
+        pelvis[Pelvis.DROP] += down * knees * deep * leg
+        pelvis[Pelvis.Z] -= down * 0.12 * deep * leg
+        pelvis[Pelvis.TILT] += down * 0.80 * deep
         spine = standing.spine + down * deep * np.array([0.85, 0.15 * aside, aside])
         head = standing.head + np.array([-0.25 * down * deep, 0.0])
         arms = standing.arms.copy()
@@ -83,8 +77,8 @@ def _lean(person: Person, rng: np.random.Generator, duration_s: float) -> Course
         bend = first * _pulse(min(2.0 * u, 1.0), 0.5, 0.6) + second * _pulse(max(2.0 * u - 1.0, 0.0), 0.4, 0.5)
         arms, pelvis = standing.arms.copy(), standing.pelvis.copy()
         for side in SIDES:
-            arms[side, 0] += up * max(-OUTWARD[side] * -bend, 0.0)
-        pelvis[X] += 0.08 * bend
+            arms[side, Arm.ABDUCTION] += up * max(-OUTWARD[side] * -bend, 0.0)
+        pelvis[Pelvis.X] += 0.08 * bend
         return replace(standing, spine=standing.spine + np.array([0.0, bend, 0.0]), arms=arms, pelvis=pelvis)
 
     return pose_at
@@ -100,8 +94,8 @@ def _twist(person: Person, rng: np.random.Generator, duration_s: float) -> Cours
         u = time_s / duration_s
         turn = far * (_pulse(min(2.0 * u, 1.0), 0.5, 0.5) - _pulse(max(2.0 * u - 1.0, 0.0), 0.5, 0.5))
         arms, pelvis = standing.arms.copy(), standing.pelvis.copy()
-        pelvis[YAW] += 0.35 * turn
-        arms[:, 0] += spread * _pulse(u, 0.3, 0.7)
+        pelvis[Pelvis.YAW] += 0.35 * turn
+        arms[:, Arm.ABDUCTION] += spread * _pulse(u, 0.3, 0.7)
         head = standing.head + np.array([0.0, 0.5 * turn])
         return replace(standing, pelvis=pelvis, spine=standing.spine + np.array([0.0, 0.0, turn]), arms=arms, head=head)
 
@@ -180,12 +174,12 @@ def _sit(person: Person, rng: np.random.Generator, duration_s: float) -> Course:
         u = time_s / duration_s
         down, leaning = _pulse(u, 0.40, still), _pulse(u, 0.25, 0.8) - 0.75 * _pulse(u, 0.5, 0.55)
         pelvis, feet, arms = standing.pelvis.copy(), standing.feet.copy(), standing.arms.copy()
-        pelvis[DROP] += down * deep * leg
-        pelvis[Z] -= down * 0.36 * leg
-        pelvis[TILT] += 0.55 * leaning + 0.05 * down
+        pelvis[Pelvis.DROP] += down * deep * leg
+        pelvis[Pelvis.Z] -= down * 0.36 * leg
+        pelvis[Pelvis.TILT] += 0.55 * leaning + 0.05 * down
         for side in SIDES:
-            arms[side, 1] += lap * down + 0.4 * leaning
-            arms[side, 3] += 0.9 * lap * down
+            arms[side, Arm.FLEXION] += lap * down + 0.4 * leaning
+            arms[side, Arm.ELBOW] += 0.9 * lap * down
         spine = standing.spine + np.array([0.30 * leaning + 0.08 * down, 0.0, 0.0])
         return replace(standing, pelvis=pelvis, spine=spine, arms=arms, feet=feet)
 
@@ -205,13 +199,13 @@ def _lunge(person: Person, rng: np.random.Generator, duration_s: float) -> Cours
         foot = minimum_jerk(u / 0.35) * (1.0 - minimum_jerk((u - 0.65) / 0.35))
         weight = _pulse(u, 0.45, 0.58)
         pelvis, feet, arms = standing.pelvis.copy(), standing.feet.copy(), standing.arms.copy()
-        feet[side, [FOOT_X, FOOT_Z]] += foot * step
-        feet[side, LIFT] += 0.09 * np.sin(np.pi * foot) ** 2
-        feet[1 - side, HEEL] += 0.6 * weight * max(np.cos(azimuth), 0.0)
-        pelvis[[X, Z]] += 0.55 * step * weight
-        pelvis[DROP] += 0.16 * leg * weight
-        pelvis[TILT] += 0.08 * weight
-        arms[:, 0] += raised * weight
+        feet[side, [Foot.X, Foot.Z]] += foot * step
+        feet[side, Foot.LIFT] += 0.09 * np.sin(np.pi * foot) ** 2
+        feet[1 - side, Foot.HEEL] += 0.6 * weight * max(np.cos(azimuth), 0.0)
+        pelvis[[Pelvis.X, Pelvis.Z]] += 0.55 * step * weight
+        pelvis[Pelvis.DROP] += 0.16 * leg * weight
+        pelvis[Pelvis.TILT] += 0.08 * weight
+        arms[:, Arm.ABDUCTION] += raised * weight
         return replace(standing, pelvis=pelvis, feet=feet, arms=arms)
 
     return pose_at

@@ -6,7 +6,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.simulation.body.person import Person
-from zenocap.simulation.body.pose import ABDUCTION, ELBOW, FLEXION, OUTWARD, ROTATION, PersonPose
+from zenocap.simulation.body.pose import OUTWARD, PersonPose
 from zenocap.simulation.body.rotation import cross, unit, zxy_angles
 from zenocap.simulation.body.skeleton import CHEST, HEAD, UPPER_ARM, Bones, pose_bones
 
@@ -55,6 +55,4 @@ def _angles(person: Person, side: int, to_wrist: Floats, elbow: Floats) -> Float
     z = unit(towards - (towards @ y) * y)
     about_z, about_x, about_y = zxy_angles(np.array([cross(y, z), y, z]).T)
     bend = np.pi - np.arccos(np.clip((upper**2 + fore**2 - distance**2) / (2.0 * upper * fore), -1.0, 1.0))
-    row = np.empty(4)
-    row[[ABDUCTION, FLEXION, ROTATION, ELBOW]] = OUTWARD[side] * about_z, -about_x, OUTWARD[side] * about_y, bend
-    return row
+    return np.array([OUTWARD[side] * about_z, -about_x, OUTWARD[side] * about_y, bend])

@@ -7,22 +7,13 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    DROP,
-    FOOT_X,
-    FOOT_YAW,
-    FOOT_Z,
-    HEEL,
     LEFT,
-    LIFT,
     OUTWARD,
-    ROLL,
     SIDES,
-    TILT,
-    YAW,
+    Foot,
     Motion,
+    Pelvis,
     PersonPose,
-    X,
-    Z,
     interpolate,
     minimum_jerk,
     neutral,
@@ -67,10 +58,10 @@ def _body(person: Person, manner: BoxingStyle, moves: list[Move], time_s: float)
     feet[lead] = side * 0.13 * leg, 0.27 * leg, -side * 0.25, 0.0, 0.06
     feet[rear] = -side * 0.14 * leg, -0.30 * leg, -side * 0.95, 0.0, 0.28 + 0.06 * wave
     pelvis, spine, head = np.zeros(6), standing.spine.copy(), standing.head.copy()
-    pelvis[[X, Z]] = 0.012 * slow, 0.02 * wave
-    pelvis[DROP] = (manner.depth + 0.010 * wave) * leg
-    pelvis[YAW] = -side * manner.turned
-    pelvis[TILT] = 0.06
+    pelvis[[Pelvis.X, Pelvis.Z]] = 0.012 * slow, 0.02 * wave
+    pelvis[Pelvis.DROP] = (manner.depth + 0.010 * wave) * leg
+    pelvis[Pelvis.YAW] = -side * manner.turned
+    pelvis[Pelvis.TILT] = 0.06
     spine += np.array([0.16 + 0.02 * slow, 0.03 * slow, side * 0.20 * manner.turned])
     head += np.array([0.02, side * 0.65 * manner.turned])
     for move in moves:
@@ -81,9 +72,9 @@ def _body(person: Person, manner: BoxingStyle, moves: list[Move], time_s: float)
         elif move.name.startswith("slip"):
             out = 1.0 if move.name == "slip-left" else -1.0
             dip = move.pulse(time_s, 0.45)
-            pelvis[DROP] += 0.07 * leg * dip
-            pelvis[X] += 0.05 * leg * out * dip
-            pelvis[ROLL] -= 0.05 * out * dip
+            pelvis[Pelvis.DROP] += 0.07 * leg * dip
+            pelvis[Pelvis.X] += 0.05 * leg * out * dip
+            pelvis[Pelvis.ROLL] -= 0.05 * out * dip
             spine += np.array([0.14, -0.30 * out, 0.10 * out]) * dip
             head[1] -= 0.10 * out * dip
         else:
@@ -98,18 +89,18 @@ def _throw(
     hit = move.pulse(time_s, 0.42)
     turn = TURNS[move.name]
     twist = side * turn * hit
-    pelvis[YAW] += 0.50 * twist
+    pelvis[Pelvis.YAW] += 0.50 * twist
     spine[2] += 0.55 * twist
     head[1] -= 0.95 * twist
-    pelvis[Z] += (0.03 if move.name == "jab" else 0.05) * hit
+    pelvis[Pelvis.Z] += (0.03 if move.name == "jab" else 0.05) * hit
     spine[0] += 0.06 * hit
     if move.name.endswith("uppercut"):
         load = move.pulse(time_s, 0.20) - 0.4 * hit
-        pelvis[DROP] += 0.05 * load
+        pelvis[Pelvis.DROP] += 0.05 * load
         spine[0] += 0.08 * load
     if turn > 0.0:  # the rear heel rotates outwards and rises
-        feet[rear, HEEL] += 0.30 * hit
-        feet[rear, FOOT_YAW] += 0.35 * side * hit
+        feet[rear, Foot.HEEL] += 0.30 * hit
+        feet[rear, Foot.YAW] += 0.35 * side * hit
 
 
 def _shuffle(move: Move, time_s: float, lead: int, feet: Floats, pelvis: Floats) -> None:
@@ -120,12 +111,12 @@ def _shuffle(move: Move, time_s: float, lead: int, feet: Floats, pelvis: Floats)
         first = (foot == lead) == lead_first
         start, end = (0.0, 0.55) if first else (0.42, 1.0)
         done = move.done(time_s, start, end)
-        feet[foot, FOOT_X] += x * done
-        feet[foot, FOOT_Z] += z * done
-        feet[foot, LIFT] += 0.035 * np.sin(np.pi * done) ** 2
+        feet[foot, Foot.X] += x * done
+        feet[foot, Foot.Z] += z * done
+        feet[foot, Foot.LIFT] += 0.035 * np.sin(np.pi * done) ** 2
     done = move.done(time_s, 0.05, 0.95)
-    pelvis[X] += x * done
-    pelvis[Z] += z * done
+    pelvis[Pelvis.X] += x * done
+    pelvis[Pelvis.Z] += z * done
 
 
 def _arms(person: Person, manner: BoxingStyle, moves: list[Move], pose: PersonPose, time_s: float) -> PersonPose:
@@ -171,5 +162,5 @@ def _entering(standing: PersonPose, pose: PersonPose, share: float) -> PersonPos
         start = 0.0 if side == LEFT else 0.45
         done = minimum_jerk((share - start) / 0.55)
         feet[side] = standing.feet[side] + done * (pose.feet[side] - standing.feet[side])
-        feet[side, LIFT] += 0.04 * np.sin(np.pi * done) ** 2
+        feet[side, Foot.LIFT] += 0.04 * np.sin(np.pi * done) ** 2
     return replace(entered, feet=feet)

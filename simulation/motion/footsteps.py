@@ -7,24 +7,16 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    DROP,
-    FLEXION,
-    FOOT_X,
-    FOOT_YAW,
-    FOOT_Z,
-    HEEL,
     LEFT,
-    LIFT,
     OUTWARD,
     RIGHT,
-    ROLL,
     SIDES,
-    YAW,
+    Arm,
+    Foot,
     Motion,
+    Pelvis,
     PersonPose,
     Placement,
-    X,
-    Z,
     minimum_jerk,
     neutral,
 )
@@ -139,44 +131,39 @@ def _foot(person: Person, standing: Floats, steps: list[Footstep], side: int, ti
         flight = (time_s - step.lift_s) / (step.land_s - step.lift_s)
         along = minimum_jerk(flight)
         if flight >= 0.0:
-            foot[[FOOT_X, FOOT_Z, FOOT_YAW]] = step.start + along * (step.end - step.start)
+            foot[[Foot.X, Foot.Z, Foot.YAW]] = step.start + along * (step.end - step.start)
         # The heel rises before the foot leaves the ground, in proportion to the stride.
         rise = min(stride / person.lengths.thigh, 1.3) * 0.55
         before_s = min(0.45 * step_s, step.lift_s)
         early = minimum_jerk((time_s - step.lift_s + before_s) / before_s)
         late = minimum_jerk(flight / 0.75)
-        foot[HEEL] += rise * early * (1.0 - late)
+        foot[Foot.HEEL] += rise * early * (1.0 - late)
         if 0.0 < flight < 1.0:
-            foot[LIFT] += (0.035 + 0.06 * min(stride, 0.6)) * np.sin(np.pi * flight) ** 2
-            foot[HEEL] -= 0.22 * min(stride / 0.5, 1.0) * np.sin(np.pi * flight**3) ** 2
+            foot[Foot.LIFT] += (0.035 + 0.06 * min(stride, 0.6)) * np.sin(np.pi * flight) ** 2
+            foot[Foot.HEEL] -= 0.22 * min(stride / 0.5, 1.0) * np.sin(np.pi * flight**3) ** 2
     return foot
 
 
 def _pose(
-    person: Person,
-    standing: PersonPose,
-    steps: list[Footstep],
-    body: Floats,
-    time_s: float,
-    step_s: float,
-    arms: float,
+    person: Person, standing: PersonPose, steps: list[Footstep], body: Floats, time_s: float, step_s: float, arms: float
 ) -> PersonPose:
     feet = np.array([_foot(person, standing.feet[side], steps, side, time_s, step_s) for side in SIDES])
     heading = np.array([np.sin(body[2]), np.cos(body[2])])
     left = np.array([np.cos(body[2]), -np.sin(body[2])])
     # The weight shifts over the planted foot.
-    shift = 0.25 * person.manner.stance_half * float(np.clip((feet[RIGHT, LIFT] - feet[LEFT, LIFT]) / 0.05, -1.0, 1.0))
+    higher = float(feet[RIGHT, Foot.LIFT] - feet[LEFT, Foot.LIFT])
+    shift = 0.25 * person.manner.stance_half * float(np.clip(higher / 0.05, -1.0, 1.0))
     pelvis = standing.pelvis.copy()
-    pelvis[[X, Z]] = body[:2] + shift * left
-    ahead = float((feet[LEFT, [FOOT_X, FOOT_Z]] - feet[RIGHT, [FOOT_X, FOOT_Z]]) @ heading) / person.lengths.thigh
-    pelvis[YAW] = body[2] - 0.10 * ahead
-    pelvis[ROLL] = 0.5 * shift
-    pelvis[DROP] = 0.012 * min(abs(ahead), 1.0)
+    pelvis[[Pelvis.X, Pelvis.Z]] = body[:2] + shift * left
+    ahead = float((feet[LEFT, [Foot.X, Foot.Z]] - feet[RIGHT, [Foot.X, Foot.Z]]) @ heading) / person.lengths.thigh
+    pelvis[Pelvis.YAW] = body[2] - 0.10 * ahead
+    pelvis[Pelvis.ROLL] = 0.5 * shift
+    pelvis[Pelvis.DROP] = 0.012 * min(abs(ahead), 1.0)
     spine = standing.spine + np.array([0.03 * min(abs(ahead), 1.0), 0.0, 0.22 * ahead])
     row = standing.arms.copy()
     swing = 0.42 * arms * person.manner.vigour * ahead
-    row[RIGHT, FLEXION] += swing
-    row[LEFT, FLEXION] -= swing
-    row[:, 3] += 0.30 * arms * np.clip(row[:, FLEXION], 0.0, None) + 0.06 * min(abs(ahead), 1.0)
+    row[RIGHT, Arm.FLEXION] += swing
+    row[LEFT, Arm.FLEXION] -= swing
+    row[:, Arm.ELBOW] += 0.30 * arms * np.clip(row[:, Arm.FLEXION], 0.0, None) + 0.06 * min(abs(ahead), 1.0)
     head = standing.head + np.array([0.0, -0.10 * ahead])
     return replace(standing, pelvis=pelvis, spine=spine, arms=row, feet=feet, head=head)

@@ -7,26 +7,16 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    ABDUCTION,
-    DROP,
-    ELBOW,
-    FLEXION,
-    FOOT_X,
-    FOOT_Z,
-    HEEL,
     LEFT,
     OUTWARD,
     RIGHT,
-    ROLL,
-    ROTATION,
     SIDES,
-    TILT,
-    YAW,
+    Arm,
+    Foot,
     Motion,
+    Pelvis,
     PersonPose,
     Placement,
-    X,
-    Z,
     minimum_jerk,
     neutral,
 )
@@ -171,9 +161,9 @@ def _foot(person: Person, gait: Gait, course: _Course, stances: list[_Stance], t
     seen = start + (end - start) * (3.0 - 2.0 * u) * u * u
     seen[1] += back * (u * (1.0 - u) ** 2 + u * u * (u - 1.0))
     place = _placed(course.place(time_s), seen)
-    top = float(left[HEEL]) + 0.25 * effort * minimum_jerk(u / 0.35)
+    top = float(left[Foot.HEEL]) + 0.25 * effort * minimum_jerk(u / 0.35)
     heel = top - (top + 0.22 * effort) * minimum_jerk((u - 0.35) / 0.50) + 0.22 * effort * minimum_jerk((u - 0.85) / 0.15)
-    lift = effort * gait.lift * np.sin(np.pi * u**0.80) ** 1.5 + _rise(person, float(left[HEEL])) * (
+    lift = effort * gait.lift * np.sin(np.pi * u**0.80) ** 1.5 + _rise(person, float(left[Foot.HEEL])) * (
         1.0 - minimum_jerk(u / 0.6)
     )
     # `lift` applies to the ankle, not to the sole: the height added by the raised heel is subtracted.
@@ -205,7 +195,7 @@ def _placed(body: Floats, seen: Floats) -> Floats:
 
 
 def _ahead(row: Floats, x: float, z: float, yaw: float) -> float:
-    return float(np.sin(yaw) * (row[FOOT_X] - x) + np.cos(yaw) * (row[FOOT_Z] - z))
+    return float(np.sin(yaw) * (row[Foot.X] - x) + np.cos(yaw) * (row[Foot.Z] - z))
 
 
 def _pose(
@@ -221,22 +211,22 @@ def _pose(
     curve = float(np.arctan((effort * gait.speed) ** 2 * course.curve / GRAVITY))
     inward = np.sin(curve) * (leg + person.lengths.ankle_height)
     pelvis = standing.pelvis.copy()
-    pelvis[[X, Z]] = x + np.cos(yaw) * inward, z - np.sin(yaw) * inward
-    pelvis[DROP] = effort * (gait.drop + gait.bounce * np.cos(phase)) + leg * (1.0 - np.cos(curve))
-    pelvis[YAW] = yaw - gait.hips * apart
-    pelvis[TILT] = 0.5 * effort * gait.lean
+    pelvis[[Pelvis.X, Pelvis.Z]] = x + np.cos(yaw) * inward, z - np.sin(yaw) * inward
+    pelvis[Pelvis.DROP] = effort * (gait.drop + gait.bounce * np.cos(phase)) + leg * (1.0 - np.cos(curve))
+    pelvis[Pelvis.YAW] = yaw - gait.hips * apart
+    pelvis[Pelvis.TILT] = 0.5 * effort * gait.lean
     weight = effort * float(np.cos(0.5 * phase))  # 1: over the right foot, -1: over the left one
-    pelvis[[X, Z]] += 0.02 * leg * weight * np.array([-np.cos(yaw), np.sin(yaw)])
-    pelvis[ROLL] = -curve - gait.hips * 0.7 * weight
+    pelvis[[Pelvis.X, Pelvis.Z]] += 0.02 * leg * weight * np.array([-np.cos(yaw), np.sin(yaw)])
+    pelvis[Pelvis.ROLL] = -curve - gait.hips * 0.7 * weight
     spine = standing.spine + np.array(
         [0.5 * effort * gait.lean, gait.hips * 0.9 * weight, (gait.hips + gait.chest) * apart]
     )
     arms = standing.arms.copy()
     for side in SIDES:
         with_it = -OUTWARD[side] * apart / 0.8  # the right arm swings with the left foot
-        arms[side, FLEXION] += effort * gait.arms + gait.swing * with_it
-        arms[side, ABDUCTION] += effort * (0.06 - 0.10 * max(with_it, 0.0))
-        arms[side, ROTATION] -= effort * gait.inward * (1.0 + 0.5 * with_it)
-        arms[side, ELBOW] += effort * (gait.elbow + gait.fold * with_it - standing.arms[side, ELBOW])
+        arms[side, Arm.FLEXION] += effort * gait.arms + gait.swing * with_it
+        arms[side, Arm.ABDUCTION] += effort * (0.06 - 0.10 * max(with_it, 0.0))
+        arms[side, Arm.ROTATION] -= effort * gait.inward * (1.0 + 0.5 * with_it)
+        arms[side, Arm.ELBOW] += effort * (gait.elbow + gait.fold * with_it - standing.arms[side, Arm.ELBOW])
     head = standing.head + np.array([-0.6 * effort * gait.lean, -0.6 * gait.chest * apart])
     return replace(standing, pelvis=pelvis, spine=spine, arms=arms, feet=np.array(rows), head=head)

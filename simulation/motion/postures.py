@@ -7,25 +7,16 @@ import numpy as np
 
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    ABDUCTION,
-    APART,
-    DROP,
-    ELBOW,
-    FLEXION,
-    HIP,
-    KNEE,
     LEFT,
     OUTWARD,
     RIGHT,
-    ROLL,
-    ROTATION,
     SIDES,
-    TILT,
+    Arm,
     Motion,
+    Pelvis,
     PersonPose,
     Placement,
-    X,
-    Z,
+    Swing,
     minimum_jerk,
     neutral,
 )
@@ -62,17 +53,17 @@ def _raise(sides: tuple[int, ...], bent: bool) -> Callable[[Person, PostureStyle
                     top = np.radians(92.0 + 14.0 * style.habit + 4.0 * style.chance[2]) * style.vigour
                     fold = np.radians(92.0 + 18.0 * style.habit + 6.0 * style.chance[3 + side])
                     # The arm rotates about its axis before it is raised, so that the forearm stays in the frontal plane.
-                    arms[side, ROTATION] = minimum_jerk(2.5 * up) * np.radians(82.0 + 6.0 * style.chance[5])
-                    arms[side, ELBOW] += up * (fold - arms[side, ELBOW])
+                    arms[side, Arm.ROTATION] = minimum_jerk(2.5 * up) * np.radians(82.0 + 6.0 * style.chance[5])
+                    arms[side, Arm.ELBOW] += up * (fold - arms[side, Arm.ELBOW])
                 else:
                     top = np.radians(143.0 + 18.0 * style.habit + 5.0 * style.chance[2 + side]) * style.vigour
                     top = min(top, np.radians(172.0))
-                arms[side, ABDUCTION] += up * (top - arms[side, ABDUCTION])
-                arms[side, FLEXION] += up * np.radians(4.0 * style.chance[6])
+                arms[side, Arm.ABDUCTION] += up * (top - arms[side, Arm.ABDUCTION])
+                arms[side, Arm.FLEXION] += up * np.radians(4.0 * style.chance[6])
                 bend -= OUTWARD[side] * up
             spine = standing.spine + np.array([-0.02, 0.03 * bend, 0.0]) * abs(bend)
             pelvis = standing.pelvis.copy()
-            pelvis[X] += 0.012 * bend
+            pelvis[Pelvis.X] += 0.012 * bend
             return replace(standing, arms=arms, spine=spine, pelvis=pelvis)
 
         return pose_at
@@ -93,9 +84,9 @@ def _swing(sides: tuple[int, ...]) -> Callable[[Person, PostureStyle], Course]:
                 up = style.pulse(time_s, ahead=0.008 * style.chance[side])
                 before = np.sin(np.pi * np.clip((u - 0.01) / 0.20, 0.0, 1.0)) ** 2
                 after = np.sin(np.pi * np.clip((u - 0.84) / 0.15, 0.0, 1.0)) ** 2
-                arms[side, FLEXION] += up * top - back * (before + 0.6 * after) * (1.0 - up)
-                arms[side, ABDUCTION] *= 1.0 - 0.75 * up
-                arms[side, ELBOW] *= 1.0 - 0.4 * up
+                arms[side, Arm.FLEXION] += up * top - back * (before + 0.6 * after) * (1.0 - up)
+                arms[side, Arm.ABDUCTION] *= 1.0 - 0.75 * up
+                arms[side, Arm.ELBOW] *= 1.0 - 0.4 * up
                 forward += up
             one = 1.0 if len(sides) == 1 else 0.0
             turn = one * OUTWARD[sides[0]] * -0.07 * forward
@@ -116,18 +107,18 @@ def _squat(arms_to: str) -> Callable[[Person, PostureStyle], Course]:
         def pose_at(time_s: float) -> PersonPose:
             down = style.pulse(time_s)
             arms, pelvis, spine = standing.arms.copy(), standing.pelvis.copy(), standing.spine.copy()
-            pelvis[DROP] += down * depth
-            pelvis[Z] -= down * 0.28 * depth
-            pelvis[TILT] += down * 0.6 * lean
+            pelvis[Pelvis.DROP] += down * depth
+            pelvis[Pelvis.Z] -= down * 0.28 * depth
+            pelvis[Pelvis.TILT] += down * 0.6 * lean
             spine[0] += down * 0.4 * lean
             moved = style.pulse(time_s, ahead=0.02 * style.chance[4])
             if arms_to == "sideways":
-                arms[:, ABDUCTION] += moved * (np.radians(88.0 + 4.0 * style.chance[5]) - arms[:, ABDUCTION])
+                arms[:, Arm.ABDUCTION] += moved * (np.radians(88.0 + 4.0 * style.chance[5]) - arms[:, Arm.ABDUCTION])
             elif arms_to == "forward":
-                arms[:, FLEXION] += moved * (np.radians(86.0 + 5.0 * style.chance[5]) + lean)
-                arms[:, ABDUCTION] *= 1.0 - 0.6 * moved
+                arms[:, Arm.FLEXION] += moved * (np.radians(86.0 + 5.0 * style.chance[5]) + lean)
+                arms[:, Arm.ABDUCTION] *= 1.0 - 0.6 * moved
             else:
-                arms[:, FLEXION] += down * (lean + np.radians(4.0))
+                arms[:, Arm.FLEXION] += down * (lean + np.radians(4.0))
             head = standing.head - np.array([0.5 * down * lean, 0.0])
             return replace(standing, arms=arms, pelvis=pelvis, spine=spine, head=head)
 
@@ -153,17 +144,17 @@ def _kick(side: int, arms_sideways: bool) -> Callable[[Person, PostureStyle], Co
             swing[side] = up * top - back * draw * (1.0 - up), 0.03 * up, fold * folded + 0.6 * fold * given
             pelvis, arms = standing.pelvis.copy(), standing.arms.copy()
             weight = max(up, float(draw))
-            pelvis[X] -= OUTWARD[side] * 0.65 * person.manner.stance_half * minimum_jerk(weight)
-            pelvis[ROLL] += OUTWARD[side] * -0.03 * up
-            pelvis[TILT] -= 0.07 * up
+            pelvis[Pelvis.X] -= OUTWARD[side] * 0.65 * person.manner.stance_half * minimum_jerk(weight)
+            pelvis[Pelvis.ROLL] += OUTWARD[side] * -0.03 * up
+            pelvis[Pelvis.TILT] -= 0.07 * up
             other = 1 - side
             if arms_sideways:
                 spread = style.pulse(time_s, ahead=0.03 + 0.01 * style.chance[5])
-                arms[:, ABDUCTION] += spread * (np.radians(88.0 + 4.0 * style.chance[6]) - arms[:, ABDUCTION])
+                arms[:, Arm.ABDUCTION] += spread * (np.radians(88.0 + 4.0 * style.chance[6]) - arms[:, Arm.ABDUCTION])
             else:
-                arms[other, FLEXION] += np.radians(16.0) * up
-                arms[side, FLEXION] -= np.radians(12.0) * up
-                arms[:, ABDUCTION] += np.radians(7.0) * up
+                arms[other, Arm.FLEXION] += np.radians(16.0) * up
+                arms[side, Arm.FLEXION] -= np.radians(12.0) * up
+                arms[:, Arm.ABDUCTION] += np.radians(7.0) * up
             return replace(standing, arms=arms, pelvis=pelvis, swing=swing)
 
         return pose_at
@@ -187,12 +178,12 @@ def _march(person: Person, style: PostureStyle) -> Course:
             up[(first + k) % 2] += high * np.sin(np.pi * np.clip(phase, 0.0, 1.0)) ** 2
         swing, arms, pelvis = standing.swing.copy(), standing.arms.copy(), standing.pelvis.copy()
         for side in SIDES:
-            swing[side, HIP], swing[side, KNEE] = hip * up[side], knee * up[side]
-            swing[side, APART] = 0.02 * up[side]
-            arms[side, FLEXION] += np.radians(26.0) * style.vigour * (up[1 - side] - 0.7 * up[side])
-            arms[side, ELBOW] += np.radians(22.0) * up[1 - side]
-        pelvis[X] += 0.55 * person.manner.stance_half * (up[RIGHT] - up[LEFT])
-        pelvis[ROLL] += 0.02 * (up[RIGHT] - up[LEFT])
+            swing[side, Swing.HIP], swing[side, Swing.KNEE] = hip * up[side], knee * up[side]
+            swing[side, Swing.APART] = 0.02 * up[side]
+            arms[side, Arm.FLEXION] += np.radians(26.0) * style.vigour * (up[1 - side] - 0.7 * up[side])
+            arms[side, Arm.ELBOW] += np.radians(22.0) * up[1 - side]
+        pelvis[Pelvis.X] += 0.55 * person.manner.stance_half * (up[RIGHT] - up[LEFT])
+        pelvis[Pelvis.ROLL] += 0.02 * (up[RIGHT] - up[LEFT])
         spine = standing.spine + np.array([0.0, 0.0, 0.05 * (up[LEFT] - up[RIGHT])])
         return replace(standing, swing=swing, arms=arms, pelvis=pelvis, spine=spine)
 

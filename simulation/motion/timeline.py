@@ -7,16 +7,11 @@ import numpy as np
 
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import (
-    ABDUCTION,
-    ELBOW,
-    FLEXION,
-    ROLL,
-    TILT,
+    Arm,
     Motion,
+    Pelvis,
     PersonPose,
     Placement,
-    X,
-    Z,
     compose,
     interpolate,
     minimum_jerk,
@@ -127,11 +122,7 @@ def session_timeline(
 def demo_timeline(person: Person, seed: int) -> MotionTimeline:
     """Empty scene 3 s, then a loop of T-pose, walking, arms, squatting, kicking, arms and turning."""
     standing = _held(neutral(person))
-    parts: list[Part] = [
-        *_opening(person),
-        ("walking", *_timed(_walking(person))),
-        (STANDING, 0.4, standing),
-    ]
+    parts: list[Part] = [*_opening(person), ("walking", *_timed(_walking(person))), (STANDING, 0.4, standing)]
     arms, legs = ("raise-both-arms", "raise-right-arm", "swing-both-arms"), ("squat", "kick-right", "kick-left")
     # Repetition 4 of the left arm: of 0, 1 and 4 it is recognized with the largest score after this right arm.
     for name, number in (*((name, 0) for name in (*arms, *legs, "raise-right-arm")), ("raise-left-arm", 4)):
@@ -196,7 +187,7 @@ def t_pose(person: Person) -> PersonPose:
     """The T-pose: straight, arms horizontally sideways, facing +Z."""
     pose = neutral(person)
     arms = pose.arms.copy()
-    arms[:, ABDUCTION], arms[:, FLEXION], arms[:, ELBOW] = np.radians(90.0), 0.0, np.radians(3.0)
+    arms[:, Arm.ABDUCTION], arms[:, Arm.FLEXION], arms[:, Arm.ELBOW] = np.radians(90.0), 0.0, np.radians(3.0)
     return replace(pose, arms=arms, spine=np.array([0.3, 1.0, 1.0]) * pose.spine)
 
 
@@ -229,12 +220,12 @@ def _alive(person: Person, pose: PersonPose, seed: int, time_s: float) -> Person
     wave = np.sin(rate * time_s + phase)
     sway = person.manner.sway
     pelvis, spine, head, arms = pose.pelvis.copy(), pose.spine.copy(), pose.head.copy(), pose.arms.copy()
-    pelvis[X] += sway * wave[0]
-    pelvis[Z] += sway * wave[1]
-    pelvis[ROLL] += 0.5 * sway * wave[0]
-    pelvis[TILT] += 0.8 * sway * wave[1]
+    pelvis[Pelvis.X] += sway * wave[0]
+    pelvis[Pelvis.Z] += sway * wave[1]
+    pelvis[Pelvis.ROLL] += 0.5 * sway * wave[0]
+    pelvis[Pelvis.TILT] += 0.8 * sway * wave[1]
     spine += 1.5 * sway * wave[2:5]
     head += np.array([3.0, 6.0]) * sway * wave[5:7]
-    arms[:, FLEXION] += np.array([2.0, -2.0]) * sway * wave[7] + sway * wave[2]
-    arms[:, ABDUCTION] += 1.5 * sway * wave[3]
+    arms[:, Arm.FLEXION] += np.array([2.0, -2.0]) * sway * wave[7] + sway * wave[2]
+    arms[:, Arm.ABDUCTION] += 1.5 * sway * wave[3]
     return replace(pose, pelvis=pelvis, spine=spine, head=head, arms=arms)

@@ -12,7 +12,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.skeleton import Bones
-from zenocap.simulation.body.surface import PersonSurface, Surface
+from zenocap.simulation.body.surface import rest_surface, skin
 from zenocap.simulation.rendering.rasterizer import (
     NEAR_M,
     apply_shadow,
@@ -38,18 +38,22 @@ class Region:
     width: int
     height: int
 
+    @property
+    def pixels(self) -> tuple[slice, slice]:
+        """Index of its pixels in an image."""
+        return slice(self.top, self.top + self.height), slice(self.left, self.left + self.width)
+
 
 class SimulatedCamera:
     """Renders one person in the room of a seed.
 
     camera: any pose and lens.  seed: of room, light and noise; cameras with equal seeds are in the same room.
-    surface: rendered instead of the person's own, with the poses of the person.
     """
 
-    def __init__(self, camera: Camera, person: Person, seed: int, surface: Surface | None = None) -> None:
+    def __init__(self, camera: Camera, person: Person, seed: int) -> None:
         self.camera = camera
         self.person = person
-        self._surface = PersonSurface(person) if surface is None else surface
+        self._surface = rest_surface(person)
         place = room(camera, seed)
         self._light = place.light
         self._view = view(place, camera)
@@ -84,7 +88,7 @@ class SimulatedCamera:
         """
         scene = self._view.bgr.copy() if room is None else np.ascontiguousarray(room, dtype=np.float32).copy()
         figures = [*beside] if pose is None else [(self, pose), *beside]
-        posed = [(one, *one._surface.posed(at)) for one, at in figures]
+        posed = [(one, *one._posed(at)) for one, at in figures]
         for one, points, normals in posed:
             one._cast_shadow(scene, points)
             if gloss > 0.0:
@@ -101,7 +105,10 @@ class SimulatedCamera:
 
     def distance(self, pose: PersonPose | Bones) -> float:
         """Distance of the person from the camera along the optical axis, metres."""
-        return self._distance(self._surface.posed(pose)[0])
+        return self._distance(self._posed(pose)[0])
+
+    def _posed(self, pose: PersonPose | Bones) -> tuple[Floats, Floats]:
+        return skin(self._surface, self.person, pose)
 
     def _distance(self, points: Floats) -> float:
         return float(np.median(points @ self.camera.rotation[2]) + self.camera.translation[2])
@@ -110,14 +117,10 @@ class SimulatedCamera:
         """The person's exact mask (height, width): 255 where at least half of the pixel is covered, else 0."""
         mask = np.zeros(self.camera.size[::-1], dtype=np.uint8)
         if pose is not None:
-            points, normals = self._surface.posed(pose)
+            points, normals = self._posed(pose)
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
-                rows, cols = (
-                    slice(region.top, region.top + region.height),
-                    slice(region.left, region.left + region.width),
-                )
-                mask[rows, cols] = np.where(layer[..., 3] >= 0.5, 255, 0)
+                mask[region.pixels] = np.where(layer[..., 3] >= 0.5, 255, 0)
         return mask
 
     def _lit(self, normals: Floats) -> Floats:
@@ -148,8 +151,7 @@ class SimulatedCamera:
         below = points * np.array([1.0, -1.0, 1.0])
         layer, region = self._draw(below, self._lit(normals), self._samples)
         if region is not None:
-            place = np.s_[region.top : region.top + region.height, region.left : region.left + region.width]
-            faint = layer * np.float32(gloss) * self._view.floor[place][..., None]
+            faint = layer * np.float32(gloss) * self._view.floor[region.pixels][..., None]
             composite(scene, np.ascontiguousarray(faint), region.left, region.top)
 
     def _cast_shadow(self, scene: Floats32, points: Floats) -> None:
@@ -168,19 +170,13 @@ class SimulatedCamera:
         coarse = ((pixels - [region.left - 0.5, region.top - 0.5]) * scale - 0.5).astype(np.float32)
         dark, colour = np.zeros(size[::-1], dtype=np.float32), np.empty((size[1], size[0], 3), dtype=np.float32)
         fill_triangles(
-            coarse,
-            depth.astype(np.float32),
-            np.zeros_like(ground, dtype=np.float32),
-            self._surface.triangles,
-            dark,
-            colour,
+            coarse, depth.astype(np.float32), np.zeros_like(ground, dtype=np.float32), self._surface.triangles, dark, colour
         )
         covered = (dark > 0).astype(np.float32)
         # The width of a penumbra follows the image scale sideways, and is foreshortened along the ground.
         soft = cv2.GaussianBlur(covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4))
         soft = cv2.resize(soft, (region.width, region.height), interpolation=cv2.INTER_LINEAR)
-        rows, cols = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
-        light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[rows, cols]
+        light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[region.pixels]
         apply_shadow(scene, np.ascontiguousarray(light, dtype=np.float32), region.left, region.top)
 
     def _project(self, points: Floats) -> tuple[Floats, Floats]:

@@ -31,11 +31,7 @@ def fill_triangles(
         top = int(np.ceil(max(min(ay, by, cy), np.float32(0.0))))
         bottom = int(np.floor(min(max(ay, by, cy), np.float32(height - 1))))
         scale = np.float32(1.0) / area
-        near_a, near_b, near_c = (
-            np.float32(1.0) / depth[a],
-            np.float32(1.0) / depth[b],
-            np.float32(1.0) / depth[c],
-        )
+        near_a, near_b, near_c = np.float32(1.0) / depth[a], np.float32(1.0) / depth[b], np.float32(1.0) / depth[c]
         for row in range(top, bottom + 1):
             for col in range(left, right + 1):
                 u = ((bx - col) * (cy - row) - (cx - col) * (by - row)) * scale

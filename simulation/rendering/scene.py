@@ -13,7 +13,7 @@ CEILING_M = 3.2
 
 
 @dataclass(frozen=True)
-class Light:
+class Lamp:
     """towards: (3,) unit vector to the lamp.  fall: (3,) direction of its light, scaled to a descent of 1 m.
 
     ambient, direct: intensities; a surface that faces the lamp has ambient + direct.
@@ -30,7 +30,7 @@ class Room:
     """half: half extents of the room in metres.  light: its lamp.  seed: of textures and pictures."""
 
     half: float
-    light: Light
+    light: Lamp
     seed: int
 
 
@@ -52,7 +52,7 @@ def room(camera: Camera, seed: int) -> Room:
     half = max(float(rng.uniform(5.8, 7.0)), furthest + 0.8)
     fall = np.array([rng.uniform(-0.30, 0.30), -1.0, rng.uniform(-0.45, 0.1)])
     towards = unit(np.array([-1.6 * fall[0] + rng.normal(0.0, 0.1), 1.0, 0.9]))
-    return Room(half, Light(towards, fall, float(rng.uniform(0.58, 0.68)), float(rng.uniform(0.38, 0.48))), seed)
+    return Room(half, Lamp(towards, fall, float(rng.uniform(0.58, 0.68)), float(rng.uniform(0.38, 0.48))), seed)
 
 
 def view(place: Room, camera: Camera) -> RoomView:

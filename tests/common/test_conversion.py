@@ -57,7 +57,7 @@ def test_an_unknown_angle_raises_an_error_that_names_it() -> None:
 
 
 def test_a_body_of_another_anatomy_is_refused() -> None:
-    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular)
+    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers)
     with pytest.raises(ValueError, match="body: anatomy is 'eleven-parts'; this service uses 'ten-parts'"):
         bdp_of(TEN_PARTS, body_of(other, BDP))
 
@@ -106,7 +106,7 @@ def test_a_body_with_tips_of_only_some_parts_is_refused() -> None:
 
 
 def test_an_unknown_anatomy_raises_an_error_that_lists_the_known_ones() -> None:
-    body = body_of(Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular), BDP)
+    body = body_of(Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers), BDP)
     with pytest.raises(ValueError, match="anatomy 'eleven-parts': allowed: ten-parts, fourteen-parts"):
         anatomy_of(body)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import cv2
 
 from tests.support.board_views import floor_pose, room
+from tests.support.carried_board import BoardMotion, board_image
+from tests.support.video_file import write_video
 from zenocap.common.arrays import Image
 from zenocap.common.camera.pinhole import Camera
-from zenocap.simulation.board_film import BoardMotion, board_image
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.setup.calibration.board import Board, checked_board
 
 FILM_BOARD = checked_board("charuco", 5, 7, 200.0)

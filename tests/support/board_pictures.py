@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
+from tests.support.carried_board import board_image, seen_corners
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.camera.pinhole import Camera
-from zenocap.simulation.board_film import board_image, seen_corners
 from zenocap.tools.setup.calibration.board import Board
 
 SQUARE_PX = 40  # of the drawn board

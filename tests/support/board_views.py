@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.support.carried_board import BoardMotion, seen_corners
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
-from zenocap.simulation.board_film import BoardMotion, seen_corners
 from zenocap.tools.setup.calibration.board import Board, checked_board
 from zenocap.tools.setup.calibration.board_views import CameraViews, View, with_velocities
 from zenocap.tools.setup.calibration.lens_model import LensModel

@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 
 from tests.support.simulated_cameras import look
+from tests.support.video_file import Sound, write_video
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
-from zenocap.simulation.rendering.video_file import Sound, write_video
 
 FPS, SIZE = 30, (320, 240)
 RADII_M = (0.25, 0.35, 0.3)

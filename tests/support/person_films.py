@@ -4,12 +4,12 @@ from pathlib import Path
 
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.stored import stored_files
+from tests.support.video_file import write_video
 from tests.support.walkers import walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.simulation.rendering.video_file import write_video
 
 SIZE, FPS, EMPTY = (320, 240), 15, 15
 

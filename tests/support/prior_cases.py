@@ -5,11 +5,11 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
-from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training
+from zenocap.services.tracker.prior.model import Prior, PriorTraining, Reconstruction
 
 COORDINATES = coordinates_of(FOURTEEN_PARTS)
 D = COORDINATES.dimension
-TRAINING = Training(("made.bvh",), (), 100, False, 0, (Reconstruction(4, 0.02, 0.03),), (0.01, 0.02, 0.03))
+TRAINING = PriorTraining(("made.bvh",), (), 100, False, 0, (Reconstruction(4, 0.02, 0.03),), (0.01, 0.02, 0.03))
 
 
 def known_prior(seed: int = 0, regions: int = 4, dims: int = 3, stay: float = 0.8) -> Prior:

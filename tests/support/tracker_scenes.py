@@ -11,10 +11,10 @@ from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.evidence.field import no_distance_field
-from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays
+from zenocap.services.tracker.hull.contour_rays import ContourRays
 from zenocap.services.tracker.parameters import CONTACT_SHIFT_M
 
 CAMERAS = 6
@@ -34,12 +34,6 @@ class Touch:
     point: Floats
     share: float
     shrinks: Floats
-
-
-def frames_of(model: BodyModel, pose: RootedPose) -> Floats:
-    frames = np.empty((len(model.parent), 3, 4))
-    forward_kinematics(model, pose, frames)
-    return frames
 
 
 def turn(vector: Floats) -> Floats:
@@ -111,12 +105,10 @@ def tangent_rays(model: BodyModel, pose: RootedPose, count: int, seed: int = 0, 
         rows.append(
             _tangent(model, frames[part], part, centre, rng.uniform(0.02, 0.98), float(rng.choice([-1.0, 1.0])), camera)
         )
-    scene = np.array(rows)
-    return contour_rays(
-        Scene(
-            scene[:, 11].astype(np.int64), scene[:, 0:3], scene[:, 3:6], scene[:, 6:9], scene[:, 9], scene[:, 10],
-        )
-    )  # fmt: skip
+    columns = np.array(rows).T
+    return ContourRays(
+        columns[11].astype(np.int64), *(columns[k : k + 3].T for k in (0, 3, 6)), columns[9], columns[10]
+    ).rows
 
 
 def rays_alone(rays: Floats32) -> Evidence:

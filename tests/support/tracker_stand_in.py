@@ -13,7 +13,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Phase
-from zenocap.services.tracker.tracking import Options, Outcome, Setup
+from zenocap.services.tracker.states import Options, Outcome, Setup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 

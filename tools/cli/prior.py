@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from msgspec import to_builtins
 
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -20,7 +21,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.body.anatomy import Anatomy
     from zenocap.common.formats.joint_map import JointMap
     from zenocap.services.tracker.prior.model import Prior
-    from zenocap.services.tracker.prior.training import Recording
+    from zenocap.services.tracker.prior.sequences import TrainingMotion
 
 NAMES_SHOWN = 6
 
@@ -75,14 +76,14 @@ def train(
         from zenocap.common.formats.file_warnings import grouped_warnings
         from zenocap.common.formats.joint_map import read_joint_map
         from zenocap.services.tracker.prior.file import write_prior
-        from zenocap.services.tracker.prior.training import Plan, draw_errors
+        from zenocap.services.tracker.prior.training import TrainingPlan, draw_errors
         from zenocap.services.tracker.prior.training import train as run_train
 
         check_folder(output)
         check_plot(given.plot)
         body = {"fourteen-parts": FOURTEEN_PARTS, "ten-parts": TEN_PARTS}[research.anatomy]
         names = None if given.joints is None else read_joint_map(given.joints)
-        plan = Plan(research.dims, research.rate, given.mirror, research.seed, research.regions)
+        plan = TrainingPlan(research.dims, research.rate, given.mirror, research.seed, research.regions)
         with progress("learning", "steps") as state:
             with grouped_warnings():
                 learnt_from = [_recording(path, body, wanted, names) for path in motions]
@@ -108,7 +109,8 @@ def info(
     Example: `zenocap prior info walking`
     """
     with one_line_errors():
-        from zenocap.services.tracker.prior.file import find_prior, read_prior
+        from zenocap.common.rig.tracker import find_prior
+        from zenocap.services.tracker.prior.file import read_prior
 
         path = find_prior(file)
         found = read_prior(path)
@@ -159,21 +161,19 @@ def _show(path: Path, prior: Prior, as_json: bool) -> None:
         "regions": prior.regions,
         "dimensions": prior.dimensions,
         "speeds": dict(zip(prior.names, prior.speeds.tolist(), strict=True)),
-        "training": asdict(prior.training),
+        "training": to_builtins(prior.training),
     }
     typer.echo(json.dumps(content))
 
 
-def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: JointMap | None) -> Recording:
+def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: JointMap | None) -> TrainingMotion:
     """Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.services.tracker.prior.motions import read_motion
-    from zenocap.services.tracker.prior.training import Recording
 
     if not path.is_file():
         raise UserError(f"{path}: there is no such file: allowed: a .bvh, .trc, .c3d or .mcap")
-    motion = read_motion(path, anatomy, frames, joints)
-    return Recording(motion.name, motion.rate, motion.coordinates)
+    return read_motion(path, anatomy, frames, joints)
 
 
 for command in (train, info):

@@ -24,9 +24,9 @@ from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, Recorde
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.states import Setup
-from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.takes.both_ways import WRITING, with_both_ways
 from zenocap.tools.takes.members import tracker_setup
 from zenocap.tools.takes.retrack import retrack, take_like
@@ -178,7 +178,7 @@ def _setup_of(rig: RecordedRig, take: Take) -> Setup:
 
 def _front(setup: Setup, body: Bdp, pose: m.TrackerPose | m.BothWaysPose) -> Floats:
     """(3,) unit vector along which the pelvis faces."""
-    front: Floats = rooted_pose(setup, body, pose_of(setup.anatomy, pose)).rotation[:, 2]
+    front: Floats = RootedPose.of(setup.anatomy, body, pose_of(setup.anatomy, pose)).rotation[:, 2]
     return front
 
 

@@ -21,11 +21,11 @@ from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
 from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
 from benchmarks.people.shared_clips import clip_table, motion_from
 from tests.support.stored import stored
+from tests.support.video_file import write_video
 from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.video.reader import VideoReader
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
 
 STATUS = {0: "good", 3: "doubtful", 4: "unusable"}

@@ -17,13 +17,13 @@ from benchmarks.cases.videos.sync import COLUMNS, Score
 from benchmarks.harness.case import Case, Figures, Kind, case
 from benchmarks.people.films import SMALL, Film, filmed
 from tests.support.simulated_cameras import paper_cameras
+from tests.support.video_file import write_video
 from zenocap.common.arrays import Bytes, Floats, Image
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
 from zenocap.common.rig.rig import load_rig
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import motion_timeline
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.setup.sync.light import FLASH_LIMITS, FlashPair, light_changes
 from zenocap.tools.setup.sync.synchronize import SyncOptions, synchronize
 from zenocap.tools.setup.sync.videos import Brightness, brightness_of

@@ -2,14 +2,9 @@
 
 import numpy as np
 
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy, without_side
 from zenocap.common.body.definition import Bdp
-from zenocap.common.body.proportions import (
-    HIP_HALF_BREADTH,
-    SHOULDER_HALF_BREADTH,
-    average_lengths,
-    body_from_lengths,
-)
+from zenocap.common.body.proportions import HIP_HALF_BREADTH, SHOULDER_HALF_BREADTH, average_lengths, body_from_lengths
 
 # In body heights; distances between joint centres, mean of the shares of men (1741 mm) and women (1735 mm) in table 4 of
 # de Leva (1996), J. Biomech. 29:1223: shank (knee to ankle) 440.3 and 438.6 mm, thigh 422.2 and 368.5, trunk (middle of the
@@ -50,17 +45,13 @@ def body_of_height(height: float) -> Bdp:
     """Fourteen-part average body of a height in metres."""
     sizes, tips, bases, offsets = [], [], [], []
     for joint in FOURTEEN_PARTS.joints:
-        shape, base = SHAPES[_common(joint.part)]
-        x, y, z = OFFSETS.get(_common(joint.name), (0.0, 0.0, 0.0))
+        shape, base = SHAPES[without_side(joint.part)]
+        x, y, z = OFFSETS.get(without_side(joint.name), (0.0, 0.0, 0.0))
         sizes.append(shape[:3])
         tips.append(shape[3:])
         bases.append(base)
         offsets.append((-x if joint.name.startswith("right_") else x, y, z))
     return Bdp(height * np.array(sizes), height * np.array(offsets), height * np.array(tips), height * np.array(bases))
-
-
-def _common(name: str) -> str:
-    return name.removeprefix("right_").removeprefix("left_")
 
 
 def average_body(anatomy: Anatomy, height: float) -> Bdp:

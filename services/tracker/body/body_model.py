@@ -8,6 +8,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
 from zenocap.common.jit import kernel, leaf_kernel
 
@@ -44,10 +45,8 @@ def model_of(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
     coordinates = coordinates_of(anatomy)
     parts = len(anatomy.parts)
     parent = anatomy.tree[:, 0].copy()
-    tips = bdp.sizes[:, 1:] if bdp.tips is None else bdp.tips
-    bases = np.zeros((parts, 3)) if bdp.bases is None else bdp.bases
-    free = np.array([k not in set(parent.tolist()) for k in range(parts)])
-    lengths = bdp.sizes[:, 0] - np.where(free, tips.mean(axis=1), 0.0)
+    free = ~np.isin(np.arange(parts), parent)
+    lengths = bdp.sizes[:, 0] - np.where(free, bdp.far_radii.mean(axis=1), 0.0)
     kind = np.array([len(j.axes) if k and j.axes else 0 for k, j in enumerate(anatomy.joints)], dtype=np.int64)
     low, high = _ranges(anatomy)
     return BodyModel(
@@ -57,10 +56,10 @@ def model_of(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
         axis=np.maximum(anatomy.tree[:, 2], 0),
         reference=coordinates.reference,
         offsets=np.ascontiguousarray(bdp.offsets, dtype=np.float64),
-        bases=np.ascontiguousarray(bases, dtype=np.float64),
+        bases=np.ascontiguousarray(bdp.starts, dtype=np.float64),
         lengths=np.maximum(lengths, 0.01),
         free=free.astype(np.float64),
-        radii=np.concatenate([bdp.sizes[:, 1:], tips], axis=1),
+        radii=np.concatenate([bdp.sizes[:, 1:], bdp.far_radii], axis=1),
         low=low,
         high=high,
     )
@@ -92,6 +91,12 @@ class RootedPose(NamedTuple):
     position: Floats
     rotation: Floats
     values: Floats
+
+    @staticmethod
+    def of(anatomy: Anatomy, body: Bdp, pose: Pose) -> "RootedPose":
+        """A pose of a body in these coordinates."""
+        rotation = np.ascontiguousarray(part_frames(anatomy, body, pose)[0, :, :3])
+        return RootedPose(pose.position.copy(), rotation, coordinates_of(anatomy).of_pose(pose))
 
     def copy(self) -> "RootedPose":
         return RootedPose(self.position.copy(), self.rotation.copy(), self.values.copy())
@@ -128,6 +133,14 @@ def forward_kinematics(model: BodyModel, pose: RootedPose, frames: Floats) -> No
                 for inner in range(3):
                     total += frames[up, row, inner] * local[inner, column]
                 out[row, column] = total
+
+
+@kernel
+def frames_of(model: BodyModel, pose: RootedPose) -> Floats:
+    """Frames (p, 3, 4), part to world, of a pose."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    forward_kinematics(model, pose, frames)
+    return frames
 
 
 @leaf_kernel

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.body.anatomy import TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import TEN_PARTS, Anatomy, without_side
 from zenocap.common.body.definition import Bdp
 
 LENGTH, LONG, SHORT = 0, 1, 2  # columns of Bdp.sizes; of Bdp.tips 0 long, 1 short
@@ -27,10 +27,14 @@ class Factor:
     entries: tuple[tuple[int, str, int], ...]
 
 
-def _girth(name: str, spread: float, *entries: tuple[int, str]) -> Factor:
-    """Factor of a radius, equal in both directions, of near ends (SIZES) and far ends (TIPS)."""
+def _radii(*entries: tuple[int, str]) -> tuple[tuple[int, str, int], ...]:
+    """Entries of both radii of near ends (SIZES) and far ends (TIPS)."""
     columns = {SIZES: (LONG, SHORT), TIPS: (0, 1)}
-    return Factor(name, spread, tuple((array, part, column) for array, part in entries for column in columns[array]))
+    return tuple((array, part, column) for array, part in entries for column in columns[array])
+
+
+def _girth(name: str, spread: float, *entries: tuple[int, str]) -> Factor:
+    return Factor(name, spread, _radii(*entries))
 
 
 # Spreads of lengths and positions of joints: standard deviation of the logarithm of a measure over stature in ANSUR II
@@ -41,26 +45,17 @@ def _girth(name: str, spread: float, *entries: tuple[int, str]) -> Factor:
 # So do clothing and hair with breadths and girths, which have 0.05 to 0.14 in the survey.
 STATURE = Factor("stature", 0.15, ())
 FACTORS = (
-    Factor(
-        "spine",
-        0.054,
-        (
-            (SIZES, "pelvis", LENGTH),
-            (SIZES, "chest", LENGTH),
-            (OFFSETS, "waist", Y),
-            (OFFSETS, "neck_base", Y),
-            (OFFSETS, "shoulder", Y),
-        ),
-    ),
+    Factor("spine", 0.054, (
+        (SIZES, "pelvis", LENGTH), (SIZES, "chest", LENGTH), (OFFSETS, "waist", Y), (OFFSETS, "neck_base", Y),
+        (OFFSETS, "shoulder", Y),
+    )),
     Factor("shoulders", 0.057, ((OFFSETS, "shoulder", X),)),
     Factor("hips", 0.074, ((OFFSETS, "hip", X),)),
     Factor("arm", 0.08, ((SIZES, "upper_arm", LENGTH), (SIZES, "lower_arm", LENGTH), (OFFSETS, "elbow", Y))),
     Factor("upper_arm", 0.05, ((SIZES, "upper_arm", LENGTH), (OFFSETS, "elbow", Y))),
-    Factor(
-        "leg",
-        0.033,
-        ((SIZES, "upper_leg", LENGTH), (SIZES, "lower_leg", LENGTH), (OFFSETS, "knee", Y), (OFFSETS, "ankle", Y)),
-    ),
+    Factor("leg", 0.033, (
+        (SIZES, "upper_leg", LENGTH), (SIZES, "lower_leg", LENGTH), (OFFSETS, "knee", Y), (OFFSETS, "ankle", Y),
+    )),
     Factor("thigh", 0.033, ((SIZES, "upper_leg", LENGTH), (OFFSETS, "knee", Y))),
     Factor("neck", 0.15, ((SIZES, "neck_column", LENGTH), (OFFSETS, "neck", Y))),
     Factor("skull", 0.06, ((SIZES, "head", LENGTH), (BASES, "head", Y))),
@@ -85,16 +80,16 @@ FACTORS = (
     _girth("ankle", 0.20, (TIPS, "lower_leg")),
     _girth("heel", 0.20, (SIZES, "foot")),
     _girth("toes", 0.20, (TIPS, "foot")),
-)
+)  # fmt: skip
 # The paper's ten parts are cylinders: a radius is the same at both ends, and the torso is one of them.  [Hybrid II]
 # Their lengths follow stature: a shorter cylinder fits a tapered limb better, so a fit would shorten arms by a third.
 CYLINDERS: Mapping[str, tuple[tuple[int, str, int], ...]] = {
     "pelvis_width": ((SIZES, "torso", LONG), (TIPS, "torso", 0)),
     "pelvis_depth": ((SIZES, "torso", SHORT), (TIPS, "torso", 1)),
-    "deltoid": _girth("", 0.0, (SIZES, "upper_arm"), (TIPS, "upper_arm")).entries,
-    "hand": _girth("", 0.0, (SIZES, "lower_arm"), (TIPS, "lower_arm")).entries,
-    "groin": _girth("", 0.0, (SIZES, "upper_leg"), (TIPS, "upper_leg")).entries,
-    "ankle": _girth("", 0.0, (SIZES, "lower_leg"), (TIPS, "lower_leg")).entries,
+    "deltoid": _radii((SIZES, "upper_arm"), (TIPS, "upper_arm")),
+    "hand": _radii((SIZES, "lower_arm"), (TIPS, "lower_arm")),
+    "groin": _radii((SIZES, "upper_leg"), (TIPS, "upper_leg")),
+    "ankle": _radii((SIZES, "lower_leg"), (TIPS, "lower_leg")),
 }
 SHARED = ("head_width", "head_depth")  # as of tapered parts
 COUNT = 1 + len(FACTORS)  # stature first
@@ -104,7 +99,7 @@ SPREADS: Floats = np.array([STATURE.spread, *(factor.spread for factor in FACTOR
 
 def scaled(anatomy: Anatomy, body: Bdp, logs: Floats) -> Bdp:
     """Body with stature and FACTORS multiplied by exp(logs), (COUNT,)."""
-    arrays = [array * float(np.exp(logs[0])) for array in _arrays(anatomy, body)]
+    arrays = [array * float(np.exp(logs[0])) for array in _arrays(body)]
     for number, array, row, column in entries_of(anatomy):
         arrays[array][row, column] *= np.exp(logs[number])
     return replace(body, sizes=arrays[SIZES], tips=arrays[TIPS], bases=arrays[BASES], offsets=arrays[OFFSETS])
@@ -122,8 +117,8 @@ def entries_of(anatomy: Anatomy) -> Ints:
     """(n, 4) entries that the factors multiply: factor (from 1), array, row of part or joint, column."""
     rows: dict[bool, dict[str, list[int]]] = {False: {}, True: {}}
     for k, joint in enumerate(anatomy.joints):
-        rows[False].setdefault(_common(joint.part), []).append(k)
-        rows[True].setdefault(_common(joint.name), []).append(k)
+        rows[False].setdefault(without_side(joint.part), []).append(k)
+        rows[True].setdefault(without_side(joint.name), []).append(k)
     found = [
         (number, array, row, column)
         for number, factor in enumerate(FACTORS, 1)
@@ -135,15 +130,9 @@ def entries_of(anatomy: Anatomy) -> Ints:
 
 def values_of(anatomy: Anatomy, body: Bdp) -> Floats:
     """(n,) values of `entries_of` in a body, metres."""
-    arrays = _arrays(anatomy, body)
+    arrays = _arrays(body)
     return np.array([arrays[array][row, column] for _, array, row, column in entries_of(anatomy)])
 
 
-def _arrays(anatomy: Anatomy, body: Bdp) -> tuple[Floats, Floats, Floats, Floats]:
-    tips = body.sizes[:, 1:] if body.tips is None else body.tips
-    bases = np.zeros((len(anatomy.parts), 3)) if body.bases is None else body.bases
-    return body.sizes, tips, bases, body.offsets
-
-
-def _common(name: str) -> str:
-    return name.removeprefix("right_").removeprefix("left_")
+def _arrays(body: Bdp) -> tuple[Floats, Floats, Floats, Floats]:
+    return body.sizes, body.far_radii, body.starts, body.offsets

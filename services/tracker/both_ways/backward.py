@@ -17,7 +17,7 @@ from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Setup, Tracking
-from zenocap.services.tracker.tracking import advance_phase, known_person, rooted_pose
+from zenocap.services.tracker.tracking import advance_phase, known_person
 
 FIRST_COUNT = 1 << 40  # of frame sets, for the random seeds: the forward pass never counts so far
 
@@ -59,11 +59,6 @@ class Decided:
         return self._start_ns is not None and captured_ns - self._start_ns < DECIDED_NS
 
 
-def are_opposite(one: RootedPose, other: RootedPose) -> bool:
-    """Whether two poses face away from each other."""
-    return float(one.rotation[:, 2] @ other.rotation[:, 2]) < 0.0
-
-
 def evidence_in(setup: Setup, masks: Mapping[str, Mask]) -> Evidence:
     """Evidence of the views that the forward pass has used.  masks: by viewer, (height, width), not 0 on the person."""
     contours, silhouettes = extract_outlines(
@@ -80,7 +75,7 @@ def with_fixed_body(setup: Setup) -> Setup:
 
 def begin(setup: Setup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence) -> Backward:
     """State at the last pose of the forward pass, captured at `captured_ns`, with its own evidence."""
-    person, last = known_person(setup, body), rooted_pose(setup, body, pose)
+    person, last = known_person(setup, body), RootedPose.of(setup.anatomy, body, pose)
     person = replace(person, expected_support=support_fraction(person.model, evidence, last))
     error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), last)
     phase, _ = start_tracking(setup, person, last, 0, error)

@@ -55,13 +55,9 @@ def columns_of(anatomy: Anatomy) -> tuple[Ints, ...]:
 
 
 def two_poses(
-    anatomy: Anatomy,
-    model: BodyModel,
-    captured_ns: int,
-    forward: RootedPose | None,
-    backward: RootedPose | None,
+    anatomy: Anatomy, model: BodyModel, captured_ns: int, forward: RootedPose | None, backward: RootedPose | None,
     evidence: Evidence,
-) -> TwoPoses | None:
+) -> TwoPoses | None:  # fmt: skip
     """Both poses of a frame with the misfits of all choices; None without a pose."""
     only = forward or backward
     if only is None:

@@ -9,20 +9,12 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.session.lookahead import Lookahead, limited_threads
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.both_ways.backward import (
-    Backward,
-    Decided,
-    are_opposite,
-    begin,
-    evidence_in,
-    step_back,
-    with_fixed_body,
-)
+from zenocap.services.tracker.both_ways.backward import Backward, Decided, begin, evidence_in, step_back, with_fixed_body
 from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPoses, fused, two_poses
 from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.initialization.decisions import faces
 from zenocap.services.tracker.parameters import MIN_VIEWS
 from zenocap.services.tracker.states import Setup
-from zenocap.services.tracker.tracking import rooted_pose
 
 BACKWARDS, CHOOSING = "tracking backwards", "choosing the better poses"
 Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
@@ -51,13 +43,9 @@ class FusedPose:
 
 
 def two_passes(
-    setup: Setup,
-    body: Bdp,
-    forward: Sequence[ForwardPose],
-    backwards: Iterable[SceneMasks],
-    watch: Watch = lambda *_: None,
-    jobs: int = 1,
-) -> Mapping[int, FusedPose]:
+    setup: Setup, body: Bdp, forward: Sequence[ForwardPose], backwards: Iterable[SceneMasks],
+    watch: Watch = lambda *_: None, jobs: int = 1,
+) -> Mapping[int, FusedPose]:  # fmt: skip
     """Poses from both directions by capture time, one for each of the forward pass.
 
     forward: by capture time.  backwards: poses with the masks that they used, from the last tracked one to the first.
@@ -89,13 +77,9 @@ def two_passes(
 
 
 def _both_poses(
-    setup: Setup,
-    body: Bdp,
-    backwards: Iterable[SceneMasks],
-    watch: Callable[[int], None],
-    lookahead: Lookahead,
+    setup: Setup, body: Bdp, backwards: Iterable[SceneMasks], watch: Callable[[int], None], lookahead: Lookahead,
     decided: Decided,
-) -> dict[int, TwoPoses]:
+) -> dict[int, TwoPoses]:  # fmt: skip
     """Poses of both directions by capture time; the backward pass begins with the first of `backwards`."""
     model = model_of(setup.anatomy, body)
     seen = lookahead.ahead(_seen(setup, backwards))
@@ -124,12 +108,17 @@ def _backward_poses(
     """Yield capture time, forward and backward pose, None where there is none, and evidence of each frame set."""
     state: Backward | None = None
     for one, evidence in seen:
-        ahead = None if one.lost else rooted_pose(setup, body, one.pose)
+        ahead = None if one.lost else RootedPose.of(setup.anatomy, body, one.pose)
         back: RootedPose | None = None
         if evidence is not None and state is None and not one.lost:
             state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
         elif evidence is not None and state is not None:
             state, back = step_back(setup, state, one.captured_ns, evidence)
-            if ahead is not None and back is not None and decided.passed(one.captured_ns) and are_opposite(ahead, back):
+            if (
+                ahead is not None
+                and back is not None
+                and decided.passed(one.captured_ns)
+                and not faces(ahead, back.rotation[:, 2])
+            ):
                 state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
         yield one.captured_ns, ahead, back, evidence

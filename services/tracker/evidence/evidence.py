@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Ints32
+from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.field import DistanceField, add_field, distance_field, mean_square_outside
-from zenocap.services.tracker.evidence.rays import add_rays, distances_of, mean_truncated_square, nearest_parts
+from zenocap.services.tracker.evidence.rays import add_rays, distances_of, mean_truncated_square, nearest_of
 from zenocap.services.tracker.evidence.residuals import Weights
-from zenocap.services.tracker.hull.contour_rays import hull_rays
+from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views
 from zenocap.services.tracker.hull.contours import Contours
 from zenocap.services.tracker.hull.views import Silhouettes
 from zenocap.services.tracker.parameters import ON_BODY_M, OUTSIDE_WEIGHT
@@ -30,8 +30,9 @@ class Evidence(NamedTuple):
 
 def evidence_of(contours: Contours, silhouettes: Silhouettes, excluded: Collection[int] = ()) -> tuple[Evidence, Floats]:
     """Evidence of the views without some, and the scene points (n, 3) of its rays."""
-    rays, points, silhouettes = hull_rays(contours, silhouettes, excluded)
-    return Evidence(rays, distance_field(silhouettes)), points
+    contours, silhouettes = exclude_views(contours, silhouettes, excluded)
+    found = contour_rays(contours, silhouettes)
+    return Evidence(found.rows, distance_field(silhouettes)), found.points
 
 
 def thinned(evidence: Evidence, step: int) -> Evidence:
@@ -41,32 +42,20 @@ def thinned(evidence: Evidence, step: int) -> Evidence:
 
 @kernel
 def add(
-    model: BodyModel,
-    frames: Floats,
-    evidence: Evidence,
-    weights: Weights,
-    matrices: Floats,
-    gradients: Floats,
-    distances: Floats32,
-    parts: Ints32,
+    model: BodyModel, frames: Floats, evidence: Evidence, weights: Weights, matrices: Floats, gradients: Floats
 ) -> None:
-    """Write every part's wrench matrix (p, 6, 6), lower triangle, and gradient (p, 6) about the root's origin.
-
-    distances, parts: (n,) of the rays, overwritten.
-    """
+    """Write every part's wrench matrix (p, 6, 6), lower triangle, and gradient (p, 6) about the root's origin."""
     matrices[:] = 0.0
     gradients[:] = 0.0
-    add_rays(model, frames, evidence.rays, weights, matrices, gradients, distances, parts)  # first: the others add
+    add_rays(model, frames, evidence.rays, weights, matrices, gradients)  # first: the others add
     add_field(model, frames, evidence.field, weights, matrices, gradients)
 
 
 @kernel
 def misfit(model: BodyModel, evidence: Evidence, limit: float, pose: RootedPose) -> float:
     """D of a pose in m^2 [Hybrid Eq. 30], plus the mean square distance of the body outside of the silhouettes."""
-    frames = np.empty((model.parent.shape[0], 3, 4))
-    distances, parts = np.empty(evidence.rays.shape[1], dtype=np.float32), np.empty(evidence.rays.shape[1], dtype=np.int32)
-    forward_kinematics(model, pose, frames)
-    nearest_parts(model, frames, evidence.rays, distances, parts)
+    frames = frames_of(model, pose)
+    distances, _ = nearest_of(model, frames, evidence.rays)
     # Paper (added): Eq. 30 has no term for the body outside of the silhouettes.
     return float(
         mean_truncated_square(distances, limit) + OUTSIDE_WEIGHT * mean_square_outside(model, frames, evidence.field, limit)

@@ -58,25 +58,13 @@ def distance_field(silhouettes: Silhouettes) -> DistanceField:
         crop = silhouettes.pixels[silhouettes.at[k] : silhouettes.at[k] + across * down].reshape(down, across)
         one = _distances(crop)
         scale[k] = max(1.0, max(across, down) / DISTANCE_MAP_PX)
-        corner[k] = (
-            left - DISTANCE_MAP_MARGIN_PX * scale[k] + 0.5 * scale[k] - 0.5,
-            top - DISTANCE_MAP_MARGIN_PX * scale[k] + 0.5 * scale[k] - 0.5,
-        )
+        corner[k] = np.array([left, top]) - DISTANCE_MAP_MARGIN_PX * scale[k] + 0.5 * scale[k] - 0.5
         shape[k] = one.shape
         maps.append((one * scale[k]).reshape(-1))
         length += one.size
-    joined = np.concatenate(maps) if maps else np.empty(0, np.float32)
-    return DistanceField(
-        joined.astype(np.float32),
-        at,
-        shape,
-        corner,
-        scale,
-        silhouettes.lens,
-        silhouettes.rotation,
-        silhouettes.centre,
-        silhouettes.size,
-    )
+    joined = np.concatenate(maps).astype(np.float32) if maps else np.empty(0, np.float32)
+    lens, rotation, centre, size = silhouettes.lens, silhouettes.rotation, silhouettes.centre, silhouettes.size
+    return DistanceField(joined, at, shape, corner, scale, lens, rotation, centre, size)
 
 
 def no_distance_field() -> DistanceField:
@@ -95,15 +83,7 @@ def _distances(crop: Mask) -> Floats32:
     if factor > 1.0:
         small = (max(1, round(across / factor)), max(1, round(down / factor)))
         crop = np.asarray(cv2.resize(crop, small, interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
-    free = cv2.copyMakeBorder(
-        (crop == 0).astype(np.uint8),
-        DISTANCE_MAP_MARGIN_PX,
-        DISTANCE_MAP_MARGIN_PX,
-        DISTANCE_MAP_MARGIN_PX,
-        DISTANCE_MAP_MARGIN_PX,
-        cv2.BORDER_CONSTANT,
-        value=1,
-    )
+    free = np.pad((crop == 0).astype(np.uint8), DISTANCE_MAP_MARGIN_PX, constant_values=1)
     return np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, 5), dtype=np.float32)
 
 
@@ -175,18 +155,23 @@ def add_field(
 
 
 @kernel
-def mean_square_outside(model: BodyModel, frames: Floats, field: DistanceField, limit: float) -> float:
-    """Mean over samples of the body and views of the squared distance outside, truncated at `limit` metres; m^2."""
-    found = np.empty(4)
-    total, count = 0.0, 0
+def square_outside(model: BodyModel, frames: Floats, field: DistanceField, limit: float) -> float:
+    """Sum over samples of the parts and views of the squared distance outside, truncated at `limit` metres; m^2."""
+    found, total = np.empty(4), 0.0
     for part in range(frames.shape[0]):
         for n in range(len(AXIS_SAMPLES)):
             x, y, z = axis_point(model, frames[part], part, AXIS_SAMPLES[n])
             for k in range(field.at.shape[0]):
-                count += 1
                 if outside_at(field, k, x, y, z, found):
                     total += min(found[0], limit) ** 2
-    return float(total / max(count, 1))
+    return total
+
+
+@kernel
+def mean_square_outside(model: BodyModel, frames: Floats, field: DistanceField, limit: float) -> float:
+    """Mean of the terms of `square_outside`; m^2."""
+    count = frames.shape[0] * len(AXIS_SAMPLES) * field.at.shape[0]
+    return float(square_outside(model, frames, field, limit) / max(count, 1))
 
 
 @leaf_kernel

@@ -9,11 +9,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints, Ints32
 from zenocap.common.jit import finite_leaf_kernel, inlined_kernel, kernel, leaf_kernel
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
-from zenocap.services.tracker.parameters import (
-    CONTACT_SHIFT_M,
-)
+from zenocap.services.tracker.parameters import CONTACT_SHIFT_M
 
 # Paper (replaced): V-B takes the closest points of fixed scene points; here a ray slides along its surviving interval.
 Contact = tuple[float, float, float, float, float, float, float, float, float]
@@ -112,6 +110,14 @@ def nearest_parts(model: BodyModel, frames: Floats, rays: Floats32, distances: F
         distances[i] = np.sqrt(distances[i])
 
 
+@kernel
+def nearest_of(model: BodyModel, frames: Floats, rays: Floats32) -> tuple[Floats32, Ints32]:
+    """Distance of every ray from the nearest part, metres, and that part: (n,) each, see `nearest_parts`."""
+    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
+    nearest_parts(model, frames, rays, distances, parts)
+    return distances, parts
+
+
 @leaf_kernel
 def contact_on_part(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int, found: Floats) -> None:
     """Contact of ray i with a part whose frame is f (3, 4).
@@ -167,29 +173,13 @@ def ray_contact(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int) 
     return distance, gap, x, y, z, share, nx - slip * yx, ny - slip * yy, nz - slip * yz
 
 
-@leaf_kernel
-def contact_weight(found: Floats, spread: float, limit: float) -> float:
-    """Weight of a contact in 1 / m^2, see `robust_weight`."""
-    return float(robust_weight(found[0], found[1], spread, limit))
-
-
 @kernel
 def add_rays(
-    model: BodyModel,
-    frames: Floats,
-    rays: Floats32,
-    weights: Weights,
-    matrices: Floats,
-    gradients: Floats,
-    distances: Floats32,
-    parts: Ints32,
+    model: BodyModel, frames: Floats, rays: Floats32, weights: Weights, matrices: Floats, gradients: Floats
 ) -> None:
-    """Write the wrench matrix (p, 6, 6) and gradient (p, 6) of the rays of every part that has some.
-
-    distances, parts: (n,) of the rays, overwritten.
-    """
+    """Write the wrench matrix (p, 6, 6) and gradient (p, 6) of the rays of every part that has some."""
     count = frames.shape[0]
-    nearest_parts(model, frames, rays, distances, parts)
+    _, parts = nearest_of(model, frames, rays)
     first, order = np.zeros(count + 1, dtype=np.int64), np.empty(rays.shape[1], dtype=np.int64)
     for i in range(rays.shape[1]):
         first[parts[i] + 1] += 1
@@ -205,15 +195,9 @@ def add_rays(
 
 @finite_leaf_kernel
 def _add_part(
-    model: BodyModel,
-    frames: Floats,
-    part: int,
-    rays: Floats32,
-    own: Ints,
-    weights: Weights,
-    matrix: Floats,
-    gradient: Floats,
-) -> None:
+    model: BodyModel, frames: Floats, part: int, rays: Floats32, own: Ints,
+    weights: Weights, matrix: Floats, gradient: Floats,
+) -> None:  # fmt: skip
     """Write the wrench matrix (6, 6) and gradient (6,) of the rays of one part, indices `own` (n,), summed in registers."""
     f = frames[part]
     ox, oy, oz = frames[0, 0, 3], frames[0, 1, 3], frames[0, 2, 3]
@@ -258,8 +242,5 @@ def mean_truncated_square(distances: Floats32, limit: float) -> float:
 @kernel
 def distances_of(model: BodyModel, rays: Floats32, pose: RootedPose) -> Floats32:
     """(n,) distance of every ray from the body in a pose, metres."""
-    frames = np.empty((model.parent.shape[0], 3, 4))
-    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
-    forward_kinematics(model, pose, frames)
-    nearest_parts(model, frames, rays, distances, parts)
+    distances, _ = nearest_of(model, frames_of(model, pose), rays)
     return distances

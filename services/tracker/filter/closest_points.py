@@ -1,13 +1,13 @@
 """Closest points of the body, and the printed distance D.  [Hybrid V-B, Eq. 30, 31]
 
-The default D is that of `correspondence`; the option distance = "modulated" selects this one.
+The default D is that of `evidence.rays`; the option distance = "modulated" selects this one.
 """
 
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.evidence.field import mean_square_outside
 from zenocap.services.tracker.parameters import NORMAL_MODULATION, OUTSIDE_WEIGHT
@@ -82,17 +82,9 @@ def scene_point(rays: Floats32, i: int, point: Floats, normal: Floats) -> None:
 
 @kernel
 def corresponding_part(
-    model: BodyModel,
-    frames: Floats,
-    centres: Floats,
-    reach: Floats,
-    closest: bool,
-    likely: int,
-    point: Floats,
-    normal: Floats,
-    found: Floats,
-    best: Floats,
-) -> int:
+    model: BodyModel, frames: Floats, centres: Floats, reach: Floats, closest: bool, likely: int,
+    point: Floats, normal: Floats, found: Floats, best: Floats,
+) -> int:  # fmt: skip
     """Part that corresponds to a scene point: the one with the least |pp'|, or with closest = False the least md |pp'|.
 
     Writes best (6,), see `closest_point`.  centres, reach: see `part_spheres`.  likely: any part; the closer it is, the
@@ -134,8 +126,7 @@ def mean_modulated_square(model: BodyModel, frames: Floats, rays: Floats32, limi
 @kernel
 def modulated_misfit(model: BodyModel, evidence: Evidence, limit: float, closest: bool, pose: RootedPose) -> float:
     """The printed D of a pose in m^2, plus the mean square distance of the body outside of the field's silhouettes."""
-    frames = np.empty((model.parent.shape[0], 3, 4))
-    forward_kinematics(model, pose, frames)
+    frames = frames_of(model, pose)
     return float(
         mean_modulated_square(model, frames, evidence.rays, limit, closest)
         + OUTSIDE_WEIGHT * mean_square_outside(model, frames, evidence.field, limit)

@@ -11,7 +11,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
 from zenocap.services.tracker.parameters import (
@@ -32,15 +32,9 @@ MAX_DISTANCE_M = 0.5
 
 
 def limb_features(
-    anatomy: Anatomy,
-    model: BodyModel,
-    evidence: Evidence,
-    pose: RootedPose,
-    usual: Floats | None,
-    expected_support: float,
-    ambiguous: Floats,
-    before: Floats | None = None,
-) -> Floats:
+    anatomy: Anatomy, model: BodyModel, evidence: Evidence, pose: RootedPose,
+    usual: Floats | None, expected_support: float, ambiguous: Floats, before: Floats | None = None,
+) -> Floats:  # fmt: skip
     """(4, features) of LIMBS, running mean.  usual: (4,) usual support of the limbs, None at the start.
 
     expected_support: of the body.  ambiguous: (4,) see `ambiguity`.  before: features of the frame before, None without.
@@ -59,13 +53,11 @@ def limb_features(
 
 def limb_distances(anatomy: Anatomy, model: BodyModel, poses: Sequence[RootedPose], from_pose: RootedPose) -> Floats:
     """(n, 4) mean distance in metres of the middle and the end of every limb in n poses from those in another pose."""
-    frames = np.empty((len(model.parent), 3, 4))
+    lower = [limb.parts[1] for limb in limbs_of(anatomy)]
 
     def points(pose: RootedPose) -> Floats:
-        forward_kinematics(model, pose, frames)
-        lower = [limb.parts[1] for limb in limbs_of(anatomy)]
-        middle = frames[lower, :, 3].copy()
-        return np.stack([middle, middle + model.lengths[lower, None] * frames[lower, :, 1]])
+        frames = frames_of(model, pose)[lower]
+        return np.stack([frames[:, :, 3], frames[:, :, 3] + model.lengths[lower, None] * frames[:, :, 1]])
 
     reference = points(from_pose)
     return np.array([np.linalg.norm(points(pose) - reference, axis=2).mean(axis=0) for pose in poses])

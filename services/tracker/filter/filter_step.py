@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -63,11 +62,11 @@ from zenocap.services.tracker.parameters import (
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.resampling import at_rate
 from zenocap.services.tracker.prior.sampling import prior_distances
-from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
 
 
 def start_tracking(
-    setup: Setup, person: Person, pose: RootedPose, captured_ns: int, error: float
+    setup: Setup, person: TrackedPerson, pose: RootedPose, captured_ns: int, error: float
 ) -> tuple[Tracking, Outcome]:
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
@@ -111,24 +110,16 @@ def filter_step(
     if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
         person, body = _update_shape(setup, person, evidence.rays, estimate)
     if not misfits_in_row:
-        person = replace(
-            person, expected_support=person.expected_support + SUPPORT_RATE * (support - person.expected_support)
-        )
+        expected_support = person.expected_support + SUPPORT_RATE * (support - person.expected_support)
+        person = replace(person, expected_support=expected_support)
     from_prior = float(cloud.weights[found.kinds == 1].sum())
     prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
     tracking = replace(
-        phase,
-        person=person,
-        cloud=cloud,
-        estimate=estimate,
-        velocity=moved,
-        captured_ns=captured_ns,
+        phase, person=person, cloud=cloud, estimate=estimate, velocity=moved, captured_ns=captured_ns,
         prior_fraction=float(np.clip(prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
         prior_distance=phase.prior_distance + SUPPORT_RATE * (float(prior_distance[best]) - phase.prior_distance),
-        misfits_in_row=misfits_in_row,
-        limb_support=found.limb_support,
-        corrected_ns=corrected_ns,
-    )
+        misfits_in_row=misfits_in_row, limb_support=found.limb_support, corrected_ns=corrected_ns,
+    )  # fmt: skip
     return tracking, replace(_outcome(setup, estimate, cloud, error), body=body)
 
 
@@ -152,16 +143,11 @@ def _velocity(setup: Setup, phase: Tracking, periods: float) -> Floats:
 
 def _prior(setup: Setup) -> Prior | None:
     """The prior that the method uses, at the rig's frame rate."""
-    return None if setup.prior is None or setup.options.method != "hybrid" else _at_rate(setup.prior, setup.frame_ns)
+    return None if setup.prior is None or setup.options.method != "hybrid" else at_rate(setup.prior, 1e9 / setup.frame_ns)
 
 
 def _find_particles(
-    setup: Setup,
-    phase: Tracking,
-    periods: float,
-    velocity: Floats,
-    evidence: Evidence,
-    rng: np.random.Generator,
+    setup: Setup, phase: Tracking, periods: float, velocity: Floats, evidence: Evidence, rng: np.random.Generator
 ) -> _Found:
     """Propose particles, refine them on the scene, and search a limb that has lost its rays."""
     options, person, prior = setup.options, phase.person, _prior(setup)
@@ -216,7 +202,9 @@ def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: in
     return np.where(too_fast, 0.0, moved), bool(too_fast.any())
 
 
-def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose) -> tuple[Person, Bdp | None]:
+def _update_shape(
+    setup: Setup, person: TrackedPerson, rays: Floats32, pose: RootedPose
+) -> tuple[TrackedPerson, Bdp | None]:
     """Person with the shape estimate updated by a new posture; and the body when it changed."""
     if not is_new_posture(person.shape, pose):
         return person, None
@@ -226,11 +214,6 @@ def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose
         return replace(person, shape=shape), None
     shape, body = better
     return replace(person, body=body, model=model_of(setup.anatomy, body), shape=shape), body
-
-
-@lru_cache(maxsize=8)
-def _at_rate(prior: Prior, frame_ns: int) -> Prior:
-    return at_rate(prior, 1e9 / frame_ns)
 
 
 def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, evidence: Evidence, expected: RootedPose) -> RootedPose:
@@ -276,30 +259,18 @@ def residual_weights(setup: Setup, levels: Sequence[float], thin: int = 1) -> We
     the rays used.
     """
     d = coordinates_of(setup.anatomy).dimension
-    return Weights(
-        RESIDUAL_SCALE_M,
-        RESIDUAL_LIMIT_M,
-        1.0 / _per_coordinate(d, levels) ** 2,
-        INDEPENDENT_RAYS * thin / setup.options.points,
-    )
+    precision, ray_weight = 1.0 / _per_coordinate(d, levels) ** 2, INDEPENDENT_RAYS * thin / setup.options.points
+    return Weights(RESIDUAL_SCALE_M, RESIDUAL_LIMIT_M, precision, ray_weight)
 
 
 def _per_coordinate(d: int, levels: Sequence[float]) -> Floats:
     """(6 + d,) vector of one value for the position, one for the orientation, one for all coordinates."""
-    return np.concatenate([np.full(3, levels[0]), np.full(3, levels[1]), np.full(d, levels[2])])
+    return np.repeat(levels, [3, 3, d])
 
 
 def _outcome(setup: Setup, pose: RootedPose, cloud: Cloud, error: float) -> Outcome:
-    effective = float(1.0 / np.sum(cloud.weights**2))
-    return Outcome(
-        None,
-        pose.pose(setup.anatomy),
-        _spread(setup.anatomy, cloud),
-        float(np.exp(-error * LIKELIHOOD_INFORMATION)),
-        effective,
-        False,
-        (),
-    )
+    likelihood, effective = float(np.exp(-error * LIKELIHOOD_INFORMATION)), float(1.0 / np.sum(cloud.weights**2))
+    return Outcome(None, pose.pose(setup.anatomy), _spread(setup.anatomy, cloud), likelihood, effective, False, ())
 
 
 def _spread(anatomy: Anatomy, cloud: Cloud) -> Floats:

@@ -5,42 +5,35 @@ Comments state the differences to the print, which `force_printed` keeps.  Its f
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Ints32
+from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
-from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
 from zenocap.services.tracker.parameters import FORCE_MOMENTUM
 
 
 @kernel
 def generalized_forces(
-    model: BodyModel,
-    frames: Floats,
-    rays: Floats32,
-    weights: Weights,
-    distances: Floats32,
-    parts: Ints32,
-    gradients: Floats,
-    bounds: Floats,
+    model: BodyModel, frames: Floats, rays: Floats32, weights: Weights, gradients: Floats, bounds: Floats
 ) -> None:
     """Sum the forces and moments of the scene on every degree of freedom: gradients and bounds (6 + d,), overwritten.
 
     Forces are along the world's axes; moments about the joint's axes: a hinge's, else those of the part that turns.
     A force acts on every joint between its part and the root, and on the root's position.  [Hybrid Eq. 38-40]
     bounds: upper bounds of the curvature when all degrees of freedom that share a force move at once: number of points,
-    times their squared levers, times the sharing degrees of freedom.  distances, parts: (n,) scratch.
+    times their squared levers, times the sharing degrees of freedom.
     """
     gradients[:] = 0.0
     bounds[:] = 0.0
     found, moment, about = np.empty(CONTACT_LENGTH), np.empty(3), np.empty(3)
-    nearest_parts(model, frames, rays, distances, parts)
+    distances, parts = nearest_of(model, frames, rays)
     for i in range(rays.shape[1]):
         if distances[i] >= weights.limit:
             continue
         contact_on_part(model, frames[parts[i]], parts[i], rays, i, found)
-        weight = weights.ray_weight * contact_weight(found, weights.spread, weights.limit)
+        weight = weights.ray_weight * robust_weight(found[0], found[1], weights.spread, weights.limit)
         sharing, up = 1, parts[i]  # the root's position is one
         while up >= 0:
             sharing += 1 if up == 0 or model.kind[up] > 0 else 0
@@ -95,12 +88,7 @@ def rotate_turns(model: BodyModel, frames: Floats, step: Floats, to_world: bool,
 
 @kernel
 def refine_by_force(
-    model: BodyModel,
-    rays: Floats32,
-    weights: Weights,
-    iterations: int,
-    pose: RootedPose,
-    target: RootedPose,
+    model: BodyModel, rays: Floats32, weights: Weights, iterations: int, pose: RootedPose, target: RootedPose
 ) -> None:
     """Refine a pose in place by simulated forces and moments, with a Gaussian prior at the target, as `refine`.
 
@@ -111,10 +99,9 @@ def refine_by_force(
     frames = np.empty((count, 3, 4))
     gradients, bounds, held, local = np.empty(dof), np.empty(dof), np.empty(dof), np.empty(dof)
     motion = np.zeros(dof)
-    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
     for _ in range(iterations):
         forward_kinematics(model, pose, frames)
-        generalized_forces(model, frames, rays, weights, distances, parts, gradients, bounds)
+        generalized_forces(model, frames, rays, weights, gradients, bounds)
         # Paper (added): a Gaussian at the target pose, which V-B does not have.
         held[:] = 0.0
         add_target_gradient(model, frames, pose, target, weights.precision, held)

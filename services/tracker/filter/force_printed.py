@@ -24,17 +24,9 @@ from zenocap.services.tracker.parameters import (
 
 @kernel
 def group_forces(
-    model: BodyModel,
-    frames: Floats,
-    rays: Floats32,
-    limit: float,
-    linear: bool,
-    closest: bool,
-    parts: Ints,
-    forces: Floats,
-    moments: Floats,
-    numbers: Floats,
-) -> None:
+    model: BodyModel, frames: Floats, rays: Floats32, limit: float, linear: bool, closest: bool,
+    parts: Ints, forces: Floats, moments: Floats, numbers: Floats,
+) -> None:  # fmt: skip
     """Sum over the group of every part, the part and all its descendants; all overwritten.  [Hybrid Eq. 38-40]
 
     parts: (n,) part of every point in the last iteration, or any; overwritten with those of this one.
@@ -76,13 +68,7 @@ def group_forces(
 
 @kernel
 def refine_as_printed(
-    model: BodyModel,
-    rays: Floats32,
-    weights: Weights,
-    linear: bool,
-    closest: bool,
-    iterations: int,
-    pose: RootedPose,
+    model: BodyModel, rays: Floats32, weights: Weights, linear: bool, closest: bool, iterations: int, pose: RootedPose
 ) -> None:
     """Refine a pose in place by the printed force and moment.
 

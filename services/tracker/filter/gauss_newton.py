@@ -15,12 +15,7 @@ from zenocap.services.tracker.parameters import CONVERGED_STEP
 
 @kernel
 def refine(
-    model: BodyModel,
-    evidence: Evidence,
-    weights: Weights,
-    iterations: int,
-    pose: RootedPose,
-    target: RootedPose,
+    model: BodyModel, evidence: Evidence, weights: Weights, iterations: int, pose: RootedPose, target: RootedPose
 ) -> None:
     """Refine a pose in place by damped Gauss-Newton, with a Gaussian prior at the target.
 
@@ -31,10 +26,9 @@ def refine(
     matrices, gradients = np.empty((count, 6, 6)), np.empty((count, 6))
     screws, owner = np.empty((dof, 6)), np.empty(dof, dtype=np.int64)
     a, b = np.empty((dof, dof)), np.empty(dof)
-    distances, parts = np.empty(evidence.rays.shape[1], dtype=np.float32), np.empty(evidence.rays.shape[1], dtype=np.int32)
     for _ in range(iterations):
         forward_kinematics(model, pose, frames)
-        add(model, frames, evidence, weights, matrices, gradients, distances, parts)
+        add(model, frames, evidence, weights, matrices, gradients)
         joint_screws(model, frames, screws, owner)
         normal_equations(model, screws, owner, matrices, gradients, a, b)
         for k in range(dof):

@@ -17,10 +17,10 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
 from zenocap.common.jit import kernel
-from zenocap.services.tracker.body.body_model import MAX_BALL_ANGLE, BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import MAX_BALL_ANGLE, BodyModel, RootedPose, forward_kinematics, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
-from zenocap.services.tracker.evidence.field import DistanceField, axis_point, outside_at
-from zenocap.services.tracker.evidence.rays import nearest_parts
+from zenocap.services.tracker.evidence.field import square_outside
+from zenocap.services.tracker.evidence.rays import nearest_of, nearest_parts
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
 from zenocap.services.tracker.parameters import (
@@ -44,7 +44,7 @@ from zenocap.services.tracker.parameters import (
 )
 
 
-class Limb(NamedTuple):
+class SearchedLimb(NamedTuple):
     """parts: (k,) from the ball joint to the free end.  ball, hinge: first coordinate of the ball joint, and of the hinge.
 
     placements: (n, 4) rotation vector of the ball joint and angle of the hinge, radians.
@@ -57,7 +57,7 @@ class Limb(NamedTuple):
 
 
 @lru_cache
-def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
+def limbs_of(anatomy: Anatomy) -> tuple[SearchedLimb, ...]:
     """Right arm, left arm, right leg, left leg."""
     coordinates, found = coordinates_of(anatomy), []
     names = [joint.name for joint in anatomy.joints]
@@ -67,7 +67,7 @@ def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
             ends = [k for k, joint in enumerate(anatomy.joints) if joint.parent == anatomy.parts[lower]]
             rows = placements(coordinates.reference[upper], LIMB_BENDS[hinge], LIMB_MAX_SWING[ball], LIMB_MAX_TWIST[ball])
             first, second = int(coordinates.first[upper]), int(coordinates.first[lower])
-            found.append(Limb(np.array([upper, lower, *ends]), first, second, rows))
+            found.append(SearchedLimb(np.array([upper, lower, *ends]), first, second, rows))
     return tuple(found)
 
 
@@ -101,13 +101,9 @@ def placements(reference: Floats, bends: tuple[float, ...], max_swing: float, ma
 
 def limb_support(anatomy: Anatomy, model: BodyModel, evidence: Evidence, pose: RootedPose) -> Floats:
     """(4,) share of the rays that are on each limb beyond its ball joint's part."""
-    n = evidence.rays.shape[1]
-    frames = np.empty((model.parent.shape[0], 3, 4))
-    distances, parts = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int32)
-    forward_kinematics(model, pose, frames)
-    nearest_parts(model, frames, evidence.rays, distances, parts)
+    distances, parts = nearest_of(model, frames_of(model, pose), evidence.rays)
     near = parts[distances < ON_BODY_M]
-    return np.array([np.isin(near, limb.parts[1:]).sum() / max(n, 1) for limb in limbs_of(anatomy)])
+    return np.array([np.isin(near, limb.parts[1:]).sum() / max(len(parts), 1) for limb in limbs_of(anatomy)])
 
 
 @kernel
@@ -123,7 +119,7 @@ def _parts_of(model: BodyModel, parts: Ints) -> BodyModel:
 @kernel
 def place_limb(
     model: BodyModel,
-    limb: Limb,
+    limb: SearchedLimb,
     chosen: Ints,
     change_cost: float,
     evidence: Evidence,
@@ -135,12 +131,9 @@ def place_limb(
     change_cost: m^2 per rad^2 of change of its coordinates.  limit: metres, of the truncated residuals.
     """
     count, n, parts = model.parent.shape[0], evidence.rays.shape[1], limb.parts
-    frames = np.empty((count, 3, 4))
-    forward_kinematics(model, pose, frames)
-    others = _others(count, parts)
-    rest, near = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.float32)
-    nearest = np.empty(n, dtype=np.int32)
-    nearest_parts(_parts_of(model, others), frames[others], evidence.rays, rest, nearest)
+    frames, others = frames_of(model, pose), _others(count, parts)
+    rest, nearest = nearest_of(_parts_of(model, others), frames[others], evidence.rays)
+    near = np.empty(n, dtype=np.float32)
     unexplained = np.flatnonzero(rest > UNEXPLAINED_M)
     few = np.ascontiguousarray(evidence.rays[:, unexplained])
     own_model, own = _parts_of(model, parts), np.empty((parts.shape[0], 3, 4))
@@ -156,7 +149,7 @@ def place_limb(
         forward_kinematics(model, RootedPose(pose.position, pose.rotation, trial), frames)
         for k in range(parts.shape[0]):
             own[k] = frames[parts[k]]
-        cost += OUTSIDE_WEIGHT * _square_outside(own_model, own, evidence.field, limit) / samples
+        cost += OUTSIDE_WEIGHT * square_outside(own_model, own, evidence.field, limit) / samples
         if cost >= least:
             continue
         nearest_parts(own_model, own, few, near, nearest)
@@ -228,16 +221,3 @@ def _others(count: int, parts: Ints) -> Ints:
     for part in parts:
         chosen[part] = False
     return np.flatnonzero(chosen)
-
-
-@kernel
-def _square_outside(model: BodyModel, frames: Floats, field: DistanceField, limit: float) -> float:
-    """Sum over samples of the parts and views of the squared distance outside the silhouettes, truncated; m^2."""
-    found, total = np.empty(4), 0.0
-    for part in range(frames.shape[0]):
-        for n in range(len(AXIS_SAMPLES)):
-            x, y, z = axis_point(model, frames[part], part, AXIS_SAMPLES[n])
-            for k in range(field.at.shape[0]):
-                if outside_at(field, k, x, y, z, found):
-                    total += min(found[0], limit) ** 2
-    return total

@@ -4,7 +4,7 @@ Random numbers are arguments: `draw_samples` draws all of them from one generato
 """
 
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.prior.sampling import CompiledPrior, assign, propose
 from zenocap.services.tracker.threads import in_threads
 
-NO_PRIOR = CompiledPrior(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.ones(1), np.zeros(1))
+NO_PRIOR = CompiledPrior(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.ones((1, 1)), np.ones((1, 1)))
 DYNAMIC, PRIOR = 0, 1
 Refinement = Literal["gauss-newton", "force", "force-printed"]
+REFINEMENTS: tuple[Refinement, ...] = get_args(Refinement)
 
 
 class Cloud(NamedTuple):
@@ -98,15 +99,9 @@ def likelihood_weights(errors: Floats, information: float) -> Floats:
 
 @kernel
 def propose_particles(
-    model: BodyModel,
-    prior: CompiledPrior,
-    has_prior: bool,
-    cloud: Cloud,
-    draws: Samples,
-    velocity: Floats,
-    deviations: Floats,
-    out: Cloud,
-) -> None:
+    model: BodyModel, prior: CompiledPrior, has_prior: bool, cloud: Cloud, draws: Samples,
+    velocity: Floats, deviations: Floats, out: Cloud,
+) -> None:  # fmt: skip
     """Sample every particle's pose and region from the selected one; out's poses and regions are overwritten.
 
     velocity: (6 + d,) predicted change of the pose.  deviations: (6 + d,) of the dynamic proposals.  Both metres, radians.
@@ -131,7 +126,7 @@ def propose_particles(
         region = cloud.regions[source]
         # Paper (corrected): the prior is of the joint angles alone; the root is proposed separately.
         if draws.kinds[k] == PRIOR and has_prior:
-            region = propose(prior, region, cloud.values[source], draws.uniforms[k], draws.normals[k], 1.0, values)
+            region = propose(prior, region, cloud.values[source], draws.uniforms[k], draws.normals[k], values)
         else:
             for i in range(d):
                 values[i] = cloud.values[source, i] + velocity[6 + i] + deviations[6 + i] * draws.noise[k, 6 + i]
@@ -141,13 +136,9 @@ def propose_particles(
 
 
 def refine_particles(
-    scene: RefinementScene,
-    refinement: Refinement,
-    iterations: int,
-    cloud: Cloud,
-    errors: Floats,
+    scene: RefinementScene, refinement: Refinement, iterations: int, cloud: Cloud, errors: Floats,
     options: FilterOptions = DEFAULT_FILTER,
-) -> None:
+) -> None:  # fmt: skip
     """Refine every particle in place and write its error D (n,) in m^2; 0 iterations: errors alone.  [Hybrid Eq. 30]
 
     Particles are independent of one another, so threads share them without an effect on the result.
@@ -177,15 +168,9 @@ def _copy(pose: RootedPose) -> RootedPose:
 
 @kernel
 def _refine_and_score(
-    model: BodyModel,
-    evidence: Evidence,
-    weights: Weights,
-    iterations: int,
-    cloud: Cloud,
-    errors: Floats,
-    first: int,
-    end: int,
-) -> None:
+    model: BodyModel, evidence: Evidence, weights: Weights, iterations: int,
+    cloud: Cloud, errors: Floats, first: int, end: int,
+) -> None:  # fmt: skip
     for k in range(first, end):
         pose = _pose_of(cloud, k)
         if iterations > 0:
@@ -195,13 +180,7 @@ def _refine_and_score(
 
 @kernel
 def _refine_by_force(
-    model: BodyModel,
-    evidence: Evidence,
-    weights: Weights,
-    iterations: int,
-    cloud: Cloud,
-    first: int,
-    end: int,
+    model: BodyModel, evidence: Evidence, weights: Weights, iterations: int, cloud: Cloud, first: int, end: int
 ) -> None:
     for k in range(first, end):
         pose = _pose_of(cloud, k)
@@ -210,31 +189,18 @@ def _refine_by_force(
 
 @kernel
 def _refine_as_printed(
-    model: BodyModel,
-    evidence: Evidence,
-    weights: Weights,
-    linear: bool,
-    closest: bool,
-    iterations: int,
-    cloud: Cloud,
-    first: int,
-    end: int,
-) -> None:
+    model: BodyModel, evidence: Evidence, weights: Weights, linear: bool, closest: bool, iterations: int,
+    cloud: Cloud, first: int, end: int,
+) -> None:  # fmt: skip
     for k in range(first, end):
         refine_as_printed(model, evidence.rays, weights, linear, closest, iterations, _pose_of(cloud, k))
 
 
 @kernel
 def _score_modulated(
-    model: BodyModel,
-    evidence: Evidence,
-    weights: Weights,
-    closest: bool,
-    cloud: Cloud,
-    errors: Floats,
-    first: int,
-    end: int,
-) -> None:
+    model: BodyModel, evidence: Evidence, weights: Weights, closest: bool,
+    cloud: Cloud, errors: Floats, first: int, end: int,
+) -> None:  # fmt: skip
     for k in range(first, end):
         errors[k] = modulated_misfit(model, evidence, weights.limit, closest, _pose_of(cloud, k))
 

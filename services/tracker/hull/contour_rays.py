@@ -13,11 +13,11 @@ from zenocap.services.tracker.hull.ray_intersection import surviving_intervals, 
 from zenocap.services.tracker.hull.views import Silhouettes, lenses_and_bounds
 from zenocap.services.tracker.threads import in_threads
 
-ORIGIN, DIRECTION, NORMAL, NEAR, FAR = 0, 3, 6, 9, 10  # rows of rays
+ORIGIN, DIRECTION, NEAR, FAR = 0, 3, 9, 10  # rows of rays; 6 to 8: the normal
 
 
 @dataclass(frozen=True)
-class Scene:
+class ContourRays:
     """Contour rays and their intervals within the other silhouettes.  Y-up world, metres.
 
     view: (n,) camera index.  origin: (n, 3) its centre.  direction: (n, 3) unit viewing line, away from it.
@@ -39,23 +39,19 @@ class Scene:
         middle: Floats = self.origin + (0.5 * (self.near + self.far))[:, None] * self.direction
         return middle
 
+    @property
+    def rows(self) -> Floats32:
+        """(11, n) for compiled functions, row by row: origin, direction, normal, near, far."""
+        rows = np.concatenate([self.origin.T, self.direction.T, self.normal.T, self.near[None], self.far[None]])
+        return np.ascontiguousarray(rows, dtype=np.float32)
+
 
 # Paper (replaced): [Hybrid III] cites exact polyhedral hulls; here rays of sampled contours, cut to the silhouettes.
 DILATION = np.ones((3, 3), np.uint8)  # odd: an even kernel shifts the mask by a pixel
 
 
-def scene_points(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int) -> Scene:
-    """Scene of masks taken at the same time by calibrated cameras.  Deterministic.
-
-    masks: one per camera, (height, width) uint8, not 0 on the person; None or empty: the view is absent.
-    count: rays before those without a surviving interval are left out.  With fewer than two views the scene is empty.
-    Raises ValueError when a mask's shape is not its camera's.
-    """
-    return scene_from(*extract_outlines(masks, cameras, count))
-
-
-def scene_from(contours: Contours, silhouettes: Silhouettes) -> Scene:
-    """Scene of the outlines from `extract_outlines`."""
+def contour_rays(contours: Contours, silhouettes: Silhouettes) -> ContourRays:
+    """Contour rays of the outlines from `extract_outlines`; none with fewer than two views."""
     inner, _ = viewing_lines(contours.view, contours.points, contours.tangents, silhouettes)
     near, far = np.empty(len(inner)), np.empty(len(inner))
 
@@ -67,7 +63,7 @@ def scene_from(contours: Contours, silhouettes: Silhouettes) -> Scene:
     directions, normals = viewing_lines(contours.view, contours.edges, contours.tangents, silhouettes)
     kept = near <= far
     view = contours.view[kept]
-    return Scene(view, silhouettes.centre[view], directions[kept], normals[kept], near[kept], far[kept])
+    return ContourRays(view, silhouettes.centre[view], directions[kept], normals[kept], near[kept], far[kept])
 
 
 def exclude_views(contours: Contours, silhouettes: Silhouettes, views: Collection[int]) -> tuple[Contours, Silhouettes]:
@@ -83,7 +79,11 @@ def exclude_views(contours: Contours, silhouettes: Silhouettes, views: Collectio
 
 
 def extract_outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int) -> tuple[Contours, Silhouettes]:
-    """About `count` points on all contours, and the silhouettes that limit their viewing lines; see `scene_points`."""
+    """About `count` points on all contours, and the silhouettes that limit their viewing lines.  Deterministic.
+
+    masks: one per camera, taken at the same time, (height, width) uint8, not 0 on the person; None or empty: the view is
+    absent.  Raises ValueError when a mask's shape is not its camera's.
+    """
     views: list[int] = []
     crops: list[Mask] = []
     dilated: list[Mask] = []
@@ -121,21 +121,6 @@ def _box(mask: Mask) -> tuple[int, int, int, int] | None:
     right, bottom = min(left + across + 2, mask.shape[1]), min(top + down + 2, mask.shape[0])
     left, top = max(left - 2, 0), max(top - 2, 0)
     return left, top, right - left, bottom - top
-
-
-def contour_rays(scene: Scene) -> Floats32:
-    """(11, n) scene for compiled functions, row by row: origin, direction, normal, near, far."""
-    rows = np.concatenate([scene.origin.T, scene.direction.T, scene.normal.T, scene.near[None], scene.far[None]])
-    return np.ascontiguousarray(rows, dtype=np.float32)
-
-
-def hull_rays(
-    contours: Contours, silhouettes: Silhouettes, excluded: Collection[int]
-) -> tuple[Floats32, Floats, Silhouettes]:
-    """`contour_rays` and points (n, 3) of the scene without some views, and the silhouettes without them."""
-    contours, silhouettes = exclude_views(contours, silhouettes, excluded)
-    scene = scene_from(contours, silhouettes)
-    return contour_rays(scene), scene.points, silhouettes
 
 
 def midpoints(rays: Floats32) -> Floats:

@@ -39,18 +39,9 @@ def surviving_intervals(view: Ints, directions: Floats, silhouettes: Silhouettes
 
 @leaf_kernel
 def _intersect(
-    view: Ints,
-    directions: Floats,
-    silhouettes: Silhouettes,
-    turn: Floats,
-    start: Floats,
-    bent: Floats,
-    line: Floats,
-    order: Ints,
-    found: Floats,
-    near: Floats,
-    far: Floats,
-) -> None:
+    view: Ints, directions: Floats, silhouettes: Silhouettes, turn: Floats, start: Floats, bent: Floats,
+    line: Floats, order: Ints, found: Floats, near: Floats, far: Floats,
+) -> None:  # fmt: skip
     """Write near, far of `surviving_intervals`; line, order, found: scratch."""
     lens, box, size, at, pixels = silhouettes.lens, silhouettes.box, silhouettes.size, silhouettes.at, silhouettes.pixels
     for i in range(len(view)):
@@ -91,17 +82,9 @@ def _intersect(
 
 @leaf_kernel
 def other_views(
-    own: int,
-    dx: float,
-    dy: float,
-    dz: float,
-    turn: Floats,
-    start: Floats,
-    box: Ints,
-    bent: Floats,
-    line: Floats,
-    order: Ints,
-) -> int:
+    own: int, dx: float, dy: float, dz: float, turn: Floats, start: Floats, box: Ints, bent: Floats,
+    line: Floats, order: Ints,
+) -> int:  # fmt: skip
     """Number of views that can reject points of a viewing line, listed in `order` (v,).
 
     line: (v, 9), overwritten: the line in each view, at depth 0 and per metre, then box size and lens radius.
@@ -158,47 +141,22 @@ def _depth_range(
 
 @inlined_kernel
 def _inside(
-    depth: float,
-    line: Floats,
-    order: Ints,
-    rejecting: int,
-    lens: Floats,
-    box: Ints,
-    size: Ints,
-    at: Ints,
-    pixels: Bytes,
+    depth: float, line: Floats, order: Ints, rejecting: int, lens: Floats, box: Ints, size: Ints, at: Ints, pixels: Bytes
 ) -> bool:
     """True when the point at a depth survives.  A view that rejects it is moved to the front of `order`."""
     checked = False
     for k in range(rejecting):
         j = order[k]
-        z = line[j, 2] + depth * line[j, 5]
-        if z < MIN_DEPTH_M:
-            continue
-        scale = 1.0 / z
-        u, v = scale * (line[j, 0] + depth * line[j, 3]), scale * (line[j, 1] + depth * line[j, 4])
-        if line[j, 8] > 0.0:
-            if u * u + v * v > lens[j, REACH]:
-                continue
-            x, y = distort(lens, j, u, v)
-            u = lens[j, 0] * x + lens[j, 1] * y + lens[j, 2] + 0.5 - box[j, 0]
-            v = lens[j, 3] * y + lens[j, 4] + 0.5 - box[j, 1]
-        if u >= 0.0 and v >= 0.0 and u < line[j, 6] and v < line[j, 7]:
-            if pixels[at[j] + int(v) * box[j, 2] + int(u)] != 0:
-                checked = True
-                continue
-        else:
-            u += box[j, 0]
-            v += box[j, 1]
-            if u < 0.0 or v < 0.0 or u >= size[j, 0] or v >= size[j, 1]:
-                continue
-        order[k] = order[0]
-        order[0] = j
-        return False
+        location = inside_view(depth, j, line, lens, box, size, at, pixels)
+        if location == OUTSIDE:
+            order[k] = order[0]
+            order[0] = j
+            return False
+        checked |= location == INSIDE
     return checked
 
 
-@leaf_kernel
+@inlined_kernel
 def inside_view(depth: float, j: int, line: Floats, lens: Floats, box: Ints, size: Ints, at: Ints, pixels: Bytes) -> int:
     """OUTSIDE, INSIDE or UNSEEN (not in the image): the point at a depth in view j."""
     z = line[j, 2] + depth * line[j, 5]
@@ -206,13 +164,13 @@ def inside_view(depth: float, j: int, line: Floats, lens: Floats, box: Ints, siz
         return UNSEEN
     scale = 1.0 / z
     u, v = scale * (line[j, 0] + depth * line[j, 3]), scale * (line[j, 1] + depth * line[j, 4])
-    if lens[j, REACH] > 0.0:
+    if line[j, 8] > 0.0:
         if u * u + v * v > lens[j, REACH]:
             return UNSEEN
         x, y = distort(lens, j, u, v)
         u = lens[j, 0] * x + lens[j, 1] * y + lens[j, 2] + 0.5 - box[j, 0]
         v = lens[j, 3] * y + lens[j, 4] + 0.5 - box[j, 1]
-    if u >= 0.0 and v >= 0.0 and u < box[j, 2] and v < box[j, 3]:
+    if u >= 0.0 and v >= 0.0 and u < line[j, 6] and v < line[j, 7]:
         return INSIDE if pixels[at[j] + int(v) * box[j, 2] + int(u)] != 0 else OUTSIDE
     u += box[j, 0]
     v += box[j, 1]

@@ -10,31 +10,27 @@ from dataclasses import replace
 import numpy as np
 
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
-from zenocap.services.tracker.initialization.decisions import Decided, by_decision, decided_front, faces, opposite_pose
+from zenocap.services.tracker.initialization.decisions import by_decision, decided_front, faces, opposite_pose
 from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
 from zenocap.services.tracker.initialization.localization import Column, find_column
-from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of, search_postures
 from zenocap.services.tracker.initialization.t_pose import detail_at
 from zenocap.services.tracker.parameters import (
     GROUND_TOLERANCE_M,
-    INITIAL_SUPPORT,
     MAX_STATURE_M,
     MIN_STATURE_M,
     PARTICLE_HOLD,
     REVERSED_MISFIT_RATIO,
-    SEARCH_ITERATIONS,
     START_AFTER_NS,
     START_MISFIT_M2,
     START_RETRY_NS,
     START_STATURE_PERCENTILE,
     START_SUPPORT,
 )
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, Setup, TrackedPerson, Tracking
 
 
 def start_in_any_posture(
@@ -59,7 +55,7 @@ def start_in_any_posture(
     if front is None:
         pose = _facing_where_feet_point(setup, person, pose, evidence)
     elif not faces(pose, front):
-        pose = opposite_pose(Decided(setup, person, evidence), pose)
+        pose = opposite_pose(setup, person, evidence, pose)
     support = support_fraction(person.model, evidence, pose)
     error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), pose)
     if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
@@ -69,26 +65,17 @@ def start_in_any_posture(
     return tracking, replace(outcome, body=person.body)
 
 
-def average_person(setup: Setup, stature: float, column: Column) -> Person:
+def average_person(setup: Setup, stature: float, column: Column) -> TrackedPerson:
     """Person of average proportions.  stature: metres.  column: where the person is."""
-    body = average_body(setup.anatomy, stature)
-    return Person(
-        body,
-        model_of(setup.anatomy, body),
-        stature,
-        initial_shape(body, np.zeros(COUNT)),
-        INITIAL_SUPPORT,
-        heading_known=False,
-        detail=detail_at(setup, column.centre),
-        measuring=AwaitingPerson(),
-    )
+    person = TrackedPerson.of(setup.anatomy, average_body(setup.anatomy, stature), stature)
+    return replace(person, heading_known=False, detail=detail_at(setup, column.centre), measuring=AwaitingPerson())
 
 
-def _facing_where_feet_point(setup: Setup, person: Person, pose: RootedPose, evidence: Evidence) -> RootedPose:
+def _facing_where_feet_point(setup: Setup, person: TrackedPerson, pose: RootedPose, evidence: Evidence) -> RootedPose:
     """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
     weights, model = residual_weights(setup, PARTICLE_HOLD), person.model
     postures = (*search_postures(setup.anatomy), pose)
-    other = reversed_pose(model, evidence, pose, postures, weights, SEARCH_ITERATIONS)
+    other = reversed_pose(setup, model, evidence, pose, postures)
     reaches = [foot_reach(setup.anatomy, model, evidence.rays, one, person.stature) for one in (pose, other)]
     errors = [error_of(model, evidence, weights, one) for one in (pose, other)]
     if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:

@@ -10,7 +10,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.jit import kernel
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics, model_of
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step, joint_screws
 from zenocap.services.tracker.body.sizes import (
     BASES,
@@ -24,7 +24,8 @@ from zenocap.services.tracker.body.sizes import (
     scaled,
     values_of,
 )
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.filter.cholesky import cholesky_solve
 from zenocap.services.tracker.parameters import (
     FIT_GAP_TRUNCATION_M,
@@ -51,7 +52,7 @@ class FitSample:
 
 
 @dataclass(frozen=True)
-class BodyFit:
+class FittedBody:
     """Result of a fit.  logs: (COUNT,) see `scaled`.  poses: of the samples.  gap: root mean square, metres."""
 
     body: Bdp
@@ -67,7 +68,7 @@ def fit_body(
     logs: Floats,
     iterations: int,
     effective: float = FIT_INDEPENDENT_RAYS,
-) -> BodyFit:
+) -> FittedBody:
     """Body that fits the samples best, from an average one and initial logs (COUNT,).
 
     Gauss-Newton on the gaps of all rays, over the sizes' factors and every sample's pose.  effective: independent rays of
@@ -95,45 +96,33 @@ def fit_body(
             b[rows] += share * gradient
             coordinates = COUNT + k * dof + np.arange(ROOT, dof)
             a[coordinates, coordinates] += 1.0 / sample.looseness**2
-            frames = np.empty((len(model.parent), 3, 4))
-            forward_kinematics(model, pose, frames)
             precision = np.concatenate([np.zeros(ROOT), np.full(dof - ROOT, 1.0 / sample.looseness**2)])
             held = np.zeros(dof)
-            add_target_gradient(model, frames, pose, pose._replace(values=sample.held), precision, held)
+            add_target_gradient(model, frames_of(model, pose), pose, pose._replace(values=sample.held), precision, held)
             b[rows[COUNT:]] += held
         a[np.arange(count), np.arange(count)] += 1e-3
         if not cholesky_solve(a, b):
             break
-        step = b
-        step *= min(1.0, FIT_MAX_STEP / max(1e-9, float(np.abs(step).max())))
+        step = b * min(1.0, FIT_MAX_STEP / max(1e-9, float(np.abs(b).max())))
         logs = np.clip(logs + step[:COUNT], -SIZE_LIMIT * SPREADS, SIZE_LIMIT * SPREADS)
         for k, pose in enumerate(poses):
-            frames = np.empty((len(model.parent), 3, 4))
-            forward_kinematics(model, pose, frames)
-            apply_step(model, frames, step[COUNT + k * dof : COUNT + (k + 1) * dof], pose)
+            apply_step(model, frames_of(model, pose), step[COUNT + k * dof : COUNT + (k + 1) * dof], pose)
         gap = float(np.sqrt(total / max(number, 1.0)))
         if np.abs(step).max() < FIT_TOLERANCE:
             break
-    return BodyFit(scaled(anatomy, average, logs), logs, tuple(poses), gap)
+    return FittedBody(scaled(anatomy, average, logs), logs, tuple(poses), gap)
 
 
 @kernel
 def fit_equations(
-    model: BodyModel,
-    entries: Ints,
-    values: Floats,
-    pose: RootedPose,
-    rays: Floats32,
-    a: Floats,
-    b: Floats,
+    model: BodyModel, entries: Ints, values: Floats, pose: RootedPose, rays: Floats32, a: Floats, b: Floats
 ) -> tuple[float, float]:
     """Add one scene's normal equations, (COUNT + 6 + d, same) and (COUNT + 6 + d,), in sizes and pose.
 
     entries: (n, 4) and values (n,) that the factors multiply.  Returns the sum of squared gaps, and the number of rays.
     """
     parts, dof = model.parent.shape[0], ROOT + pose.values.shape[0]
-    frames = np.empty((parts, 3, 4))
-    forward_kinematics(model, pose, frames)
+    frames = frames_of(model, pose)
     screws, owner = np.empty((dof, 6)), np.empty(dof, dtype=np.int64)
     joint_screws(model, frames, screws, owner)
     above = np.zeros((parts, parts), dtype=np.bool_)  # above[i, j]: j is part i or between it and the root
@@ -144,12 +133,11 @@ def fit_equations(
             up = model.parent[up]
     found, row = np.empty(CONTACT_LENGTH), np.empty(COUNT + dof)
     squares = number = 0.0
-    distances, nearest = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
-    nearest_parts(model, frames, rays, distances, nearest)
+    _, nearest = nearest_of(model, frames, rays)
     for i in range(rays.shape[1]):
         part = nearest[i]
         contact_on_part(model, frames[part], part, rays, i, found)
-        weight = contact_weight(found, FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
+        weight = robust_weight(found[0], found[1], FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
         if weight == 0.0:
             continue
         squares += min(np.abs(found[1]), FIT_GAP_TRUNCATION_M) ** 2
@@ -174,16 +162,9 @@ def fit_equations(
 
 @kernel
 def _sizes_row(
-    model: BodyModel,
-    frames: Floats,
-    above: Bools,
-    entries: Ints,
-    values: Floats,
-    normal: Floats32,
-    part: int,
-    found: Floats,
-    row: Floats,
-) -> None:
+    model: BodyModel, frames: Floats, above: Bools, entries: Ints, values: Floats, normal: Floats32,
+    part: int, found: Floats, row: Floats,
+) -> None:  # fmt: skip
     """Add to row, from 1 on, the motion of the contact along the normal for a relative change of every factor."""
     f, share = frames[part], found[5]
     turned, moving = np.empty(3), np.empty(3)  # the normal and the gap's derivative, in the part's frame

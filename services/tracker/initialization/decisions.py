@@ -6,34 +6,24 @@ person who has seen the videos does.
 
 # Paper (added): [Hybrid V] does not ask the user.
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.inverse_kinematics import poses_from_centres
-from zenocap.common.body.kinematics import joint_centres, part_frames
+from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
-from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES, SEARCH_ITERATIONS
-from zenocap.services.tracker.states import Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES
+from zenocap.services.tracker.states import Outcome, Setup, TrackedPerson, Tracking
 
 OPPOSITE = {"R": "L", "L": "R"}
-
-
-@dataclass(frozen=True)
-class Decided:
-    """A scene in which a pose is turned round."""
-
-    setup: Setup
-    person: Person
-    evidence: Evidence
 
 
 def decided_front(setup: Setup, place: Floats) -> Floats | None:
@@ -53,11 +43,10 @@ def faces(pose: RootedPose, front: Floats) -> bool:
     return float(pose.rotation[:, 2] @ front) >= 0.0
 
 
-def opposite_pose(at: Decided, pose: RootedPose) -> RootedPose:
+def opposite_pose(setup: Setup, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> RootedPose:
     """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
-    weights = residual_weights(at.setup, PARTICLE_HOLD)
-    postures = (*search_postures(at.setup.anatomy), pose, exchanged_limbs(at.setup.anatomy, at.person.body, pose))
-    return reversed_pose(at.person.model, at.evidence, pose, postures, weights, SEARCH_ITERATIONS)
+    postures = (*search_postures(setup.anatomy), pose, exchanged_limbs(setup.anatomy, person.body, pose))
+    return reversed_pose(setup, person.model, evidence, pose, postures)
 
 
 def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:
@@ -66,8 +55,7 @@ def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose
     names = [OPPOSITE.get(one.name[0], one.name[0]) + one.name[1:] for one in anatomy.markers]
     other = {name: at[None] for name, at in zip(names, centres, strict=True)}
     (found,) = poses_from_centres(anatomy, other, body)
-    rotation = np.ascontiguousarray(part_frames(anatomy, body, found)[0, :, :3])
-    return RootedPose(found.position, rotation, coordinates_of(anatomy).of_pose(found))
+    return RootedPose.of(anatomy, body, found)
 
 
 def start_as_decided(
@@ -78,7 +66,7 @@ def start_as_decided(
     if front is None:
         return phase, outcome
     if not faces(phase.estimate, front):
-        phase, outcome = _turned(Decided(setup, phase.person, evidence), phase, outcome, captured_ns)
+        phase, outcome = _turned(setup, phase, outcome, captured_ns, evidence)
     return by_decision(phase, captured_ns), outcome
 
 
@@ -93,7 +81,7 @@ def turned_as_decided(
     """The track turned round where a take is tracked again with the opposite heading from this frame set on."""
     for turn in setup.options.turns:
         if turn.captured_ns == captured_ns and not faces(phase.estimate, np.array(turn.front)):
-            phase, outcome = _turned(Decided(setup, phase.person, evidence), phase, outcome, captured_ns)
+            phase, outcome = _turned(setup, phase, outcome, captured_ns, evidence)
     return phase, outcome
 
 
@@ -108,9 +96,11 @@ def least_toes(phase: Tracking, captured_ns: int) -> float:
     return -np.inf if captured_ns - phase.decided_ns < DECIDED_NS else -HEADING_TOES
 
 
-def _turned(at: Decided, phase: Tracking, outcome: Outcome, captured_ns: int) -> tuple[Tracking, Outcome]:
-    pose = opposite_pose(at, phase.estimate)
-    weights = residual_weights(at.setup, PARTICLE_HOLD)
-    error = error_of(at.person.model, at.evidence, weights, pose)
-    after, turned = start_tracking(at.setup, replace(at.person, heading_known=True), pose, captured_ns, error)
+def _turned(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+) -> tuple[Tracking, Outcome]:
+    person = phase.person
+    pose = opposite_pose(setup, person, evidence, phase.estimate)
+    error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), pose)
+    after, turned = start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
     return after, replace(turned, body=outcome.body)

@@ -14,9 +14,8 @@ import numpy as np
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence
-from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
@@ -45,8 +44,7 @@ def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedP
     rays: (11, n).  forward: the horizontal heading of the root.  The shanks' line is that of their scene points, because
     a body that faces the wrong way has them too far behind.
     """
-    frames = np.empty((len(model.parent), 3, 4))
-    forward_kinematics(model, pose, frames)
+    frames = frames_of(model, pose)
     forward = np.array([pose.rotation[0, 2], 0.0, pose.rotation[2, 2]])
     forward /= max(float(np.linalg.norm(forward)), 1e-9)
     points, reaches = midpoints(rays), []
@@ -84,7 +82,7 @@ def check_reversed_heading(
     """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
     postures = (*search_postures(setup.anatomy), phase.estimate)
-    pose = reversed_pose(person.model, evidence, phase.estimate, postures, weights, SEARCH_ITERATIONS)
+    pose = reversed_pose(setup, person.model, evidence, phase.estimate, postures)
     error = error_of(person.model, evidence, weights, pose)
     reach = foot_reach(setup.anatomy, person.model, evidence.rays, pose, person.stature)
     worse = reach is None or reach < phase.toes * person.stature
@@ -94,26 +92,13 @@ def check_reversed_heading(
 
 
 def reversed_pose(
-    model: BodyModel,
-    evidence: Evidence,
-    pose: RootedPose,
-    postures: Sequence[RootedPose],
-    weights: Weights,
-    rounds: int,
+    setup: Setup, model: BodyModel, evidence: Evidence, pose: RootedPose, postures: Sequence[RootedPose]
 ) -> RootedPose:
     """Best pose near the present one with the opposite heading; postures: to start from."""
-    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
-    candidates = [
-        refined(
-            model,
-            evidence,
-            RootedPose(pose.position.copy(), back, posture.values.copy()),
-            weights,
-            SEARCH_FIRST_ITERATIONS,
-        )
-        for posture in postures
-    ]
+    weights, back = residual_weights(setup, PARTICLE_HOLD), pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    starts = [RootedPose(pose.position, back, posture.values) for posture in postures]
+    candidates = [refined(model, evidence, start, weights, SEARCH_FIRST_ITERATIONS) for start in starts]
     best = min(candidates, key=lambda one: error_of(model, evidence, weights, one))
     for _ in range(SEARCH_PASSES):
-        best = refined(model, evidence, best, weights, rounds)
+        best = refined(model, evidence, best, weights, SEARCH_ITERATIONS)
     return best

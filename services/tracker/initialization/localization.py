@@ -44,16 +44,11 @@ def reliability(rays: Floats32) -> Floats:
     return weights
 
 
-def _scene_points(rays: Floats32) -> tuple[Floats, Floats]:
-    """Midpoints (n, 3) of the surviving intervals, metres, and their weights (n,)."""
-    return midpoints(rays), reliability(rays)
-
-
 def find_column(rays: Floats32) -> Column | None:
     """Upright column of COLUMN_RADIUS_M with most layers occupied, in rays (11, n); None with too few rays."""
     if rays.shape[1] < MIN_COLUMN_RAYS:
         return None
-    points, weights = _scene_points(rays)
+    points, weights = midpoints(rays), reliability(rays)
     plan, layers = points[:, [0, 2]], np.floor(points[:, 1] / COLUMN_LAYER_M).astype(np.int64)
     layers -= layers.min()
     chosen = plan[:: max(1, len(plan) // COLUMN_CANDIDATES)]
@@ -61,9 +56,8 @@ def find_column(rays: Floats32) -> Column | None:
     filled = np.zeros((len(chosen), int(layers.max()) + 1))
     for layer in range(filled.shape[1]):
         filled[:, layer] = near[:, layers == layer] @ weights[layers == layer]
-    centre: Floats = chosen[
-        int(np.argmax(np.minimum(filled, COLUMN_LAYER_SATURATION * INTERVAL_SCALE_M / COLUMN_RADIUS_M).sum(axis=1)))
-    ]
+    occupied = np.minimum(filled, COLUMN_LAYER_SATURATION * INTERVAL_SCALE_M / COLUMN_RADIUS_M).sum(axis=1)
+    centre: Floats = chosen[int(np.argmax(occupied))]
     for _ in range(5):
         inside = ((plan - centre) ** 2).sum(axis=1) < COLUMN_RADIUS_M**2
         centre = weights[inside] @ plan[inside] / weights[inside].sum()
@@ -95,14 +89,13 @@ def rays_in_column(rays: Floats32, column: Column, radius: float) -> Floats32:
 class TPose:
     """T-pose in a scene.
 
-    centre: (2,) x, z.  across: (2,) unit, along the arms.  low, stature: metres.  span: fingertip to fingertip, statures.
+    centre: (2,) x, z.  across: (2,) unit, along the arms.  low, stature: metres.
     """
 
     centre: Floats
     across: Floats
     low: float
     stature: float
-    span: float = 1.0
 
 
 def detect_t_pose(rays: Floats32) -> TPose | str:
@@ -118,7 +111,7 @@ def detect_t_pose(rays: Floats32) -> TPose | str:
 
 def _arms(rays: Floats32, column: Column, stature: float) -> TPose | str:
     """T-pose in the direction in which arms reach out to both sides at the height of the shoulders."""
-    (points, weights), low = _scene_points(rays), column.top - stature
+    points, weights, low = midpoints(rays), reliability(rays), column.top - stature
     height = (points[:, 1] - low) / stature
     around = (points[:, [0, 2]] - column.centre) / stature
     high = (height > ARM_HEIGHT[0]) & (height < ARM_HEIGHT[1]) & (np.linalg.norm(around, axis=1) < PERSON_RADIUS)
@@ -141,7 +134,7 @@ def _arms(rays: Floats32, column: Column, stature: float) -> TPose | str:
         return "no T-pose: hold both arms out sideways, at the height of the shoulders"
     if span > MAX_ARM_SPAN:
         return "no T-pose: stand upright with both arms out sideways"
-    return TPose(column.centre, _arm_direction(around, weights, across), low, stature, span)
+    return TPose(column.centre, _arm_direction(around, weights, across), low, stature)
 
 
 def _arm_reach(along: Floats) -> float:
@@ -168,10 +161,3 @@ def _arm_direction(around: Floats, weights: Floats, across: Floats) -> Floats:
     _, axes = np.linalg.eigh((around[arms] * weights[arms, None]).T @ around[arms])
     line: Floats = axes[:, 1]
     return line
-
-
-def rays_near(rays: Floats32, t_pose: TPose) -> Floats32:
-    """(11, m) rays of a scene within the person's reach."""
-    return rays_in_column(
-        rays, Column(t_pose.centre, t_pose.low, t_pose.low + t_pose.stature), PERSON_RADIUS * t_pose.stature
-    )

@@ -42,8 +42,9 @@ class ShapeEstimate:
     postures: tuple[Floats, ...] = ()
 
 
-def initial_shape(average: Bdp, logs: Floats) -> ShapeEstimate:
-    """Estimate before any posture; logs: of the body in use, such as the one measured in the T-pose."""
+def initial_shape(average: Bdp, logs: Floats | None = None) -> ShapeEstimate:
+    """Estimate before any posture; logs: of the body in use, such as the one measured in the T-pose; None: the average."""
+    logs = np.zeros(COUNT) if logs is None else logs
     return ShapeEstimate(average, logs, np.diag(1.0 / SPREADS**2), np.zeros(COUNT))
 
 
@@ -61,15 +62,10 @@ def updated_shape(
     body = scaled(anatomy, shape.average, shape.logs)
     dof = ROOT + len(pose.values)
     own, gradient = np.zeros((COUNT + dof, COUNT + dof)), np.zeros(COUNT + dof)
-    fit_equations(
-        model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body),
-        pose, rays, own, gradient,
-    )  # fmt: skip
+    fit_equations(model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body), pose, rays, own, gradient)
     own *= effective / max(rays.shape[1], 1)
     gradient *= effective / max(rays.shape[1], 1)
-    held = np.concatenate(
-        [np.full(3, POSTURE_DEVIATION[0]), np.full(3, POSTURE_DEVIATION[1]), np.full(dof - ROOT, POSTURE_DEVIATION[2])]
-    )
+    held = np.repeat(POSTURE_DEVIATION, [3, 3, dof - ROOT])
     own[np.arange(COUNT, COUNT + dof), np.arange(COUNT, COUNT + dof)] += 1.0 / held**2
     information, total = np.empty((COUNT, COUNT)), np.empty(COUNT)
     if not schur_complement(own, gradient, COUNT, information, total):  # the pose follows the sizes

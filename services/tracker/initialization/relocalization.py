@@ -44,7 +44,7 @@ from zenocap.services.tracker.parameters import (
     SEARCH_PASSES,
     SEARCH_RESIDUAL_LIMIT_M,
 )
-from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
@@ -68,29 +68,25 @@ def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
     return tuple(RootedPose(np.zeros(3), np.eye(3), coordinates.of_pose(Pose(np.zeros(3), angles))) for angles in found)
 
 
-def best_pose(
-    model: BodyModel,
-    evidence: Evidence,
-    postures: Sequence[RootedPose],
-    stature: float,
-    weights: Weights,
-    rounds: int,
-    facing: Floats | None = None,
+def best_pose_anywhere(
+    setup: Setup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence
 ) -> RootedPose | None:
-    """Best pose of a measured body in a scene of rays (11, n); None without a column.
+    """Best pose in a scene, from common postures and the last one, in every heading; None without a column.
 
-    postures: to start from, in every heading.  stature: metres, for the height of the hips.  rounds: iterations of a pass.
     facing: (3, 3) preferred orientation of the root.
     """
     column = find_column(evidence.rays)
     if column is None:
         return None
-    low = max(column.low, -GROUND_TOLERANCE_M)
-    centre = np.array([column.centre[0], low + HIP_HEIGHT * stature, column.centre[1]])
+    postures = search_postures(setup.anatomy)
+    if last is not None:
+        postures = (*postures, last._replace(rotation=np.eye(3)))
+    low, weights = max(column.low, -GROUND_TOLERANCE_M), residual_weights(setup, PARTICLE_HOLD)
+    centre = np.array([column.centre[0], low + HIP_HEIGHT * person.stature, column.centre[1]])
     yaws = 2.0 * np.pi * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS
     starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
-    ended = searched(model, evidence, starts, weights, rounds, (SEARCH_KEPT, SEARCH_PASSES))
-    return min(ended, key=lambda pose: error_of(model, evidence, weights, pose) * _heading_penalty(pose, facing))
+    ended = searched(person.model, evidence, starts, weights, (SEARCH_KEPT, SEARCH_PASSES))
+    return min(ended, key=lambda pose: error_of(person.model, evidence, weights, pose) * _heading_penalty(pose, facing))
 
 
 def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPose:
@@ -101,14 +97,9 @@ def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPos
 
 
 def searched(
-    model: BodyModel,
-    evidence: Evidence,
-    starts: Sequence[RootedPose],
-    weights: Weights,
-    rounds: int,
-    effort: tuple[int, int],
+    model: BodyModel, evidence: Evidence, starts: Sequence[RootedPose], weights: Weights, effort: tuple[int, int]
 ) -> list[RootedPose]:
-    """Poses that the best starts lead to.  effort: how many of them, and their passes of `rounds` iterations."""
+    """Poses that the best starts lead to.  effort: how many of them, and their passes of SEARCH_ITERATIONS iterations."""
     kept, passes = effort
     wide = weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M)
 
@@ -118,7 +109,7 @@ def searched(
 
     def further(pose: RootedPose) -> RootedPose:
         for _ in range(passes):
-            pose = refined(model, evidence, pose, weights, rounds)
+            pose = refined(model, evidence, pose, weights, SEARCH_ITERATIONS)
         return pose
 
     candidates = sorted(each_in_threads(starts, first), key=itemgetter(0))
@@ -166,14 +157,9 @@ def check_other_postures(
         for turn in turns
     ]
     effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
-    ended = searched(person.model, evidence, starts, weights, SEARCH_ITERATIONS, effort)
-    errors = np.array(
-        [
-            error_of(person.model, evidence, weights, pose)
-            * _heading_penalty(pose, present.rotation, OTHER_POSTURES_PENALTY)
-            for pose in ended
-        ]
-    )
+    ended = searched(person.model, evidence, starts, weights, effort)
+    penalties = [_heading_penalty(pose, present.rotation, OTHER_POSTURES_PENALTY) for pose in ended]
+    errors = np.array([error_of(person.model, evidence, weights, pose) for pose in ended]) * penalties
     error = error_of(person.model, evidence, weights, present)
     best = int(np.argmin(errors))
     distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
@@ -181,21 +167,8 @@ def check_other_postures(
     if errors[best] > OTHER_POSTURES_RATIO * error:
         return phase, outcome
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
-    corrected = replace(
-        phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
-    )  # fmt: skip
-    return corrected, replace(replaced, body=outcome.body)
-
-
-def best_pose_anywhere(
-    setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, evidence: Evidence
-) -> RootedPose | None:
-    """Best pose in a scene, from common postures and the last one."""
-    postures = search_postures(setup.anatomy)
-    if last is not None:
-        postures = (*postures, last._replace(rotation=np.eye(3)))
-    weights = residual_weights(setup, PARTICLE_HOLD)
-    return best_pose(person.model, evidence, postures, person.stature, weights, SEARCH_ITERATIONS, facing)
+    phase = replace(phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns)
+    return phase, replace(replaced, body=outcome.body)
 
 
 def search(setup: Setup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:

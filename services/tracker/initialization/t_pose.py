@@ -13,20 +13,16 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, forward_kinematics, model_of
+from zenocap.services.tracker.body.body_model import RootedPose, frames_of, model_of
 from zenocap.services.tracker.body.sizes import SIZE_NAMES, SPREADS
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.evidence.rays import distances_of
 from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.initialization.body_fitting import BodyFit, FitSample, fit_body
+from zenocap.services.tracker.initialization.body_fitting import FitSample, FittedBody, fit_body
 from zenocap.services.tracker.initialization.heading import foot_reach
-from zenocap.services.tracker.initialization.localization import (
-    TPose,
-    detect_t_pose,
-    rays_near,
-)
+from zenocap.services.tracker.initialization.localization import Column, TPose, detect_t_pose, rays_in_column
 from zenocap.services.tracker.initialization.online_shape import initial_shape, updated_shape
 from zenocap.services.tracker.parameters import (
     CLUTTER_DISTANCE_M,
@@ -39,6 +35,7 @@ from zenocap.services.tracker.parameters import (
     HEADING_TOES,
     MAX_GAP_M,
     MIN_DEPTH_M,
+    PERSON_RADIUS,
     POSTURE_INDEPENDENT_RAYS,
     START_SHORT,
     T_POSE_DEVIATION,
@@ -52,7 +49,7 @@ from zenocap.services.tracker.parameters import (
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
 )
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, Setup, TrackedPerson, Tracking
 
 # A fit starts with short arms: rays at the end of an arm pull a shorter one out, but a longer one is not pushed back.
 SHORT_ARMS = np.array([-START_SHORT * SPREADS[k] if name == "arm" else 0.0 for k, name in enumerate(SIZE_NAMES)])
@@ -61,26 +58,17 @@ T_POSE_MAX_ANGLE = np.radians(T_POSE_MAX_DEG)  # rad
 
 @dataclass(frozen=True)
 class TPoseFit:
-    """Result of the body fit.
+    """Result of the body fit, with the front on one side.
 
-    poses: of the scenes, with this body.  gap: root mean square of the fit, metres.  heading_known: False when the feet
-    do not show which side is the front.  reliability: reliability of the scenes, in (0, 1].
+    poses: of the scenes, with this body.  toes: forward reach of the feet, metres.  reliability: of the scenes, in (0, 1].
+    heading_known: False when the feet do not show which side is the front.
     """
 
-    measured: BodyFit
-    poses: tuple[RootedPose, ...]
-    heading_known: bool
-    reliability: float
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """Fit with the front on one side.  toes: forward reach of the feet, metres."""
-
-    measured: BodyFit
+    measured: FittedBody
     poses: tuple[RootedPose, ...]
     toes: float
     reliability: float
+    heading_known: bool = True
 
 
 def fit_t_poses(
@@ -93,8 +81,8 @@ def fit_t_poses(
 ) -> TPoseFit | str:
     """Body from the evidence of several frame sets of the T-pose, or a text with the reason of failure.
 
-    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
-    faces rather than away from it, where that is known.
+    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `TrackedPerson`.  front: (3,) along which the
+    person faces rather than away from it, where that is known.
 
     An average body in every heading shows the direction of the arms.  Each of two views has the arms in two places of the
     visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
@@ -103,9 +91,8 @@ def fit_t_poses(
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
     stature = float(np.median([one.stature for one in t_poses]))
     near = [evidence_near(one, t_pose) for one, t_pose in zip(seen, t_poses, strict=True)]
-    found = []
-    for starts in _starts(anatomy, near, t_poses, stature, weights):
-        found.append(_fit(anatomy, near, t_poses, starts, weights, detail))
+    sides = _starts(anatomy, near, t_poses, stature, weights)
+    found = [_fit(anatomy, near, t_poses, stature, starts, weights, detail) for starts in sides]
     best = max(found, key=lambda one: one.toes if front is None else float(one.poses[-1].rotation[:, 2] @ front))
     gap, most = best.measured.gap, max(MAX_GAP_M, FIT_RESIDUAL_SCALE_M / np.sqrt(detail))  # a pixel's size
     if not gap <= most:
@@ -113,21 +100,17 @@ def fit_t_poses(
     away = max(_limb_deviation(anatomy, best.measured.body, pose, held) for pose in best.poses)
     if away > T_POSE_MAX_ANGLE:
         return f"hold both arms straight out, legs straight; a limb is {np.degrees(away):.0f} degrees off"
-    known = front is not None or best.toes > HEADING_TOES * stature
-    return TPoseFit(best.measured, best.poses, known, best.reliability)
+    return replace(best, heading_known=front is not None or best.toes > HEADING_TOES * stature)
 
 
-def evidence_near(evidence: Evidence, t_pose: TPose) -> Evidence:
+def evidence_near(evidence: Evidence, at: TPose) -> Evidence:
     """The evidence with the rays within the person's reach; silhouettes of others remain."""
-    return evidence._replace(rays=rays_near(evidence.rays, t_pose))
+    column = Column(at.centre, at.low, at.low + at.stature)
+    return evidence._replace(rays=rays_in_column(evidence.rays, column, PERSON_RADIUS * at.stature))
 
 
 def _starts(
-    anatomy: Anatomy,
-    seen: Sequence[Evidence],
-    t_poses: Sequence[TPose],
-    stature: float,
-    weights: Weights,
+    anatomy: Anatomy, seen: Sequence[Evidence], t_poses: Sequence[TPose], stature: float, weights: Weights
 ) -> tuple[list[RootedPose], list[RootedPose]]:
     """T-poses of an average body in every scene, in the best direction of the arms, facing to either side."""
     model, half = model_of(anatomy, average_body(anatomy, stature)), T_POSE_HEADINGS // 2
@@ -159,15 +142,11 @@ def _upright(position: Floats, x: float, z: float, values: Floats) -> RootedPose
 
 
 def _fit(
-    anatomy: Anatomy,
-    seen: Sequence[Evidence],
-    t_poses: Sequence[TPose],
-    starts: Sequence[RootedPose],
-    weights: Weights,
-    detail: float,
-) -> _Fit:
+    anatomy: Anatomy, seen: Sequence[Evidence], t_poses: Sequence[TPose], stature: float, starts: Sequence[RootedPose],
+    weights: Weights, detail: float,
+) -> TPoseFit:  # fmt: skip
     """Body fitted from the starts; then its poses, with the silhouettes, which show the empty space."""
-    average = average_body(anatomy, float(np.median([one.stature for one in t_poses])))
+    average = average_body(anatomy, stature)
     samples = [FitSample(one.rays, start, start.values, T_POSE_DEVIATION) for one, start in zip(seen, starts, strict=True)]
     independent, reliability = detail * FIT_INDEPENDENT_RAYS, detail
     measured = fit_body(anatomy, average, samples, SHORT_ARMS, FIT_ITERATIONS, independent)
@@ -185,30 +164,26 @@ def _fit(
             refine(model, trusted, weights, T_POSE_ITERATIONS, pose, held)
         poses.append(pose)
         toes.append(foot_reach(anatomy, model, sample.rays, pose, one.stature) or 0.0)
-    return _Fit(measured, tuple(poses), float(np.mean(toes)), reliability)
+    return TPoseFit(measured, tuple(poses), float(np.mean(toes)), reliability)
 
 
 def _limb_deviation(anatomy: Anatomy, body: Bdp, pose: RootedPose, held: Floats) -> float:
     """Greatest angle in radians of a part of arms or legs from its direction in the T-pose, seen from the root."""
     model = model_of(anatomy, body)
     limbs = [k for k, name in enumerate(anatomy.parts) if "arm" in name or "leg" in name]
-    frames, straight = np.empty((len(model.parent), 3, 4)), np.empty((len(model.parent), 3, 4))
-    forward_kinematics(model, pose, frames)
-    forward_kinematics(model, pose._replace(values=held), straight)
-    cosines = np.sum(frames[limbs, :, 1] * straight[limbs, :, 1], axis=1)
+    along, straight = (frames_of(model, one)[limbs, :, 1] for one in (pose, pose._replace(values=held)))
+    cosines = np.sum(along * straight, axis=1)
     return float(np.arccos(np.clip(cosines, -1.0, 1.0)).max())
 
 
-def _without_clutter(anatomy: Anatomy, first: BodyFit, samples: Sequence[FitSample]) -> list[FitSample]:
+def _without_clutter(anatomy: Anatomy, first: FittedBody, samples: Sequence[FitSample]) -> list[FitSample]:
     """Samples without rays far from the body of a first fit, starting from its poses."""
     model = model_of(anatomy, first.body)
-    near = [
-        distances_of(model, one.rays, pose) < CLUTTER_DISTANCE_M for one, pose in zip(samples, first.poses, strict=True)
-    ]
-    return [
-        replace(sample, rays=np.ascontiguousarray(sample.rays[:, kept]), pose=pose)
-        for sample, kept, pose in zip(samples, near, first.poses, strict=True)
-    ]
+    left = []
+    for sample, pose in zip(samples, first.poses, strict=True):
+        near = distances_of(model, sample.rays, pose) < CLUTTER_DISTANCE_M
+        left.append(replace(sample, rays=np.ascontiguousarray(sample.rays[:, near]), pose=pose))
+    return left
 
 
 def await_person(
@@ -248,13 +223,13 @@ def await_person(
         shape = updated_shape(setup.anatomy, shape, one.rays, pose, found.reliability * POSTURE_INDEPENDENT_RAYS)
     model = model_of(setup.anatomy, measured.body)
     expected_support = support_fraction(model, evidence_near(evidence, t_pose), found.poses[-1])
-    person = Person(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
+    person = TrackedPerson(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
     tracking, outcome = start_tracking(setup, person, found.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
 
 def detail_at(setup: Setup, centre: Floats) -> float:
-    """`Person.detail` at a place (2,) on the ground, mean of all views."""
+    """`TrackedPerson.detail` at a place (2,) on the ground, mean of all views."""
     found = []
     for camera in setup.cameras.values():
         away = float(np.linalg.norm(camera.centre[[0, 2]] - centre))

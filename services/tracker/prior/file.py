@@ -1,9 +1,8 @@
-"""Prior files (data only, with a checksum), and the shipped priors.
+"""Prior files: data only, with a checksum.
 
 See `zenocap.common.formats.model_files` for header and arrays.
 """
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -12,46 +11,20 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.model_files import Array, ModelFormat, fail, packed_array, unpacked_array
-from zenocap.common.rig import tracker as tracker_table
-from zenocap.data import PRIORS
-from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training
+from zenocap.services.tracker.prior.model import Names, Prior, PriorTraining
 
 FORMAT = ModelFormat(b"zenocap prior\n", 1, "prior", "zenocap prior train")
-ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}
 ROUNDING = 1e-6
 
 
-Count = Annotated[int, Meta(ge=0, le=1 << 40)]
-Text = Annotated[str, Meta(max_length=4096)]
-Names = Annotated[list[Text], Meta(max_length=10_000)]
-Positive = Annotated[float, Meta(gt=0, le=1e6)]
-Radians = Annotated[float, Meta(ge=0, le=100)]
-
-
-class _Errors(Struct, forbid_unknown_fields=True):
-    regions: Annotated[int, Meta(ge=1, le=10_000)]
-    training: Radians
-    held: Radians
-
-
-class _Training(Struct, forbid_unknown_fields=True):
-    motions: Names
-    held: Names
-    frames: Count
-    mirrored: bool
-    seed: int
-    errors: Annotated[list[_Errors], Meta(max_length=1000)]
-    distances: tuple[Radians, Radians, Radians]
-
-
 class _Contents(Struct, forbid_unknown_fields=True):
-    anatomy: Text
+    anatomy: Annotated[str, Meta(max_length=4096)]
     names: Names
-    rate: Positive
+    rate: Annotated[float, Meta(gt=0, le=1e6)]
     centres: Array
     bases: Array
     variances: Array
@@ -59,18 +32,14 @@ class _Contents(Struct, forbid_unknown_fields=True):
     transitions: Array
     occupancy: Array
     speeds: Array
-    training: _Training
-
-
-ARRAYS = ("centres", "bases", "variances", "residuals", "transitions", "occupancy", "speeds")
+    training: PriorTraining
 
 
 def write_prior(path: Path, prior: Prior) -> None:
     """Write a prior atomically.  Raises OSError, and UserError for a prior that could not be read back."""
-    content: dict[str, object] = {name: packed_array(getattr(prior, name)) for name in ARRAYS}
-    content |= {"anatomy": prior.anatomy, "names": prior.names, "rate": prior.rate, "training": asdict(prior.training)}
-    body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
-    data = FORMAT.with_header(body)
+    found = {name: getattr(prior, name) for name in _Contents.__struct_fields__}
+    content = {name: packed_array(one) if isinstance(one, np.ndarray) else one for name, one in found.items()}
+    data = FORMAT.with_header(msgspec.msgpack.encode(content))
     parse_prior(path, data)
     write_atomically(path, data)
 
@@ -109,17 +78,7 @@ def _unpacked(path: Path, contents: _Contents) -> Prior:
         "speeds": (d,),
     }
     arrays = {name: unpacked_array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
-    record = contents.training
-    training = Training(
-        tuple(record.motions),
-        tuple(record.held),
-        record.frames,
-        record.mirrored,
-        record.seed,
-        tuple(Reconstruction(row.regions, row.training, row.held) for row in record.errors),
-        record.distances,
-    )
-    return Prior(contents.anatomy, tuple(contents.names), contents.rate, **arrays, training=training)
+    return Prior(contents.anatomy, contents.names, contents.rate, **arrays, training=contents.training)
 
 
 def _check_anatomy(path: Path, contents: _Contents, required: Anatomy | None) -> None:
@@ -127,9 +86,9 @@ def _check_anatomy(path: Path, contents: _Contents, required: Anatomy | None) ->
         fail(path, "anatomy", repr(contents.anatomy), ", ".join(ANATOMIES))
     if required is not None and contents.anatomy != required.name:
         fail(path, "anatomy", repr(contents.anatomy), f"{required.name!r}, the body that is tracked")
-    expected = list(coordinates_of(ANATOMIES[contents.anatomy]).names)
+    expected = coordinates_of(ANATOMIES[contents.anatomy]).names
     if contents.names != expected:
-        fail(path, "names", contents.names, f"those of {contents.anatomy}: {expected}")
+        fail(path, "names", list(contents.names), f"those of {contents.anatomy}: {list(expected)}")
 
 
 def _check_values(path: Path, prior: Prior) -> None:
@@ -139,31 +98,11 @@ def _check_values(path: Path, prior: Prior) -> None:
     off = np.abs(products - np.eye(prior.dimensions)).max()
     if off > ROUNDING:
         fail(path, "bases", f"columns {off:.3g} off from orthonormal", f"{ROUNDING:g}")
-    for name, least in (
-        ("variances", 1e-12),
-        ("residuals", 0.0),
-        ("transitions", 0.0),
-        ("occupancy", 0.0),
-        ("speeds", 0.0),
-    ):
-        lowest = float(getattr(prior, name).min())
+    for name in ("variances", "residuals", "transitions", "occupancy", "speeds"):
+        lowest, least = float(getattr(prior, name).min()), 1e-12 if name == "variances" else 0.0
         if lowest < least:
             fail(path, name, lowest, f"{least:g} or more")
     for name, sums in (("transitions", prior.transitions.sum(axis=1)), ("occupancy", prior.occupancy.sum())):
         worst = float(np.abs(sums - 1.0).max())
         if worst > ROUNDING:
             fail(path, name, f"a sum {worst:.3g} off from 1", f"{ROUNDING:g}")
-
-
-PRIOR_FOLDER = PRIORS
-SUFFIX = tracker_table.SUFFIX
-
-
-def shipped_names() -> tuple[str, ...]:
-    """Names of the shipped priors."""
-    return tuple(sorted(path.stem for path in PRIOR_FOLDER.glob(f"*{SUFFIX}")))
-
-
-def find_prior(text: str) -> Path:
-    """Path of a prior given by a shipped name, or as a path from the working directory.  Raises UserError."""
-    return tracker_table.find_prior(text, Path())

@@ -10,7 +10,7 @@ from scipy.cluster.vq import kmeans2
 from zenocap.common.arrays import Floats, Ints
 from zenocap.services.tracker.parameters import EM_MAX_ITERATIONS, EM_TOLERANCE, K_MEANS_ITERATIONS
 from zenocap.services.tracker.prior.forward_backward import expectation
-from zenocap.services.tracker.prior.regions import Regions, distances_to, fit_regions, log_densities
+from zenocap.services.tracker.prior.regions import PriorRegions, distances_to, fit_regions, log_densities
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class LearnedRegions:
     log_likelihood: of all sequences.
     """
 
-    regions: Regions
+    regions: PriorRegions
     transitions: Floats
     labels: Ints
     errors: tuple[float, ...]
@@ -51,12 +51,13 @@ def learn(sequences: Sequence[Floats], count: int, dims: int, rng: np.random.Gen
             break
     # Paper (added): regions with too few poses for a subspace are dropped.
     regions, labels = _drop_small_regions(regions, poses, dims)
-    transitions = _initial_transitions(transitions, len(regions.centres))
+    if len(regions.centres) < count:
+        transitions = np.full((len(regions.centres), len(regions.centres)), 1.0 / len(regions.centres))
     transitions, log_likelihood = reestimate_transitions(sequences, regions, transitions)
     return LearnedRegions(regions, transitions, labels, tuple(errors), log_likelihood)
 
 
-def reestimate_transitions(sequences: Sequence[Floats], regions: Regions, transitions: Floats) -> tuple[Floats, float]:
+def reestimate_transitions(sequences: Sequence[Floats], regions: PriorRegions, transitions: Floats) -> tuple[Floats, float]:
     """Transitions (M, M) after one expectation, and the log likelihood before.  [Hybrid Eq. 17]"""
     count = len(transitions)
     # Paper (added): one pseudo-count in every row of Eq. 17 keeps transitions above zero.
@@ -72,7 +73,7 @@ def reestimate_transitions(sequences: Sequence[Floats], regions: Regions, transi
     return rows, log_likelihood
 
 
-def error_of(regions: Regions, poses: Floats, dims: int) -> float:
+def error_of(regions: PriorRegions, poses: Floats, dims: int) -> float:
     """Mean reconstruction error of poses (T, d): root mean square over frames and coordinates, radians."""
     return _error(*distances_to(regions, poses, dims), poses)
 
@@ -89,15 +90,11 @@ def _k_means(poses: Floats, count: int, rng: np.random.Generator) -> Ints:
     return np.asarray(labels, dtype=np.int64)
 
 
-def _drop_small_regions(regions: Regions, poses: Floats, dims: int) -> tuple[Regions, Ints]:
+def _drop_small_regions(regions: PriorRegions, poses: Floats, dims: int) -> tuple[PriorRegions, Ints]:
     """Regions with at least dims + 1 poses, and the labels of the poses among them."""
     while True:
         labels = np.argmin(distances_to(regions, poses, dims)[0], axis=1)
         keep = np.bincount(labels, minlength=len(regions.centres)) >= dims + 1
         if np.all(keep):
             return regions, labels
-        regions = Regions(regions.centres[keep], regions.vectors[keep], regions.spectrum[keep])
-
-
-def _initial_transitions(transitions: Floats, count: int) -> Floats:
-    return transitions if len(transitions) == count else np.full((count, count), 1.0 / count)
+        regions = PriorRegions(regions.centres[keep], regions.vectors[keep], regions.spectrum[keep])

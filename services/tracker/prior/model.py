@@ -5,42 +5,45 @@ d is the number of coordinates of a pose (`zenocap.common.body.coordinates`), m 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
-from zenocap.services.tracker.prior.sampling import CompiledPrior, compile_prior
+from zenocap.services.tracker.prior.sampling import CompiledPrior
+
+Names = Annotated[tuple[Annotated[str, Meta(max_length=4096)], ...], Meta(max_length=10_000)]
+Radians = Annotated[float, Meta(ge=0, le=100)]
 
 
-@dataclass(frozen=True)
-class Reconstruction:
+class Reconstruction(Struct, frozen=True, forbid_unknown_fields=True):
     """Reconstruction errors with a number of regions, radians: root mean square over frames and coordinates.
 
     held: on held-out motion.
     """
 
-    regions: int
-    training: float
-    held: float
+    regions: Annotated[int, Meta(ge=1, le=10_000)]
+    training: Radians
+    held: Radians
 
 
-@dataclass(frozen=True)
-class Training:
-    """Provenance of a prior.
+class PriorTraining(Struct, frozen=True, forbid_unknown_fields=True):
+    """Provenance of a prior, as in its file.
 
     motions: names.  held: names of motions only measured on; empty where stretches of the motions were held out.
     frames: used, mirrored ones included.  errors: by number of regions, the paper's Fig. 4.
     distances: (3,) the 50th, 90th and 99th percentile of held-out poses' distances from the prior, radians.
     """
 
-    motions: tuple[str, ...]
-    held: tuple[str, ...]
-    frames: int
+    motions: Names
+    held: Names
+    frames: Annotated[int, Meta(ge=0, le=1 << 40)]
     mirrored: bool
     seed: int
-    errors: tuple[Reconstruction, ...]
-    distances: tuple[float, float, float]
+    errors: Annotated[tuple[Reconstruction, ...], Meta(max_length=1000)]
+    distances: tuple[Radians, Radians, Radians]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,7 @@ class Prior:
     transitions: Floats
     occupancy: Floats
     speeds: Floats
-    training: Training
+    training: PriorTraining
 
     @property
     def regions(self) -> int:
@@ -77,7 +80,10 @@ class Prior:
     @cached_property
     def compiled(self) -> CompiledPrior:
         """Layout for compiled functions."""
-        return compile_prior(self.centres, self.bases, self.variances, self.residuals, self.transitions, self.occupancy)
+        cumulative = np.cumsum(self.transitions, axis=1)
+        cumulative[:, -1] = 1.0
+        axes = np.ascontiguousarray(self.bases.transpose(0, 2, 1))
+        return CompiledPrior(np.ascontiguousarray(self.centres), axes, np.sqrt(self.variances), cumulative)
 
 
 def project(prior: Prior, region: int, poses: Floats) -> Floats:
@@ -101,15 +107,13 @@ def distances(prior: Prior, poses: Floats) -> Floats:
     The residual of the clamped projection, and PRIOR_CENTRE_WEIGHT of the squared distance to the centre within the
     subspace.
     """
-    # Paper (corrected): Eq. 9 has no such term; subspaces are unbounded, and a region would claim poses far from its own.
-    return np.stack([_distance(prior, region, poses) for region in range(prior.regions)], axis=1)
-
-
-def _distance(prior: Prior, region: int, poses: Floats) -> Floats:
-    left = poses - reconstruct(prior, region, project(prior, region, poses))
-    within = (poses - prior.centres[region]) @ prior.bases[region]
-    distance: Floats = np.sum(left**2, axis=1) + PRIOR_CENTRE_WEIGHT * np.sum(within**2, axis=1)
-    return distance
+    found = np.empty((len(poses), prior.regions))
+    for region in range(prior.regions):
+        left = poses - reconstruct(prior, region, project(prior, region, poses))
+        within = (poses - prior.centres[region]) @ prior.bases[region]
+        # Paper (corrected): Eq. 9 has no term for the centre; a region, unbounded, would claim poses far from its own.
+        found[:, region] = np.sum(left**2, axis=1) + PRIOR_CENTRE_WEIGHT * np.sum(within**2, axis=1)
+    return found
 
 
 def assign(prior: Prior, poses: Floats) -> Ints:

@@ -1,36 +1,24 @@
 """Motions for training as pose coordinates: files, takes, simulated person."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of, unwrap_rotations
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_poses_for
+from zenocap.services.tracker.prior.sequences import TrainingMotion
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.motion_corpus import corpus_motion
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Motion for training.
-
-    coordinates: (n, d) radians in the order of `coordinates_of(anatomy).names`, one row per frame, without jumps.
-    NaN without a pose.  rate: frames per second.
-    """
-
-    name: str
-    rate: float
-    coordinates: Floats
-
-
-def read_motion(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
+def read_motion(
+    path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None
+) -> TrainingMotion:
     """Motion in a .bvh, .trc, .c3d or a take (.mcap); see `read_poses_for`.  Raises UserError."""
     found = read_poses_for(path, anatomy, frames, joints)
     table = coordinates_of(anatomy)
@@ -39,16 +27,16 @@ def read_motion(path: Path, anatomy: Anatomy, frames: range | None = None, joint
     poses = np.array([table.of_pose(pose) for pose in found.poses if pose is not None])
     coordinates[rows_with_pose] = unwrap_rotations(anatomy, poses)
     coordinates[~found.known] = np.nan
-    return Motion(found.name, found.rate, coordinates)
+    return TrainingMotion(found.name, found.rate, coordinates)
 
 
-def motion_of(name: str, rate: float, anatomy: Anatomy, poses: list[Pose]) -> Motion:
+def motion_of(name: str, rate: float, anatomy: Anatomy, poses: list[Pose]) -> TrainingMotion:
     """Poses of consecutive frames as a motion."""
     table = coordinates_of(anatomy)
-    return Motion(name, rate, unwrap_rotations(anatomy, np.array([table.of_pose(pose) for pose in poses])))
+    return TrainingMotion(name, rate, unwrap_rotations(anatomy, np.array([table.of_pose(pose) for pose in poses])))
 
 
-def actor_motion(kind: str, person_seed: int, seed: int, anatomy: Anatomy, rate: float = 60.0) -> Motion:
+def actor_motion(kind: str, person_seed: int, seed: int, anatomy: Anatomy, rate: float = 60.0) -> TrainingMotion:
     """About half a minute of the simulated person: `walking`, `running`, `boxing` or `general`.
 
     person_seed: random seed of the body.  seed: of the motion.  Both 0 or more.  Raises ValueError for another kind.

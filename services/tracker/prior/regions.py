@@ -5,16 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
-from zenocap.services.tracker.prior.sampling import VARIANCE_FLOOR
+from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP, PRIOR_DEVIATION_FLOOR_DEG
+
+VARIANCE_FLOOR = np.radians(PRIOR_DEVIATION_FLOOR_DEG) ** 2  # radians squared: least variance of a coordinate
 
 
 @dataclass(frozen=True)
-class Regions:
+class PriorRegions:
     """Regions during training.
 
     centres: (M, d) radians.  vectors: (M, d, d) eigenvectors of Sigma_i as columns, greatest first.
-    spectrum: (M, d) eigenvalues, radians squared, at least FLOOR.
+    spectrum: (M, d) eigenvalues, radians squared, at least VARIANCE_FLOOR.
     """
 
     centres: Floats
@@ -22,14 +23,14 @@ class Regions:
     spectrum: Floats
 
 
-def fit_regions(poses: Floats, labels: Ints, count: int, least: int, distances: Floats) -> Regions:
+def fit_regions(poses: Floats, labels: Ints, count: int, least: int, distances: Floats) -> PriorRegions:
     """Centroid and local PCA of every region's poses.  [Hybrid Eq. 12-14]
 
     poses: (T, d) radians, labels: (T,) their regions, 0 to count - 1, distances: (T,) to their regions.  A region of
     fewer than `least` poses restarts at a pose far from its region, with the median spectrum.
     """
     d = poses.shape[1]
-    regions = Regions(np.empty((count, d)), np.empty((count, d, d)), np.empty((count, d)))
+    regions = PriorRegions(np.empty((count, d)), np.empty((count, d, d)), np.empty((count, d)))
     members = np.bincount(labels, minlength=count)
     small = np.flatnonzero(members < least)
     for region in np.flatnonzero(members >= least):
@@ -45,7 +46,7 @@ def fit_regions(poses: Floats, labels: Ints, count: int, least: int, distances: 
     return regions
 
 
-def distances_to(regions: Regions, poses: Floats, dims: int) -> tuple[Floats, Floats]:
+def distances_to(regions: PriorRegions, poses: Floats, dims: int) -> tuple[Floats, Floats]:
     """Distances of poses (T, d) to subspaces of `dims` dimensions, and their reconstruction errors: (T, M) radians squared.
 
     The distances are those of `model.distances`.
@@ -62,7 +63,7 @@ def distances_to(regions: Regions, poses: Floats, dims: int) -> tuple[Floats, Fl
     return lost + PRIOR_CENTRE_WEIGHT * within, lost
 
 
-def log_densities(regions: Regions, poses: Floats) -> Floats:
+def log_densities(regions: PriorRegions, poses: Floats) -> Floats:
     """log b_j(x_t) (T, M): every region a Gaussian with its full, floored covariance."""
     result = np.empty((len(poses), len(regions.centres)))
     constant = poses.shape[1] * np.log(2 * np.pi)
@@ -74,7 +75,7 @@ def log_densities(regions: Regions, poses: Floats) -> Floats:
     return result
 
 
-def _fit(regions: Regions, region: int, members: Floats) -> None:
+def _fit(regions: PriorRegions, region: int, members: Floats) -> None:
     centre = members.mean(axis=0)
     from_centre = members - centre
     spectrum, vectors = np.linalg.eigh(from_centre.T @ from_centre / len(members))

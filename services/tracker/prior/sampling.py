@@ -9,9 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.jit import kernel
-from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP, PRIOR_DEVIATION_FLOOR_DEG
-
-VARIANCE_FLOOR = np.radians(PRIOR_DEVIATION_FLOOR_DEG) ** 2  # radians squared: least variance of a coordinate
+from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
 
 
 class CompiledPrior(NamedTuple):
@@ -19,43 +17,19 @@ class CompiledPrior(NamedTuple):
 
     centres: (M, d) radians.  axes: (M, m, d) unit vectors of the subspaces.  deviations: (M, m) radians.
     cumulative: (M, M) transitions summed along rows; the last column is 1.
-    spreads: (M,) variance of a pose off its subspace, per direction, radians squared.
-    heights: (M,) log density at the centre, times occupancy.
     """
 
     centres: Floats
     axes: Floats
     deviations: Floats
     cumulative: Floats
-    spreads: Floats
-    heights: Floats
-
-
-def compile_prior(
-    centres: Floats, bases: Floats, variances: Floats, residuals: Floats, transitions: Floats, occupancy: Floats
-) -> CompiledPrior:
-    """Layout of a prior for compiled functions.
-
-    centres: (M, d), bases: (M, d, m), variances: (M, m), residuals: (M, d), transitions: (M, M), occupancy: (M,).
-    """
-    regions, d, m = bases.shape
-    cumulative = np.cumsum(transitions, axis=1)
-    cumulative[:, -1] = 1.0
-    spreads = np.maximum(residuals.sum(axis=1) / max(d - m, 1), VARIANCE_FLOOR)
-    log_volume = np.log(variances).sum(axis=1) + (d - m) * np.log(spreads) + d * np.log(2 * np.pi)
-    heights = np.log(np.maximum(occupancy, 1e-3 / regions)) - 0.5 * log_volume
-    axes = np.ascontiguousarray(bases.transpose(0, 2, 1))
-    return CompiledPrior(np.ascontiguousarray(centres), axes, np.sqrt(variances), cumulative, spreads, heights)
 
 
 @kernel
-def propose(
-    compiled: CompiledPrior, region: int, pose: Floats, uniform: float, normals: Floats, scale: float, out: Floats
-) -> int:
+def propose(compiled: CompiledPrior, region: int, pose: Floats, uniform: float, normals: Floats, out: Floats) -> int:
     """Draw the region that follows `region` and write a pose of it to out (d,); returns the new region.
 
     pose: (d,) radians, of the particle before.  uniform: within [0, 1).  normals: (m,) standard normal.
-    scale: of the variance in z ~ N(z', scale Lambda); the paper has 1.
     """
     cumulative = compiled.cumulative[region]
     new, last = 0, cumulative.shape[0] - 1
@@ -65,14 +39,13 @@ def propose(
     d = centre.shape[0]
     for k in range(d):
         out[k] = centre[k]
-    step = np.sqrt(scale)
     for j in range(axes.shape[0]):
         z = 0.0
         for k in range(d):
             z += axes[j, k] * (pose[k] - centre[k])
         # Paper (corrected): projections and samples are unbounded, and leave the poses of the region.
         limit = PRIOR_CLAMP * deviations[j]
-        z = min(max(z, -limit), limit) + step * deviations[j] * normals[j]
+        z = min(max(z, -limit), limit) + deviations[j] * normals[j]
         z = min(max(z, -limit), limit)
         for k in range(d):
             out[k] += z * axes[j, k]
@@ -80,17 +53,16 @@ def propose(
 
 
 @kernel
-def subspace_residuals(compiled: CompiledPrior, region: int, pose: Floats) -> tuple[float, float, float, float]:
-    """Squared residuals of a pose (d,) in a region's subspace.
+def subspace_residuals(compiled: CompiledPrior, region: int, pose: Floats) -> tuple[float, float, float]:
+    """Squared residuals of a pose (d,) in a region's subspace, radians squared.
 
-    Returns distance from the subspace, excess of the projection over the clamp, distance from the centre within the
-    subspace (radians squared), and the last as squared Mahalanobis distance.
+    Distance from the subspace, excess of the projection over the clamp, distance from the centre within the subspace.
     """
     centre, axes, deviations = compiled.centres[region], compiled.axes[region], compiled.deviations[region]
     off = 0.0
     for k in range(centre.shape[0]):
         off += (pose[k] - centre[k]) ** 2
-    beyond, within, in_variances = 0.0, 0.0, 0.0
+    beyond, within = 0.0, 0.0
     for j in range(axes.shape[0]):
         z = 0.0
         for k in range(centre.shape[0]):
@@ -99,8 +71,7 @@ def subspace_residuals(compiled: CompiledPrior, region: int, pose: Floats) -> tu
         off -= z * z
         beyond += over * over
         within += z * z
-        in_variances += (z / deviations[j]) ** 2
-    return max(off, 0.0), beyond, within, in_variances
+    return max(off, 0.0), beyond, within
 
 
 @kernel
@@ -108,7 +79,7 @@ def assign(compiled: CompiledPrior, pose: Floats) -> int:
     """Region of a pose (d,) in radians.  [Hybrid Eq. 8]"""
     best, least = 0, np.inf
     for region in range(compiled.centres.shape[0]):
-        off, beyond, within, _ = subspace_residuals(compiled, region, pose)
+        off, beyond, within = subspace_residuals(compiled, region, pose)
         # Paper (corrected): Eq. 9 has no term for the centre, so that regions reach along their subspaces without end.
         squared = off + beyond + PRIOR_CENTRE_WEIGHT * within
         if squared < least:
@@ -122,7 +93,7 @@ def prior_distance(compiled: CompiledPrior, pose: Floats) -> float:
 
     `Training.distances` has its percentiles on held-out motion.
     """
-    off, beyond, _, _ = subspace_residuals(compiled, assign(compiled, pose), pose)
+    off, beyond, _ = subspace_residuals(compiled, assign(compiled, pose), pose)
     return float(np.sqrt((off + beyond) / pose.shape[0]))
 
 
@@ -131,21 +102,3 @@ def prior_distances(compiled: CompiledPrior, poses: Floats, out: Floats) -> None
     """Write `prior_distance` of every pose (n, d) to out (n,)."""
     for k in range(poses.shape[0]):
         out[k] = prior_distance(compiled, poses[k])
-
-
-@kernel
-def log_density(compiled: CompiledPrior, pose: Floats) -> float:
-    """Log density of a pose (d,) per radian^d: a mixture of the regions' Gaussians weighted by occupancy.
-
-    Each has Lambda in its subspace and one variance off it.
-    """
-    highest, total = -np.inf, 0.0
-    for region in range(compiled.centres.shape[0]):
-        off, _, _, in_variances = subspace_residuals(compiled, region, pose)
-        height = compiled.heights[region] - 0.5 * (in_variances + off / compiled.spreads[region])
-        if height > highest:
-            total = total * np.exp(highest - height) + 1.0
-            highest = height
-        else:
-            total += np.exp(height - highest)
-    return float(highest + np.log(total))

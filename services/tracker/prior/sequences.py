@@ -1,6 +1,7 @@
 """Preparation of motion for training: frame rate, mirroring, held-out stretches."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -8,6 +9,19 @@ from scipy.spatial.transform import Rotation
 from zenocap.common.arrays import Floats
 from zenocap.common.body.coordinates import BALL, HINGE, Coordinates
 from zenocap.services.tracker.parameters import HELD_OUT_EVERY, HELD_OUT_STRETCH_S
+
+
+@dataclass(frozen=True)
+class TrainingMotion:
+    """Motion for training.
+
+    coordinates: (n, d) radians in the order of `coordinates_of(anatomy).names`, one row per frame, without jumps.
+    NaN without a pose.  rate: frames per second.
+    """
+
+    name: str
+    rate: float
+    coordinates: Floats
 
 
 def resampled(coordinates: Coordinates, poses: Floats, rate: float, target_rate: float) -> Floats:

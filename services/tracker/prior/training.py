@@ -18,12 +18,21 @@ from zenocap.services.tracker.parameters import (
     REGION_TOLERANCE,
 )
 from zenocap.services.tracker.prior.learning import LearnedRegions, error_of, learn
-from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training, reconstruct_poses
-from zenocap.services.tracker.prior.sequences import finite_runs, held_out, mirrored, resampled, rms_velocities
+from zenocap.services.tracker.prior.model import Prior, PriorTraining, Reconstruction, reconstruct_poses
+from zenocap.services.tracker.prior.sequences import (
+    TrainingMotion,
+    finite_runs,
+    held_out,
+    mirrored,
+    resampled,
+    rms_velocities,
+)
+
+UNKNOWN = PriorTraining((), (), 0, False, 0, (), (0.0, 0.0, 0.0))  # of a prior that is being made
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrainingPlan:
     """Settings of a training.  Raises UserError for values out of range.
 
     regions: None to choose.  dims: of the subspaces.  rate: frames per second.  mirror: add motions with left and right
@@ -47,21 +56,12 @@ class Plan:
                 raise UserError(f"regions = {regions}: allowed: 1 to 500")
 
 
-@dataclass(frozen=True)
-class Recording:
-    """Motion of a file.  poses: (T, d) coordinates in radians, NaN without a pose.  rate: frames per second."""
-
-    name: str
-    rate: float
-    poses: Floats
-
-
 def train(
     coordinates: Coordinates,
-    motions: Sequence[Recording],
-    held: Sequence[Recording],
-    plan: Plan,
-    report: Callable[[int, int, str], None] = lambda done, of, text: None,
+    motions: Sequence[TrainingMotion],
+    held: Sequence[TrainingMotion],
+    plan: TrainingPlan,
+    report: Callable[[int, int, str], None] = lambda *_: None,
 ) -> Prior:
     """Prior of `motions`.  held: motions on which the number of regions is chosen; without them stretches are held out.
 
@@ -73,7 +73,7 @@ def train(
     else:
         used, validation = held_out(all_sequences, plan.rate)
     frames = sum(map(len, used))
-    counts = sorted({count for count in (*plan.candidates, *((plan.regions,) if plan.regions else ())) if count})
+    counts = sorted({*plan.candidates, *((plan.regions,) if plan.regions else ())})
     counts = [count for count in counts if count * MIN_FRAMES_PER_REGION <= frames]
     if not counts or (plan.regions and plan.regions not in counts):
         requested = plan.regions or min(plan.candidates)
@@ -86,14 +86,14 @@ def train(
         result = learn(used, count, plan.dims, np.random.default_rng((plan.seed, count)))
         errors = [error_of(result.regions, np.concatenate(sequences), plan.dims) for sequences in (used, validation)]
         found.append((Reconstruction(count, *errors), result))
-    chosen = choose_regions([errors for errors, _ in found], plan.regions)
+    chosen = plan.regions or choose_regions([errors for errors, _ in found])
     result = next(result for errors, result in found if errors.regions == chosen)
-    distances = _distances(_prior(coordinates, result, used, plan, _names_only(motions)), validation)
+    distances = _distances(_prior(coordinates, result, used, plan, UNKNOWN), validation)
     if not held:
         report(total - 1, total, f"{chosen} regions of all")
         result = learn(all_sequences, chosen, plan.dims, np.random.default_rng((plan.seed, chosen)))
     report(total, total, "done")
-    training = Training(
+    training = PriorTraining(
         tuple(motion.name for motion in motions),
         tuple(motion.name for motion in held),
         sum(map(len, all_sequences)),
@@ -105,25 +105,23 @@ def train(
     return _prior(coordinates, result, all_sequences, plan, training)
 
 
-def choose_regions(errors: Sequence[Reconstruction], requested: int | None = None) -> int:
-    """`requested`, or the smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
-    if requested is not None:
-        return requested
+def choose_regions(errors: Sequence[Reconstruction]) -> int:
+    """Smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
     # Paper (replaced): IV chooses M by the error on the training data; here on held-out motion.
     best = min(row.held for row in errors)
     return min(row.regions for row in errors if row.held <= (1 + REGION_TOLERANCE) * best)
 
 
-def prepare(coordinates: Coordinates, motions: Sequence[Recording], plan: Plan) -> list[Floats]:
+def prepare(coordinates: Coordinates, motions: Sequence[TrainingMotion], plan: TrainingPlan) -> list[Floats]:
     """Sequences at the plan's rate, then the same mirrored.  Raises UserError."""
     sequences: list[Floats] = []
     for motion in motions:
-        if motion.poses.ndim != 2 or motion.poses.shape[1] != coordinates.dimension:
+        if motion.coordinates.ndim != 2 or motion.coordinates.shape[1] != coordinates.dimension:
             allowed = f"{coordinates.dimension} coordinates of {coordinates.anatomy.name}"
-            raise UserError(f"{motion.name}: poses of shape {motion.poses.shape}: allowed: {allowed}")
-        runs = [resampled(coordinates, run, motion.rate, plan.rate) for run in finite_runs(motion.poses)]
+            raise UserError(f"{motion.name}: poses of shape {motion.coordinates.shape}: allowed: {allowed}")
+        runs = [resampled(coordinates, run, motion.rate, plan.rate) for run in finite_runs(motion.coordinates)]
         if not any(len(run) > 1 for run in runs):
-            raise UserError(f"{motion.name}: {len(motion.poses)} frames, no two with poses: allowed: two or more")
+            raise UserError(f"{motion.name}: {len(motion.coordinates)} frames, no two with poses: allowed: two or more")
         sequences += [run for run in runs if len(run) > 1]
     # Paper (added): every motion also mirrored.
     if plan.mirror:
@@ -132,7 +130,7 @@ def prepare(coordinates: Coordinates, motions: Sequence[Recording], plan: Plan) 
 
 
 def _prior(
-    coordinates: Coordinates, used: LearnedRegions, sequences: Sequence[Floats], plan: Plan, training: Training
+    coordinates: Coordinates, used: LearnedRegions, sequences: Sequence[Floats], plan: TrainingPlan, training: PriorTraining
 ) -> Prior:
     poses = np.concatenate(sequences)
     regions = used.regions
@@ -161,10 +159,6 @@ def _distances(prior: Prior, validation: Sequence[Floats]) -> tuple[float, float
     left = np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2, axis=1))
     middle, high, highest = (float(value) for value in np.percentile(left, ERROR_PERCENTILES))
     return middle, high, highest
-
-
-def _names_only(motions: Sequence[Recording]) -> Training:
-    return Training(tuple(motion.name for motion in motions), (), 0, False, 0, (), (0.0, 0.0, 0.0))
 
 
 def draw_errors(path: Path, prior: Prior) -> None:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Ints
+from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.hull.contours import Contours
 from zenocap.services.tracker.hull.ray_intersection import (
@@ -136,7 +136,7 @@ def _area(silhouettes: Silhouettes, j: int) -> int:
     return area
 
 
-Outlines = tuple[Contours, Silhouettes]  # result of `hull.outlines`
+Outlines = tuple[Contours, Silhouettes]  # result of `extract_outlines`
 
 
 class Lines(NamedTuple):
@@ -180,7 +180,7 @@ def lagged_unsupported(recent: tuple[Outlines, ...], view: int, each: int, check
     return shares
 
 
-def in_view(silhouettes: Silhouettes) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def in_view(silhouettes: Silhouettes) -> Bools:
     """(v,) True where the person is well inside the image: the intersection of the lines through the silhouettes' centres.
 
     False with fewer than two silhouettes.
@@ -198,7 +198,7 @@ def in_view(silhouettes: Silhouettes) -> np.ndarray[tuple[int], np.dtype[np.bool
         x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
         u, v = (fx * x + skew * y + cx) / silhouettes.size[:, 0], (fy * y + cy) / silhouettes.size[:, 1]
         inside = (np.abs(u - 0.5) < 0.5 - VIEW_MARGIN) & (np.abs(v - 0.5) < 0.5 - VIEW_MARGIN)
-    found: np.ndarray[tuple[int], np.dtype[np.bool_]] = inside & (local[:, 2] > 0)
+    found: Bools = inside & (local[:, 2] > 0)
     return found
 
 
@@ -206,12 +206,8 @@ def with_view_of(silhouettes: Silhouettes, other: Silhouettes, view: int) -> Sil
     """`silhouettes`, with one view replaced by that in `other`."""
     if silhouettes is other:
         return silhouettes
-    box, at, bounds, whole = (
-        silhouettes.box.copy(),
-        silhouettes.at.copy(),
-        silhouettes.bounds.copy(),
-        silhouettes.whole.copy(),
-    )
+    box, at = silhouettes.box.copy(), silhouettes.at.copy()
+    bounds, whole = silhouettes.bounds.copy(), silhouettes.whole.copy()
     box[view], bounds[view], whole[view] = other.box[view], other.bounds[view], other.whole[view]
     at[view] = len(silhouettes.pixels)
     start = int(other.at[view])

@@ -59,15 +59,10 @@ from zenocap.services.tracker.view_check.line_support import (
 
 @dataclass(frozen=True)
 class Finding:
-    """Fault of a view.
-
-    view: its index; -1 when no single view explains it.  figure: unsupported fraction of the contour (calibration,
-    disagreement), lag of the view in frames, negative when early (out-of-step), or its duration in frames.
-    """
+    """Fault of a view.  view: its index; -1 when no single view explains it."""
 
     kind: Literal["calibration", "out-of-step", "frozen", "empty", "disagreement"]
     view: int
-    figure: float
     text: str
 
 
@@ -204,13 +199,12 @@ def _findings(state: ViewConsistency) -> tuple[Finding, ...]:
     findings = []
     for j, name in enumerate(state.names):
         if state.empty[j] >= PERSISTENT_CHECKS:
-            duration = int(state.empty[j]) * CHECK_PERIOD_FRAMES
-            text = f"view {name} is empty for {duration} frames; other views see a person"
-            findings.append(Finding("empty", j, duration, text))
+            text = f"view {name} is empty for {state.empty[j] * CHECK_PERIOD_FRAMES} frames; other views see a person"
+            findings.append(Finding("empty", j, text))
         elif state.still[j] >= PERSISTENT_CHECKS:
-            duration = int(state.still[j]) * CHECK_PERIOD_FRAMES
-            text = f"view {name} is frozen: its silhouette has not changed for {duration} frames, others' have"
-            findings.append(Finding("frozen", j, duration, text))
+            frames = state.still[j] * CHECK_PERIOD_FRAMES
+            text = f"view {name} is frozen: its silhouette has not changed for {frames} frames, others' have"
+            findings.append(Finding("frozen", j, text))
     if untrusted(findings) or state.checks < MIN_CHECKS or len(_present(state)) < 2:
         return tuple(findings)
     return (*findings, *(_out_of_step(state) or _miscalibrated(state)))
@@ -233,7 +227,7 @@ def _out_of_step(state: ViewConsistency) -> list[Finding]:
         f"view {state.names[j]} is out of step, {frames}: {_percent(now)} of all contours lack support, "
         f"{_percent(best)} with the lag corrected"
     )
-    return [Finding("out-of-step", j, lag, text)]
+    return [Finding("out-of-step", j, text)]
 
 
 def _miscalibrated(state: ViewConsistency) -> list[Finding]:
@@ -249,11 +243,11 @@ def _miscalibrated(state: ViewConsistency) -> list[Finding]:
             f"view {state.names[j]} disagrees with the others: {_percent(own)} of its contour lacks support"
             f" (others {_percent(rest)}): its calibration or position is wrong"
         )
-        return [Finding("calibration", j, own, text)]
+        return [Finding("calibration", j, text)]
     overall = float(np.mean(state.own[present]))
     if overall >= DISAGREEMENT_UNSUPPORTED:
         text = f"the views disagree: {_percent(overall)} of their contours lack support; no single view explains it"
-        return [Finding("disagreement", -1, overall, text)]
+        return [Finding("disagreement", -1, text)]
     return []
 
 

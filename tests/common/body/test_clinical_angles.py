@@ -147,7 +147,7 @@ def test_an_elbow_that_flexes_backward_equals_one_turned_by_half_a_turn() -> Non
 
 
 def test_an_anatomy_without_a_trunk_is_an_error() -> None:
-    bare = Anatomy("legs", FOURTEEN_PARTS.joints[:1], (), frozenset())
+    bare = Anatomy("legs", FOURTEEN_PARTS.joints[:1], ())
     with pytest.raises(ValueError, match="anatomy 'legs': allowed: one with a torso, or with pelvis and chest"):
         joint_rotations(bare, np.zeros((1, 3)))
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, without_side
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
 from zenocap.common.body.inverse_kinematics import CLEAR, hinge_axes, interpolated_centres, poses_from_centres
 from zenocap.common.body.kinematics import joint_centres, part_frames
@@ -31,7 +31,7 @@ def body(anatomy: Anatomy) -> Bdp:
     heights = {"head": 0.15, "lower_arm": 0.44, "foot": 0.23}
     sizes, origins, bases = [], [], np.zeros((len(anatomy.joints), 3))
     for k, joint in enumerate(anatomy.joints):
-        name, part = (text.removeprefix("right_").removeprefix("left_") for text in (joint.name, joint.part))
+        name, part = without_side(joint.name), without_side(joint.part)
         x, y, z = offsets.get(name, (0, 0, 0))
         origins.append((-x if joint.name.startswith("right_") else x, y, z))
         sizes.append((heights.get(part, 0.3), 0.05, 0.05))
@@ -180,7 +180,7 @@ def test_toes_turned_out_rotate_a_straight_leg() -> None:
 
 
 def test_an_anatomy_without_head_raises_an_error() -> None:
-    other = Anatomy("legs", TEN_PARTS.joints[6:], TEN_PARTS.markers, frozenset())
+    other = Anatomy("legs", TEN_PARTS.joints[6:], TEN_PARTS.markers)
     centres = named_centres(TEN_PARTS, body(TEN_PARTS), [neutral_pose(TEN_PARTS, np.zeros(3))])
     with pytest.raises(ValueError, match="'legs': allowed"):
         poses_from_centres(other, centres)

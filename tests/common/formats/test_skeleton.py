@@ -96,7 +96,7 @@ def test_both_bodies_have_the_same_names_for_retargeting() -> None:
 
 
 def test_an_anatomy_without_a_skeleton_is_refused() -> None:
-    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular)
+    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers)
     with pytest.raises(ValueError, match="'eleven-parts' has no skeleton: allowed: ten-parts, fourteen-parts"):
         skeleton_of(other, body())
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.support.pose_tracks import moving, track_of
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.joint_rotations import joint_angles, joint_rotations
+from zenocap.common.body.pose_rotations import joint_angles, pose_rotations
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
@@ -170,7 +170,7 @@ def test_a_frequency_that_the_frame_rate_does_not_allow_is_refused(hz: float) ->
 @few_examples
 def test_rotations_and_angles_are_inverse(seed: int) -> None:
     track = moving(20, seed=seed)
-    found = joint_rotations(TEN_PARTS, track.positions, track.angles)
+    found = pose_rotations(TEN_PARTS, track.positions, track.angles)
     np.testing.assert_allclose(joint_angles(TEN_PARTS, found, track.angles), track.angles, atol=1e-6)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
+from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
@@ -12,7 +13,6 @@ from zenocap.common.rig.sources import Stream, VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.simulation.rendering.video_file import write_video
 
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
 

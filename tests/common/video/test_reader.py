@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.support.video_file import write_video
 from tests.support.videos import GREY_STEP, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
-from zenocap.simulation.rendering.video_file import write_video
 
 
 def read(path: Path) -> tuple[list[VideoFrame], VideoSummary]:

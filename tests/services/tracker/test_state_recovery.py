@@ -58,9 +58,7 @@ def before() -> tuple[m.TrackerBdp, m.TrackerPose]:
 
 
 @pytest.mark.nightly
-def test_restart_republishes_and_finds_a_walking_person(
-    before: tuple[m.TrackerBdp, m.TrackerPose],
-) -> None:
+def test_restart_republishes_and_finds_a_walking_person(before: tuple[m.TrackerBdp, m.TrackerPose]) -> None:
     state, published = receive(tracker.initial_state(SETUP), *before)
     assert published == list(before)
     assert tracker.describe(state) == "waiting for silhouettes"
@@ -81,9 +79,7 @@ def test_without_recovered_state_the_person_is_awaited() -> None:
 
 
 @pytest.mark.slow
-def test_incomplete_foreign_or_discarded_state_is_not_used(
-    before: tuple[m.TrackerBdp, m.TrackerPose],
-) -> None:
+def test_incomplete_foreign_or_discarded_state_is_not_used(before: tuple[m.TrackerBdp, m.TrackerPose]) -> None:
     body, pose = before
     other = m.TrackerBdp(frame=0, captured_ns=0, body=m.Body(anatomy="another", sizes={}, offsets={}))
     state, published = receive(tracker.initial_state(SETUP), pose, other, pose)

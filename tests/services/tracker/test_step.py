@@ -144,10 +144,7 @@ def shown(state: State) -> list[tuple[str, ...]]:
 def test_body_is_published_once_and_a_pose_per_frame_set() -> None:
     state, published = play([message for k in range(4) for message in instant(k)])
     kinds = [type(message) for message in published if not isinstance(message, m.ScenePoints)]
-    assert kinds == [
-        m.TrackerBdp,
-        *[m.TrackerPose] * 4,
-    ]
+    assert kinds == [m.TrackerBdp, *[m.TrackerPose] * 4]
     body = decode(encode(published[0]), m.TrackerBdp).body
     np.testing.assert_array_equal(bdp_of(TEN_PARTS, body).sizes, BDP.sizes)
     assert frames(published) == [0, 1, 2, 3]

@@ -11,10 +11,10 @@ from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, si
 from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.definition import Pose
-from zenocap.common.rig.tracker import PRESETS
+from zenocap.common.rig.tracker import PRESETS, find_prior
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import LOST_FRAMES
-from zenocap.services.tracker.prior.file import find_prior, read_prior
+from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.states import Lost, Method, Options, Outcome, Setup, TrackState
 from zenocap.services.tracker.tracking import describe, initial_state, resume, track
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place

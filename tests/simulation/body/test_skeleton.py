@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zenocap.simulation.body.person import person
-from zenocap.simulation.body.pose import DROP, HIP, KNEE, LEFT, RIGHT, SIDES, YAW, Placement, Z, compose, neutral, place
+from zenocap.simulation.body.pose import LEFT, RIGHT, SIDES, Pelvis, Placement, Swing, compose, neutral, place
 from zenocap.simulation.body.skeleton import FOOT, FOREARM, SHANK, THIGH, UPPER_ARM, pose_bones
 
 ANGLE = st.floats(-1.0, 1.0)
@@ -55,7 +55,7 @@ def test_knees_bend_forwards() -> None:
     subject = person(2)
     pose = neutral(subject)
     pelvis = pose.pelvis.copy()
-    pelvis[DROP] = 0.3
+    pelvis[Pelvis.DROP] = 0.3
     bones = pose_bones(subject, replace(pose, pelvis=pelvis))
     for side in SIDES:
         assert bones.origin[SHANK[side], 2] > bones.origin[THIGH[side], 2] + 0.15
@@ -64,7 +64,7 @@ def test_knees_bend_forwards() -> None:
 def test_a_swung_leg_goes_forward_and_its_knee_bends_back() -> None:
     subject = person(2)
     swing = np.zeros((2, 3))
-    swing[RIGHT, HIP], swing[RIGHT, KNEE] = 1.2, 0.8
+    swing[RIGHT, Swing.HIP], swing[RIGHT, Swing.KNEE] = 1.2, 0.8
     bones = pose_bones(subject, replace(neutral(subject), swing=swing))
     assert bones.origin[SHANK[RIGHT], 2] > 0.25
     assert bones.origin[FOOT[RIGHT], 1] > subject.lengths.ankle_height + 0.2
@@ -88,7 +88,7 @@ def test_placement_turns_from_z_towards_x() -> None:
     subject = person(1)
     pose = neutral(subject)
     pelvis = pose.pelvis.copy()
-    pelvis[Z] = 1.0
+    pelvis[Pelvis.Z] = 1.0
     placed = place(replace(pose, pelvis=pelvis), Placement(0.0, 0.0, np.pi / 2))
     assert placed.pelvis[0] == pytest.approx(1.0)
-    assert placed.pelvis[YAW] == pytest.approx(np.pi / 2)
+    assert placed.pelvis[Pelvis.YAW] == pytest.approx(np.pi / 2)

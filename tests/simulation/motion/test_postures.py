@@ -9,11 +9,7 @@ from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.postures import POSTURES, posture
 
 PEOPLE = [(1, 0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((4, 3), (9, 7), (23, 2)))]
-RAISED = {
-    "raise-right-arm": "R",
-    "raise-left-arm": "L",
-    "raise-both-arms": "RL",
-}
+RAISED = {"raise-right-arm": "R", "raise-left-arm": "L", "raise-both-arms": "RL"}
 SWUNG = {"swing-right-arm": "R", "swing-left-arm": "L", "swing-both-arms": "RL"}
 KICKED = {"kick-right": "R", "kick-left": "L", "kick-right-arms-sideways": "R"}
 

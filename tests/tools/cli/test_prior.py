@@ -13,7 +13,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.tracker.prior import motions
 from zenocap.services.tracker.prior.file import read_prior
-from zenocap.services.tracker.prior.motions import Motion
+from zenocap.services.tracker.prior.sequences import TrainingMotion
 from zenocap.tools.cli.prior import parsed_frames
 
 
@@ -24,10 +24,10 @@ def walks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     for path in paths:
         path.touch()
 
-    def read(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
+    def read(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> TrainingMotion:
         assert anatomy is FOURTEEN_PARTS
         poses = gait(240, int(path.stem[-1]))
-        return Motion(path.stem, 60.0, poses if frames is None else poses[frames.start : frames.stop])
+        return TrainingMotion(path.stem, 60.0, poses if frames is None else poses[frames.start : frames.stop])
 
     monkeypatch.setattr(motions, "read_motion", read)
     return paths

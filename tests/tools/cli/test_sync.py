@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from tests.support.command import app
 from tests.support.moving_balls import FPS, ring, write_folder
+from tests.support.video_file import Sound
 from zenocap.common.rig.rig import demo_rig_file, load_rig
-from zenocap.simulation.rendering.video_file import Sound
 from zenocap.tools.cli.sync import camera_names
 
 pytestmark = pytest.mark.slow

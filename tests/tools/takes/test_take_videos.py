@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.video_file import write_video
 from zenocap.common.errors import OpenError, UserError
 from zenocap.common.video.reader import VideoReader
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.takes.take_videos import SeekableVideo, take_of
 
 FPS, FRAMES = 30, 150

@@ -25,7 +25,7 @@ def test_forward_kinematics_equal_those_of_the_anatomy(anatomy: Anatomy, seed: i
 def test_round_cap_of_a_free_end_is_within_the_parts_length(anatomy: Anatomy) -> None:
     body = average_body(anatomy, 1.7)
     model = model_of(anatomy, body)
-    tips = body.sizes[:, 1:] if body.tips is None else body.tips
+    tips = body.far_radii
     for k, part in enumerate(anatomy.parts):
         carries = any(joint.parent == part for joint in anatomy.joints)
         assert model.free[k] == (0.0 if carries else 1.0)

@@ -8,7 +8,7 @@ from tests.support.tracker_ring import rendered_masks, ring, seen, t_pose_at
 from tests.support.tracker_scenes import rays_alone, tangent_rays, upright
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import forward_kinematics, model_of
+from zenocap.services.tracker.body.body_model import frames_of, model_of
 from zenocap.services.tracker.evidence.evidence import Evidence, add, misfit, thinned
 from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.evidence.residuals import Weights
@@ -26,10 +26,8 @@ def evidence() -> Evidence:
 
 
 def added(one: Evidence) -> tuple[np.ndarray, np.ndarray]:
-    parts, n = len(MODEL.parent), one.rays.shape[1]
-    frames, matrices, gradients = np.empty((parts, 3, 4)), np.empty((parts, 6, 6)), np.empty((parts, 6))
-    forward_kinematics(MODEL, POSE, frames)
-    add(MODEL, frames, one, WEIGHTS, matrices, gradients, np.empty(n, np.float32), np.empty(n, np.int32))
+    matrices, gradients = np.empty((len(MODEL.parent), 6, 6)), np.empty((len(MODEL.parent), 6))
+    add(MODEL, frames_of(MODEL, POSE), one, WEIGHTS, matrices, gradients)
     return np.tril(matrices), gradients
 
 

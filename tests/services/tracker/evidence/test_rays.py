@@ -13,11 +13,11 @@ from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.evidence.rays import (
     CONTACT_LENGTH,
     contact_on_part,
-    contact_weight,
     mean_truncated_square,
-    nearest_parts,
+    nearest_of,
 )
-from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays, midpoints
+from zenocap.services.tracker.evidence.residuals import robust_weight
+from zenocap.services.tracker.hull.contour_rays import ContourRays, midpoints
 from zenocap.services.tracker.parameters import LATERAL_SCALE_M
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
@@ -59,8 +59,7 @@ def test_contact_equals_the_oracle(seed: int) -> None:
 @given(seeds)
 def test_nearest_part_has_the_least_distance(seed: int) -> None:
     frames, rays = missing(seed)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    nearest_parts(MODEL, frames, rays, distances, parts)
+    distances, parts = nearest_of(MODEL, frames, rays)
     for i in range(rays.shape[1]):
         every = [touch(MODEL, frames[k], k, rays[:, i].astype(float)).distance for k in range(PARTS)]
         assert distances[i] == pytest.approx(min(every), abs=2e-3)  # a root of single precision
@@ -114,12 +113,10 @@ def test_gap_derivative_equals_finite_differences(seed: int) -> None:
 
 
 def test_gradient_grows_up_to_the_spread_and_ends_at_the_limit() -> None:
-    found = np.zeros(CONTACT_LENGTH)
     for distance, gap in ((0.004, -0.003), (0.03, 0.02), (0.1, -0.1), (0.2, 0.1)):
-        found[0], found[1] = distance, gap
         beside = (distance**2 - gap**2) / LATERAL_SCALE_M**2
         expected = min(1.0, 0.01 / abs(gap)) / 0.01**2 / (1.0 + beside) if distance < 0.15 else 0.0
-        assert contact_weight(found, 0.01, 0.15) == pytest.approx(expected)
+        assert robust_weight(distance, gap, 0.01, 0.15) == pytest.approx(expected)
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=50), st.floats(0.01, 1.0))
@@ -134,8 +131,8 @@ def test_misfit_without_rays_is_zero() -> None:
 
 def test_contour_rays_are_the_scene_row_by_row() -> None:
     rng = np.random.default_rng(0)
-    scene = Scene(np.zeros(5, np.int64), *rng.normal(size=(3, 5, 3)), rng.uniform(1, 2, 5), rng.uniform(2, 3, 5))
-    rays = contour_rays(scene)
+    scene = ContourRays(np.zeros(5, np.int64), *rng.normal(size=(3, 5, 3)), rng.uniform(1, 2, 5), rng.uniform(2, 3, 5))
+    rays = scene.rows
     assert rays.shape == (11, 5)
     assert rays.dtype == np.float32
     assert midpoints(rays) == pytest.approx(scene.points, abs=1e-6)

@@ -12,15 +12,13 @@ from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
-from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import LOST_FRAMES, MIN_TRACKING_RAYS
-from zenocap.services.tracker.states import Lost, Options, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.states import Lost, Options, Outcome, Setup, TrackedPerson, Tracking
 
 BODY = average_body(FOURTEEN_PARTS, 1.75)
 MODEL = model_of(FOURTEEN_PARTS, BODY)
-PERSON = Person(BODY, MODEL, 1.75, initial_shape(BODY, np.zeros(COUNT)), expected_support=0.9)
+PERSON = replace(TrackedPerson.of(FOURTEEN_PARTS, BODY, 1.75), expected_support=0.9)
 TRUE = upright(seed=4)
 SEEDS = range(5)
 

@@ -12,8 +12,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
 from zenocap.services.tracker.evidence.evidence import misfit
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
-from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
 from zenocap.services.tracker.filter.force import generalized_forces, refine_by_force, rotate_turns
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -68,12 +68,11 @@ def summed(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights)
     """Gradient (6 + d,) and normal matrix (6 + d, 6 + d) of all rays, each summed along the chain of its part."""
     frames = frames_of(model, pose)
     screws, owner = own_screws(model, frames)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    nearest_parts(model, frames, rays, distances, parts)
+    _, parts = nearest_of(model, frames, rays)
     gradient, matrix, found = np.zeros(len(screws)), np.zeros((len(screws), len(screws))), np.empty(CONTACT_LENGTH)
     for i, part in enumerate(parts.tolist()):
         contact_on_part(model, frames[part], part, rays, i, found)
-        weight = weights.ray_weight * contact_weight(found, weights.spread, weights.limit)
+        weight = weights.ray_weight * robust_weight(found[0], found[1], weights.spread, weights.limit)
         acting = np.isin(owner, chain(model, part))
         velocity = screws[:, :3] + np.cross(screws[:, 3:], found[2:5] - pose.position)
         row = np.where(acting, velocity @ found[6:9], 0.0)
@@ -85,8 +84,7 @@ def summed(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights)
 def forces_at(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats, Floats]:
     dof = ROOT + len(model.low)
     gradients, bounds = np.empty(dof), np.empty(dof)
-    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
-    generalized_forces(model, frames_of(model, pose), rays, weights, distances, parts, gradients, bounds)
+    generalized_forces(model, frames_of(model, pose), rays, weights, gradients, bounds)
     return gradients, bounds
 
 

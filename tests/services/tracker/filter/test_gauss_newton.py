@@ -12,8 +12,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
 from zenocap.services.tracker.evidence.evidence import misfit
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_weight, distances_of
-from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.evidence.rays import distances_of
+from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
 from zenocap.services.tracker.filter.gauss_newton import refine
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
@@ -35,12 +35,6 @@ def nearest(frames: Floats, ray: Floats) -> tuple[int, Touch]:
     return part, every[part]
 
 
-def weight_of(one: Touch, weights: Weights) -> float:
-    found = np.zeros(CONTACT_LENGTH)
-    found[0], found[1] = one.distance, one.gap
-    return weights.ray_weight * contact_weight(found, weights.spread, weights.limit)
-
-
 def rows_of(pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats, Floats]:
     """Residuals (n,) and how they shrink with every degree of freedom (n, DOF), both times the root of the weight.
 
@@ -55,7 +49,7 @@ def rows_of(pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats,
     residuals, jacobian = [], []
     for ray in rays.T.astype(np.float64):
         part, one = nearest(frames, ray)
-        root = np.sqrt(weight_of(one, weights))
+        root = np.sqrt(weights.ray_weight * robust_weight(one.distance, one.gap, weights.spread, weights.limit))
         local = frames[part, :, :3].T @ (one.point - frames[part, :, 3])
         residuals.append(root * one.gap)
         jacobian.append([root * float(one.shrinks @ (step[part, :, :3] @ local + step[part, :, 3])) for step in steps])

@@ -85,9 +85,7 @@ def plainly_advanced(
     values = cloud.values[source] + VELOCITY[6:] + DEVIATIONS[6:] * draws.noise[k, 6:]
     region = int(cloud.regions[source])
     if prior and draws.kinds[k] == PRIOR:
-        region = propose(
-            PRIOR_TABLES, region, cloud.values[source], float(draws.uniforms[k]), draws.normals[k], 1.0, values
-        )  # fmt: skip
+        region = propose(PRIOR_TABLES, region, cloud.values[source], float(draws.uniforms[k]), draws.normals[k], values)
     pose = RootedPose(position, rotation, np.clip(values, MODEL.low, MODEL.high))
     target = pose.copy()
     if iterations:

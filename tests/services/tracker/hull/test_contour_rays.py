@@ -9,7 +9,7 @@ import pytest
 from tests.support.simulated_cameras import look
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
-from zenocap.services.tracker.hull.contour_rays import DILATION, exclude_views, extract_outlines, scene_from, scene_points
+from zenocap.services.tracker.hull.contour_rays import DILATION, ContourRays, contour_rays, exclude_views, extract_outlines
 from zenocap.services.tracker.hull.ray_intersection import surviving_intervals, viewing_lines
 from zenocap.services.tracker.parameters import MIN_INTERVAL_RATIO
 
@@ -41,10 +41,14 @@ def ball(camera: Camera, middle: Floats = MIDDLE, radius: float = RADIUS_M) -> M
     return np.asarray((covered > 127) * np.uint8(255), dtype=np.uint8)
 
 
+def rays_of(masks: list[Mask | None], cameras: list[Camera], count: int) -> ContourRays:
+    return contour_rays(*extract_outlines(masks, cameras, count))
+
+
 @pytest.mark.parametrize("lens", LENSES, ids=["pinhole", "bent"])
 def test_tangent_point_of_a_ball_is_in_every_interval(lens: Floats | None) -> None:
     cameras = ring(5, lens)
-    scene = scene_points([ball(camera) for camera in cameras], cameras, 300)
+    scene = rays_of([ball(camera) for camera in cameras], cameras, 300)
     assert 290 <= len(scene.view) <= 300
     offset = MIDDLE - scene.origin
     depth = np.sum(offset * scene.direction, axis=1)
@@ -124,7 +128,7 @@ def test_image_border_is_neither_contour_nor_evidence(edge: str) -> None:
     assert np.all((mine > 0) & (mine < np.array(cameras[0].size) - 1))
     away = np.linalg.norm(contours.edges[contours.view == 0] - middle, axis=1)
     assert np.ptp(away) < 6  # on the circle, none on the straight cut
-    scene = scene_points(masks, cameras, 400)
+    scene = rays_of(masks, cameras, 400)
     depth = np.sum((MIDDLE - scene.origin) * scene.direction, axis=1)
     assert np.all((scene.near <= depth) & (depth <= scene.far))
     assert len(scene.view) >= 390
@@ -136,8 +140,8 @@ def test_excluded_view_gives_no_points_and_no_evidence() -> None:
     masks[1] = np.full((480, 640), 0, np.uint8)
     masks[1][:40, :40] = 1  # another object in this view, so no interval survives
     contours, seen = extract_outlines(masks, cameras, 300)
-    assert len(scene_from(contours, seen).view) == 0
-    scene = scene_from(*exclude_views(contours, seen, {1}))
+    assert len(contour_rays(contours, seen).view) == 0
+    scene = contour_rays(*exclude_views(contours, seen, {1}))
     assert set(scene.view.tolist()) == {0, 2, 3}
     assert len(scene.view) == np.count_nonzero(contours.view != 1)
 
@@ -145,12 +149,12 @@ def test_excluded_view_gives_no_points_and_no_evidence() -> None:
 def test_fewer_than_two_views_give_no_points() -> None:
     cameras = ring(3)
     masks: list[Mask | None] = [ball(cameras[0]), None, np.zeros((480, 640), np.uint8)]
-    assert len(scene_points(masks, cameras, 300).view) == 0
-    assert len(scene_points([None] * 3, cameras, 300).view) == 0
-    assert len(scene_points([], [], 300).view) == 0
+    assert len(rays_of(masks, cameras, 300).view) == 0
+    assert len(rays_of([None] * 3, cameras, 300).view) == 0
+    assert len(rays_of([], [], 300).view) == 0
 
 
 def test_mask_of_another_size_is_refused() -> None:
     cameras = ring(2)
     with pytest.raises(ValueError, match=r"camera cam01: a mask of \(64, 48\); allowed: \(640, 480\) px"):
-        scene_points([ball(cameras[0]), np.zeros((48, 64), np.uint8)], cameras, 300)
+        rays_of([ball(cameras[0]), np.zeros((48, 64), np.uint8)], cameras, 300)

@@ -13,7 +13,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
 from zenocap.services.tracker.body.sizes import COUNT, FACTORS, SPREADS, entries_of, scaled, values_of
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.initialization.body_fitting import FitSample, fit_body, fit_equations
 from zenocap.services.tracker.parameters import FIT_RESIDUAL_LIMIT_M, FIT_RESIDUAL_SCALE_M
 
@@ -28,9 +29,8 @@ def equations_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32) 
     count = COUNT + ROOT + len(pose.values)
     a, b = np.zeros((count, count)), np.zeros(count)
     squares, number = fit_equations(
-        model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body),
-        pose, rays, a, b,
-    )  # fmt: skip
+        model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body), pose, rays, a, b
+    )
     return a, b, squares, number
 
 
@@ -47,8 +47,7 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
     body, pose = scaled(anatomy, average_body(anatomy, 1.75), np.zeros(COUNT)), upright(anatomy, 1, spread=0.2)
     rays = tangent_rays(model_of(anatomy, body), moved(pose, np.random.default_rng(1), 0.004, 0.01), 60, 1)
     model, dof, tiny = model_of(anatomy, body), ROOT + len(pose.values), 1e-5
-    distances, parts = np.empty(60, np.float32), np.empty(60, np.int32)
-    nearest_parts(model, frames_of(model, pose), rays, distances, parts)
+    _, parts = nearest_of(model, frames_of(model, pose), rays)
     wrong = []
     for i, part in enumerate(parts.tolist()):
         ray = np.ascontiguousarray(rays[:, i : i + 1])
@@ -56,7 +55,7 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
         if abs(found[1]) < 1e-4 or not 0.1 < found[5] < 0.9:
             continue
         a, b, squares, number = equations_of(anatomy, body, pose, ray)
-        weight = contact_weight(found, FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
+        weight = robust_weight(found[0], found[1], FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M)
         row = b / (weight * found[1])
         assert a == pytest.approx(weight * np.outer(row, row), abs=1e-6 * weight)
         assert (squares, number) == (pytest.approx(found[1] ** 2), 1.0)

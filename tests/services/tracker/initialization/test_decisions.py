@@ -20,11 +20,11 @@ from tests.support.tracker_scenes import frames_of, rays_alone
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.recording.setup_file import RecordedTurn
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.initialization.decisions import (
-    Decided,
     by_decision,
     decided_front,
     exchanged_limbs,
@@ -35,7 +35,7 @@ from zenocap.services.tracker.initialization.decisions import (
     turned_as_decided,
 )
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
-from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState, Turn
+from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState
 from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 
@@ -120,7 +120,7 @@ def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
 
 def test_opposite_pose_fills_the_same_space() -> None:
     person = tracking(STANDING).person
-    found = opposite_pose(Decided(SETUP, person, rays_alone(rays())), STANDING)
+    found = opposite_pose(SETUP, person, rays_alone(rays()), STANDING)
     assert not faces(found, STANDING.rotation[:, 2])
     ends = [frames_of(MODEL, one)[[k for k, name in enumerate(FOURTEEN_PARTS.parts) if name in names], :, 3]
             for one, names in ((STANDING, ("right_lower_arm",)), (found, ("left_lower_arm",)))]  # fmt: skip
@@ -130,7 +130,7 @@ def test_opposite_pose_fills_the_same_space() -> None:
 
 def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that_way() -> None:
     back = tuple((-STANDING.rotation[:, 2]).tolist())
-    config = with_options(SETUP, turns=(Turn(7, back),))
+    config = with_options(SETUP, turns=(RecordedTurn(captured_ns=7, front=back),))
     outcome = no_pose(SETUP, lost=False)
     for phase, captured_ns, is_turned in (
         (tracking(STANDING), 7, True),

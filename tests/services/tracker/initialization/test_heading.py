@@ -15,13 +15,11 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
-from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
-from zenocap.services.tracker.states import Person, Tracking
+from zenocap.services.tracker.states import TrackedPerson, Tracking
 from zenocap.services.tracker.tracking import describe, initial_state
 
 STATURE_M = 1.75
@@ -49,7 +47,7 @@ def reversed_of(pose: RootedPose) -> RootedPose:
 
 
 def tracking(pose: RootedPose, known: bool = False) -> Tracking:
-    person = Person(BODY, MODEL, STATURE_M, initial_shape(BODY, np.zeros(COUNT)), 0.8, known)
+    person = replace(TrackedPerson.of(FOURTEEN_PARTS, BODY, STATURE_M), expected_support=0.8, heading_known=known)
     return start_tracking(SETUP, person, pose, 0, 0.0)[0]
 
 

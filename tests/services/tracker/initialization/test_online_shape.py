@@ -43,10 +43,7 @@ def normal(shape: ShapeEstimate, pose: RootedPose, rays: Floats32) -> tuple[Floa
     body = scaled(ANATOMY, shape.average, shape.logs)
     dof = ROOT + len(pose.values)
     a, b = np.zeros((COUNT + dof, COUNT + dof)), np.zeros(COUNT + dof)
-    fit_equations(
-        model_of(ANATOMY, body), entries_of(ANATOMY), values_of(ANATOMY, body),
-        pose, rays, a, b,
-    )  # fmt: skip
+    fit_equations(model_of(ANATOMY, body), entries_of(ANATOMY), values_of(ANATOMY, body), pose, rays, a, b)
     a, b = a * EFFECTIVE / rays.shape[1], b * EFFECTIVE / rays.shape[1]
     held = np.repeat(POSTURE_DEVIATION, [3, 3, dof - ROOT])
     a[COUNT:, COUNT:] += np.diag(1.0 / held**2)
@@ -77,7 +74,7 @@ def test_sequential_postures_equal_one_joint_solve() -> None:
 
 @pytest.mark.nightly
 def test_every_posture_adds_information() -> None:
-    shape = initial_shape(AVERAGE, np.zeros(COUNT))
+    shape = initial_shape(AVERAGE)
     for pose, rays in postures(BODY, 4):
         more = updated_shape(ANATOMY, shape, rays, pose)
         assert np.linalg.eigvalsh(more.information - shape.information).min() > -1e-6
@@ -90,7 +87,7 @@ def test_every_posture_adds_information() -> None:
 
 @pytest.mark.nightly
 def test_sizes_converge_to_the_persons() -> None:
-    shape = initial_shape(AVERAGE, np.zeros(COUNT))
+    shape = initial_shape(AVERAGE)
     for pose, rays in postures(BODY, 8):
         shape = updated_shape(ANATOMY, shape, rays, pose)
     better = improved_body(ANATOMY, shape)
@@ -103,7 +100,7 @@ def test_sizes_converge_to_the_persons() -> None:
 
 @pytest.mark.slow
 def test_body_is_unchanged_without_new_information() -> None:
-    shape = initial_shape(AVERAGE, np.zeros(COUNT))
+    shape = initial_shape(AVERAGE)
     assert improved_body(ANATOMY, shape) is None
     pose, rays = postures(AVERAGE, 1)[0]
     true = upright(ANATOMY, 0, spread=0.6)
@@ -126,7 +123,7 @@ def test_posture_is_new_when_one_joint_differs_from_all_used() -> None:
 
 
 def test_small_change_keeps_the_body() -> None:
-    shape = initial_shape(AVERAGE, np.zeros(COUNT))
+    shape = initial_shape(AVERAGE)
     for size, changes in ((0.5 * SHAPE_CHANGE, False), (2.0 * SHAPE_CHANGE, True)):
         pulled = replace(shape, gradient=shape.information @ np.full(COUNT, size))
         assert (improved_body(ANATOMY, pulled) is not None) is changes

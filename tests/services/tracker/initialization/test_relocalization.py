@@ -1,5 +1,6 @@
 """A measured body is found in common postures and any heading; a wrong heading is reversed."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,20 +10,14 @@ from tests.support.tracker_ring import rendered_masks, ring, seen, setup, simula
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
-from zenocap.services.tracker.initialization.online_shape import initial_shape
-from zenocap.services.tracker.initialization.relocalization import (
-    best_pose,
-    check_other_postures,
-    search_postures,
-)
+from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures, search_postures
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import PARTICLE_HOLD, T_POSE_HOLD
-from zenocap.services.tracker.states import Person
+from zenocap.services.tracker.states import TrackedPerson
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -31,7 +26,6 @@ CAMERAS = ring(4)
 SEED = 2
 WEIGHTS = residual_weights(setup(CAMERAS), PARTICLE_HOLD)
 HELD = residual_weights(setup(CAMERAS), T_POSE_HOLD)
-ROUNDS = 4
 
 
 @lru_cache
@@ -50,8 +44,13 @@ def shown(pose: PersonPose | None) -> Evidence:
 
 def find(evidence: Evidence, facing: RootedPose | None = None) -> RootedPose | None:
     preferred = None if facing is None else facing.rotation
+    return best_pose_anywhere(setup(CAMERAS), person(), None, preferred, evidence)
+
+
+def person() -> TrackedPerson:
     height = simulated_person(SEED).height
-    return best_pose(model(), evidence, search_postures(FOURTEEN_PARTS), height, WEIGHTS, ROUNDS, preferred)
+    one = TrackedPerson.of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, height), height)
+    return replace(one, model=model(), expected_support=0.7)
 
 
 def forward(yaw: float) -> np.ndarray:
@@ -107,8 +106,8 @@ def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
     evidence = shown(pose)
     right = find(evidence)
     assert right is not None
-    wrong = reversed_pose(model(), evidence, right, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
-    again = reversed_pose(model(), evidence, wrong, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
+    wrong = reversed_pose(setup(CAMERAS), model(), evidence, right, search_postures(FOURTEEN_PARTS))
+    again = reversed_pose(setup(CAMERAS), model(), evidence, wrong, search_postures(FOURTEEN_PARTS))
     assert wrong.rotation[:, 2] @ right.rotation[:, 2] < 0.0
     assert misfit(model(), evidence, WEIGHTS.limit, right) < misfit(model(), evidence, WEIGHTS.limit, wrong)
     assert again.rotation[:, 2] @ right.rotation[:, 2] > 0.8
@@ -128,11 +127,9 @@ def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits(
     config = setup(CAMERAS)
     right = find(evidence)
     assert right is not None
-    body = average_body(FOURTEEN_PARTS, simulated_person(SEED).height)
-    person = Person(body, model(), simulated_person(SEED).height, initial_shape(body, np.zeros(COUNT)), 0.7)
     wrong = right._replace(values=search_postures(FOURTEEN_PARTS)[0].values.copy())  # arms stretched
     for pose, replaced in ((wrong, True), (right, False)):
-        tracking, outcome = start_tracking(config, person, pose, 0, 0.0)
+        tracking, outcome = start_tracking(config, person(), pose, 0, 0.0)
         after, _ = check_other_postures(config, tracking, outcome, 33, evidence)
         assert (after.cloud is not tracking.cloud) == replaced
         assert np.abs(after.estimate.values - right.values).max() < 0.5

@@ -39,10 +39,7 @@ def test_t_pose_is_detected_in_any_heading(seed: int, yaw: float) -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     ("pose", "words"),
-    [
-        (None, "waiting for a person"),
-        (neutral(simulated_person(1)), "no T-pose: hold both arms out sideways"),
-    ],
+    [(None, "waiting for a person"), (neutral(simulated_person(1)), "no T-pose: hold both arms out sideways")],
 )
 def test_text_names_what_is_missing(pose: PersonPose | None, words: str) -> None:
     found = detect_t_pose(rays_of(1, pose))

@@ -14,14 +14,10 @@ from hypothesis import strategies as st
 
 from tests.support.prior_cases import known_prior
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
-from zenocap.services.tracker.prior.file import (
-    UserError,
-    find_prior,
-    parse_prior,
-    read_prior,
-    shipped_names,
-    write_prior,
-)
+from zenocap.common.errors import UserError
+from zenocap.common.rig.tracker import SUFFIX, find_prior
+from zenocap.data import PRIORS
+from zenocap.services.tracker.prior.file import parse_prior, read_prior, write_prior
 from zenocap.services.tracker.prior.model import Prior, reconstruction_error
 from zenocap.tools.teach.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 
@@ -165,7 +161,7 @@ MAX_BYTES = 300_000
 
 
 def test_shipped_priors_are_the_known_kinds() -> None:
-    assert shipped_names() == tuple(sorted(NAMES))
+    assert {path.stem for path in PRIORS.glob(f"*{SUFFIX}")} == set(NAMES)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -184,7 +180,7 @@ def test_shipped_prior_reconstructs_held_out_motion_as_recorded() -> None:
     """Fails when the simulated person has changed since `make priors`."""
     prior = read_prior(find_prior("walking"))
     recorded = next(row.held for row in prior.training.errors if row.regions >= prior.regions)
-    found = reconstruction_error(prior, recording("walking", HELD_PERSON).poses)
+    found = reconstruction_error(prior, recording("walking", HELD_PERSON).coordinates)
     assert found == pytest.approx(recorded, rel=0.05)
     assert np.degrees(found) < 3.0
 

@@ -8,8 +8,7 @@ from scipy.stats import multivariate_normal
 
 from tests.support.prior_cases import D, drawn, known_prior
 from zenocap.services.tracker.prior import model
-from zenocap.services.tracker.prior.regions import distances_to, fit_regions, log_densities
-from zenocap.services.tracker.prior.sampling import VARIANCE_FLOOR
+from zenocap.services.tracker.prior.regions import VARIANCE_FLOOR, distances_to, fit_regions, log_densities
 
 
 @pytest.mark.slow

@@ -6,10 +6,10 @@ import pytest
 from tests.support.prior_cases import COORDINATES, D, gait
 from zenocap.common.errors import UserError
 from zenocap.services.tracker.prior.model import Reconstruction, reconstruction_error
-from zenocap.services.tracker.prior.training import Plan, Recording, choose_regions, prepare, train
+from zenocap.services.tracker.prior.training import TrainingMotion, TrainingPlan, choose_regions, prepare, train
 
-SHORT = Plan(candidates=(3, 6, 12))
-MOTIONS = [Recording(f"gait{k}", 60.0, gait(240, k)) for k in range(2)]
+SHORT = TrainingPlan(candidates=(3, 6, 12))
+MOTIONS = [TrainingMotion(f"gait{k}", 60.0, gait(240, k)) for k in range(2)]
 
 
 @pytest.mark.slow
@@ -25,7 +25,7 @@ def test_prior_of_a_gait_reconstructs_another_walk_of_it() -> None:
 
 @pytest.mark.slow
 def test_held_out_files_are_not_used() -> None:
-    held = [Recording("other", 60.0, gait(100, seed=5) + 0.3)]
+    held = [TrainingMotion("other", 60.0, gait(100, seed=5) + 0.3)]
     prior = train(COORDINATES, MOTIONS, held, SHORT)
     assert prior.training.held == ("other",)
     assert prior.training.frames == 2 * 2 * 240
@@ -35,17 +35,16 @@ def test_held_out_files_are_not_used() -> None:
 def test_least_number_of_regions_within_the_tolerance_is_chosen() -> None:
     rows = [Reconstruction(5, 0.5, 0.6), Reconstruction(10, 0.3, 0.31), Reconstruction(20, 0.2, 0.3)]
     assert choose_regions(rows) == 10
-    assert choose_regions(rows, 20) == 20
 
 
 def test_regions_are_limited_by_the_frames() -> None:
-    prior = train(COORDINATES, [Recording("short", 60.0, gait(60))], [], Plan(mirror=False))
+    prior = train(COORDINATES, [TrainingMotion("short", 60.0, gait(60))], [], TrainingPlan(mirror=False))
     assert max(row.regions for row in prior.training.errors) <= 48 // 5
 
 
 @pytest.mark.nightly
 def test_hundred_frames_allow_twenty_regions() -> None:
-    prior = train(COORDINATES, [Recording("first", 60.0, gait(100))], [], Plan(regions=20))
+    prior = train(COORDINATES, [TrainingMotion("first", 60.0, gait(100))], [], TrainingPlan(regions=20))
     assert 15 <= prior.regions <= 20  # those without poses are left out
 
 
@@ -61,23 +60,31 @@ def test_same_seed_gives_the_same_prior_and_progress_is_reported_to_the_end() ->
 def test_frames_without_a_pose_split_the_motion_and_mirroring_doubles_it() -> None:
     poses = gait(100)
     poses[40] = np.nan
-    assert [len(run) for run in prepare(COORDINATES, [Recording("cut", 60.0, poses)], Plan())] == [40, 59, 40, 59]
+    assert [len(run) for run in prepare(COORDINATES, [TrainingMotion("cut", 60.0, poses)], TrainingPlan())] == [
+        40,
+        59,
+        40,
+        59,
+    ]
 
 
 @pytest.mark.parametrize(
     ("motion", "words"),
     [
-        (Recording("flat", 60.0, np.zeros((9, D - 1))), f"flat: poses of shape .*: allowed: {D} coordinates of fourteen"),
-        (Recording("lost", 60.0, np.full((9, D), np.nan)), "lost: 9 frames, no two with poses: allowed: two or more"),
-        (Recording("brief", 60.0, gait(8)), "training frames: allowed: 25 or more at 60/s, for 5 regions"),
+        (
+            TrainingMotion("flat", 60.0, np.zeros((9, D - 1))),
+            f"flat: poses of shape .*: allowed: {D} coordinates of fourteen",
+        ),
+        (TrainingMotion("lost", 60.0, np.full((9, D), np.nan)), "lost: 9 frames, no two with poses: allowed: two or more"),
+        (TrainingMotion("brief", 60.0, gait(8)), "training frames: allowed: 25 or more at 60/s, for 5 regions"),
     ],
 )
-def test_error_names_the_unusable_motion(motion: Recording, words: str) -> None:
+def test_error_names_the_unusable_motion(motion: TrainingMotion, words: str) -> None:
     with pytest.raises(UserError, match=words):
-        train(COORDINATES, [motion], [], Plan())
+        train(COORDINATES, [motion], [], TrainingPlan())
 
 
 @pytest.mark.parametrize("wrong", [{"dims": 0}, {"dims": 11}, {"rate": 0.0}, {"rate": np.nan}, {"regions": 0}])
 def test_plans_out_of_range_are_refused(wrong: dict[str, int]) -> None:
     with pytest.raises(UserError, match=f"{next(iter(wrong))} = .*: allowed: 1 to"):
-        Plan(**wrong)
+        TrainingPlan(**wrong)

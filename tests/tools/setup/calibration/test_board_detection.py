@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.board_pictures import before, picture_of, plain_camera, true_pixels
 from tests.support.board_views import with_fisheye
-from zenocap.simulation.board_film import seen_corners
+from tests.support.carried_board import seen_corners
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.board_detection import BoardDetector, board_variant, in_order, why_not_found
 

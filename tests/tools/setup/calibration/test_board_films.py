@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.support.board_pictures import before, picture_of, plain_camera, true_pixels
+from tests.support.video_file import write_video
 from zenocap.common.errors import UserError
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.board_films import BoardFilm, board_films, board_views
 

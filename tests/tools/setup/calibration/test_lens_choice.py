@@ -7,10 +7,10 @@ import pytest
 
 from tests.support.board_pictures import before, plain_camera
 from tests.support.board_views import with_fisheye
+from tests.support.carried_board import seen_corners
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
-from zenocap.simulation.board_film import seen_corners
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.board_views import CameraViews, View
 from zenocap.tools.setup.calibration.lens_choice import first_lens, held_out_error, spread_views

@@ -2,12 +2,12 @@
 
 import pytest
 
+from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 from zenocap.common.rig.sources import Device, Stream, VideoFile
 from zenocap.common.video.v4l2.listing import FoundCamera
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.setup.page.sources import live_viewers
 
 

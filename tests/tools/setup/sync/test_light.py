@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.arrays import Floats
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
-from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.setup.sync.light import FLASH_LIMITS, FlashPair, light_changes
 from zenocap.tools.setup.sync.videos import Brightness, brightness_in, brightness_of
 

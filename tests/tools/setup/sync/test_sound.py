@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import resample_poly
 
+from tests.support.video_file import Sound, write_video
 from tests.support.videos import grey_frames
 from zenocap.common.lags.pairs import peak_of
-from zenocap.simulation.rendering.video_file import Sound, write_video
 from zenocap.tools.setup.sync.sound import RATE, SOUND_LIMITS, SoundPair, phase_correlation, read_sound
 
 SOURCE = np.random.default_rng(0).standard_normal(16_000 * 12) * 0.1

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from zenocap.services.tracker.prior.file import read_prior
-from zenocap.services.tracker.prior.training import Plan
+from zenocap.services.tracker.prior.training import TrainingPlan
 from zenocap.tools.teach.dataset import build_priors
 
 pytestmark = pytest.mark.slow
 
-SMALL = Plan(candidates=(5, 10))
+SMALL = TrainingPlan(candidates=(5, 10))
 
 
 @pytest.mark.nightly

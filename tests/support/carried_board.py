@@ -1,6 +1,6 @@
 """A board carried through the room: poses, corners, pictures.
 
-For tests and benchmarks of the calibration; the board itself is given by its picture and its corners.
+The board itself is given by its picture and its corners.
 """
 
 from collections.abc import Sequence

@@ -11,11 +11,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from zenocap.common.arrays import Floats, Ints
+from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.coordinates import BALL, HINGE
 from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler, matrix_to_quaternion
-
-BALL, HINGE = 3, 1  # axes
 
 # A faster change of the root was no motion, but a correction of the track.  12 m/s is faster than a sprint, and 25 rad/s,
 # four turns a second, faster than a figure skater's start of a spin.  Chosen by hand; the tracker has the same limits.
@@ -23,7 +22,7 @@ MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s, rad/s
 
 
 @dataclass(frozen=True, eq=False)
-class JointRotations:
+class PoseRotations:
     """n poses.  positions: (n, 3) navel, metres.  quaternions: (n, balls, 4) x, y, z, w, part to parent, the root first.
 
     hinges: (n, hinges) radians.  Joints are in the order of the anatomy.
@@ -67,7 +66,7 @@ def joint_columns(anatomy: Anatomy) -> JointColumns:
     return JointColumns(count, balls, columns, anatomy.limits[columns])
 
 
-def joint_rotations(anatomy: Anatomy, positions: Floats, angles: Floats) -> JointRotations:
+def pose_rotations(anatomy: Anatomy, positions: Floats, angles: Floats) -> PoseRotations:
     """Rotations of poses: positions (n, 3), angles (n, angles) in radians; signs of quaternions are continuous over n."""
     columns = joint_columns(anatomy)
     quaternions = np.empty((len(angles), columns.count, 4))
@@ -76,10 +75,10 @@ def joint_rotations(anatomy: Anatomy, positions: Floats, angles: Floats) -> Join
         quaternions[:, balls] = matrix_to_quaternion(matrices.reshape(-1, 3, 3)).reshape(len(angles), -1, 4)
     opposite = np.sum(quaternions[1:] * quaternions[:-1], axis=-1) < 0.0
     quaternions[1:] *= np.where(np.cumsum(opposite, axis=0) % 2 == 1, -1.0, 1.0)[..., None]
-    return JointRotations(positions, quaternions, angles[:, columns.hinges])
+    return PoseRotations(positions, quaternions, angles[:, columns.hinges])
 
 
-def joint_angles(anatomy: Anatomy, rotations: JointRotations, near: Floats) -> Floats:
+def joint_angles(anatomy: Anatomy, rotations: PoseRotations, near: Floats) -> Floats:
     """Joint angles (n, angles), radians, of rotations; of equal Euler angles those nearest to `near` (n, angles)."""
     columns = joint_columns(anatomy)
     angles = near.copy()
@@ -91,11 +90,11 @@ def joint_angles(anatomy: Anatomy, rotations: JointRotations, near: Floats) -> F
     return angles
 
 
-def root_jumps(rotations: JointRotations, times_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def root_jumps(rotations: PoseRotations, times_s: Floats) -> Bools:
     """(n - 1,) whether the root moved or turned faster than a person can.  times_s: (n,) seconds."""
     steps_s = np.diff(times_s)
     speed = np.linalg.norm(np.diff(rotations.positions, axis=0), axis=1)
     cosines = np.abs(np.sum(rotations.quaternions[1:, 0] * rotations.quaternions[:-1, 0], axis=-1))
     turn = 2.0 * np.arccos(np.minimum(cosines, 1.0))
-    jumps: np.ndarray[tuple[int], np.dtype[np.bool_]] = (speed > MAX_SPEED * steps_s) | (turn > MAX_TURN_RATE * steps_s)
+    jumps: Bools = (speed > MAX_SPEED * steps_s) | (turn > MAX_TURN_RATE * steps_s)
     return jumps

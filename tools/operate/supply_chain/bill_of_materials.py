@@ -1,7 +1,7 @@
 """Software bill of materials (SBOM) of the run-time dependencies: CycloneDX 1.6 as JSON.
 
-`python -m zenocap.tools.operate.supply_chain.bill_of_materials -o FILE`, or `make sbom`.  It describes what is installed here;
-equal installations give equal bytes.
+`python -m zenocap.tools.operate.supply_chain.bill_of_materials -o FILE`, or `make sbom`.  It describes what is installed
+here; equal installations give equal bytes.
 """
 
 import json

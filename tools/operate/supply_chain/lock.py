@@ -1,7 +1,8 @@
 """Pinned versions with hashes: deploy/requirements.txt.
 
-`python -m zenocap.tools.operate.supply_chain.lock`, or `make lock`: pip resolves the dependencies for each platform, and reports
-the hash of every file.  The file names no index: pip takes the packages from whichever is configured, and refuses others.
+`python -m zenocap.tools.operate.supply_chain.lock`, or `make lock`: pip resolves the dependencies for each platform, and
+reports the hash of every file.  The file names no index: pip takes the packages from whichever is configured, and refuses
+others.
 """
 
 import json

@@ -108,7 +108,7 @@ def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Flo
     if len(pose.angles) != len(setup.anatomy.angles):
         raise ValueError(f"{len(pose.angles)} joint angles: allowed: {len(setup.anatomy.angles)}")
     angles = angles_of(setup.anatomy, pose.angles, setup.anatomy.neutral)
-    row: Floats = rows_of(setup.anatomy, np.array([pose.position]), angles[None], setup.stream.kind)[0]
+    row: Floats = rows_of(setup.anatomy, np.array([pose.position]), angles[None], setup.stream.model.features)[0]
     return row
 
 

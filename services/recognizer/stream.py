@@ -5,12 +5,12 @@ the vectors and their times.  `segmentation` finds postures among the rows; `mov
 posture.  A gap of more than MAX_STREAM_GAP_S ends the segmentation before it; nothing is interpolated across it.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.services.recognizer.features import KINDS, Kind
 from zenocap.services.recognizer.ignored_parts import without_parts
 from zenocap.services.recognizer.model import Classification, PostureModel, classify, symbols_of, whiten
 from zenocap.services.recognizer.movement import MovementState, RowRange, detect_movement
@@ -40,12 +40,10 @@ USED, LATE, GAP, LOST = "used", "late", "gap", "lost"  # use of a vector, see `p
 class StreamSetup:
     """A model prepared for streams.
 
-    kind: of its features.  delay: rows between the end of a posture and its answer.  kept: rows of features that are kept
-    to classify a window.
+    delay: rows between the end of a posture and its answer.  kept: rows of features that are kept to classify a window.
     """
 
     model: PostureModel
-    kind: Kind
     segmentation: SegmentationSetup
     period_ns: float
     delay: int
@@ -84,13 +82,10 @@ class Recognition:
 
 
 def stream_setup(model: PostureModel, strictness: float = STRICTNESS) -> StreamSetup:
-    """Prepare a model.  strictness: see `parameters.STRICTNESS`.  Raises ValueError for unknown features."""
-    kind = next((kind for kind in KINDS if kind == model.features), None)
-    if kind is None:
-        raise ValueError(f"features = {model.features!r}: allowed: {', '.join(KINDS)}")
+    """Prepare a model.  strictness: see `parameters.STRICTNESS`."""
     segmentation = segmentation_setup(model, strictness)
     delay = max(1, round(ANSWER_DELAY_S * model.rate))
-    return StreamSetup(model, kind, segmentation, 1e9 / model.rate, delay, 2 * segmentation.window + delay)
+    return StreamSetup(model, segmentation, 1e9 / model.rate, delay, 2 * segmentation.window + delay)
 
 
 def initial_stream(setup: StreamSetup) -> Stream:
@@ -118,9 +113,17 @@ def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats)
     return *_pop(stream), use
 
 
-def finish(setup: StreamSetup, stream: Stream) -> tuple[Recognition, ...]:
-    """Results that wait, and those of the windows that have ended, as a gap after the latest vector gives them."""
-    return _end(setup, stream).queue
+def recognitions(setup: StreamSetup, times_ns: Sequence[int], rows: Floats) -> Iterator[tuple[int, Recognition]]:
+    """Results of a stream of rows (T, d) at these times, each with the number of the row at which it comes.
+
+    Those that still wait at its end, and those of the windows that have ended then, have T: a gap would give them.
+    """
+    stream = initial_stream(setup)
+    for number, (captured_ns, row) in enumerate(zip(times_ns, rows, strict=True)):
+        stream, found, _ = push(setup, stream, captured_ns, row)
+        if found is not None:
+            yield number, found
+    yield from ((len(rows), found) for found in _end(setup, stream).queue)
 
 
 def _resample(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats) -> Stream:

@@ -118,9 +118,9 @@ class _Shown:
                 continue
             self._counts[posture.label] += 1
             self._number += 1
+            confidence = round(confidence_of(posture.score, posture.margin, len(posture.log_likelihoods)), 3)
             duration_s = round((posture.end_ns - posture.start_ns) / 1e9, 2)
-            entry = pm.LiveEntry(self._number, posture.label, round(confidence_of(posture), 3), duration_s)
-            self._latest.appendleft(entry)
+            self._latest.appendleft(pm.LiveEntry(self._number, posture.label, confidence, duration_s))
 
     def update(self, text: str) -> pm.LiveUpdate:
         return pm.LiveUpdate("running", text, list(self._latest), sorted(self._counts.items()))

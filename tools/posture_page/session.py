@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
@@ -14,7 +13,7 @@ from zenocap.common.web.page import NOTICE
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.examples import BACKGROUND
-from zenocap.services.recognizer.training.labelling import kind_of, suggestions_in
+from zenocap.services.recognizer.training.labelling import suggestions_in
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.tools.posture_page import labels as lb
 from zenocap.tools.posture_page import messages as pm
@@ -118,7 +117,7 @@ class Session:
             case pm.Train():
                 self._train()
             case pm.Try(take=take):
-                self._try([self._labels.checked(take)])
+                self._try(self._labels.checked(take))
             case pm.TryLive(on=on):
                 self._try_live(on)
             case pm.AskPoses():
@@ -164,12 +163,9 @@ class Session:
     def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[trial.Found]]) -> None:
         self._model, self._found = result.model, found
         self._trained_on = {row.source.resolve() for row in rows}
-        postures = [pm.PostureRow(**asdict(one)) for one in result.postures]
         outdated = self._labels.rows != list(rows)
-        text = f"{self._model_path.name} is written"
-        self._publish_training(
-            pm.TrainingUpdate("done", text, 0, 0, list(result.lines), postures, self._command, outdated)
-        )  # fmt: skip
+        text, lines, postures = f"{self._model_path.name} is written", list(result.lines), list(result.postures)
+        self._publish_training(pm.TrainingUpdate("done", text, 0, 0, lines, postures, self._command, outdated))
         self._suggesting = (self._model_path.name, result.model)
         self._suggest()
         if self._live is not None and self._live.running:
@@ -177,15 +173,15 @@ class Session:
         for take in found:
             self._publish_trial(take)
 
-    def _try(self, takes: Sequence[int]) -> None:
+    def _try(self, take: int) -> None:
         self._check_idle()
         model = self._model
         if model is None:
             raise UserError("there is no model yet: allowed after Train")
 
         def job() -> Callable[[], None]:
-            found = {take: self._recognized(model, take) for take in takes}
-            return lambda: self._tried(found)
+            found = self._recognized(model, take)
+            return lambda: self._tried(take, found)
 
         self._job.start(job)
 
@@ -199,13 +195,12 @@ class Session:
             raise UserError("there is no model yet: allowed after Train")
         self._live.start(self._model)
 
-    def _tried(self, found: dict[int, list[trial.Found]]) -> None:
-        self._found |= found
-        for take in found:
-            self._publish_trial(take)
+    def _tried(self, take: int, found: list[trial.Found]) -> None:
+        self._found[take] = found
+        self._publish_trial(take)
 
     def _recognized(self, model: PostureModel, take: int) -> list[trial.Found]:
-        return trial.recognized(model, self._takes[take].features(kind_of(model)))
+        return trial.recognized(model, self._takes[take].features(model.features))
 
     def _check_idle(self) -> None:
         if self.busy:
@@ -218,7 +213,7 @@ class Session:
             guesses: list[tuple[str, bool]] = [("", False)] * len(candidates)
             if self._suggesting is not None:
                 name, model = self._suggesting
-                found = suggestions_in(model, take.features(kind_of(model)), candidates)
+                found = suggestions_in(model, take.features(model.features), candidates)
                 guesses = [("", False) if guess is None else (guess.label, guess.known) for guess in found]
             takes.append(
                 [

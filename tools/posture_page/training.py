@@ -22,6 +22,7 @@ from zenocap.services.recognizer.training.examples import (
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import train
+from zenocap.tools.posture_page.messages import PostureRow
 from zenocap.tools.posture_page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
 from zenocap.tools.posture_page.training_settings import PageSettings
 
@@ -39,23 +40,12 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class PostureResult:
-    """Examples of a posture, those that could be held out, and those of them that were recognized."""
-
-    posture: str
-    examples: int
-    people: int
-    tested: int
-    right: int
-
-
-@dataclass(frozen=True)
 class TrainingResult:
     """Result of a training.  lines: in words, the most important first.  postures: in the order of the model."""
 
     model: PostureModel
     lines: tuple[str, ...]
-    postures: tuple[PostureResult, ...]
+    postures: tuple[PostureRow, ...]
 
 
 def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
@@ -114,30 +104,28 @@ def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> lis
     found: dict[int, HeldOut] = {}
     for done, held in enumerate(groups):
         report(done, len(groups), "testing with held-out examples")
-        kept = ready.subset([k for k in range(len(ready.examples)) if k not in set(held)])
-        learnt = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
-        decide = classifier_of(Prepared(kept.examples, kept.sequences, learnt), settings) if learnt else None
+        kept = ready.without(held)
+        decide = classifier_of(kept, settings) if kept.labels else None
         for k in held:
             posture = ready.examples[k].label
-            known = decide is not None and posture in learnt
-            answer = learnt[decide(ready.sequences[k]).best] if decide is not None and known else None
-            found[k] = HeldOut(posture, answer)
+            known = decide is not None and posture in kept.labels
+            found[k] = HeldOut(posture, kept.labels[decide(ready.sequences[k]).best] if decide and known else None)
     report(len(groups), len(groups), "tested")
     return [found.get(k, HeldOut(example.label, None)) for k, example in enumerate(ready.examples)]
 
 
-def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureResult, ...]:
+def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureRow, ...]:
     """Result of each posture."""
     found = []
     for label in ready.labels:
         own = [example for example in ready.examples if example.label == label]
         answers = [one.answer for one in held if one.posture == label and one.answer is not None]
         people = len({example.person for example in own})
-        found.append(PostureResult(label, len(own), people, len(answers), answers.count(label)))
+        found.append(PostureRow(label, len(own), people, len(answers), answers.count(label)))
     return tuple(found)
 
 
-def words(postures: Sequence[PostureResult], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
+def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
     """Lines on the held-out result, and on what is missing."""
     tested, right = sum(one.tested for one in postures), sum(one.right for one in postures)
     how = "by a model without that person" if people > 1 else "by a model without that repetition"
@@ -166,5 +154,5 @@ def words(postures: Sequence[PostureResult], held: Sequence[HeldOut], people: in
     return lines
 
 
-def _tested(postures: Sequence[PostureResult], label: str) -> int:
+def _tested(postures: Sequence[PostureRow], label: str) -> int:
     return next(one.tested for one in postures if one.posture == label)

@@ -1,21 +1,18 @@
 """Recognition of a whole take with a model, as a stream, and its comparison with the labels."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
+from zenocap.services.recognizer.commands import confidence_of
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.stream import Recognition, StreamSetup, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import recognitions, stream_setup
 from zenocap.services.recognizer.training.example_files import Features
 from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.tools.posture_page.parameters import OVERLAP
 
 Verdict = Literal["right", "wrong", "unlabelled"]
-END_NS = 10_000_000_000  # after the last pose, so that everything is answered
 
 
 @dataclass(frozen=True)
@@ -46,29 +43,13 @@ class Trial:
 
 def recognized(model: PostureModel, motion: Features) -> list[Found]:
     """Postures in a motion, in the order in which a recognizer publishes them."""
-    setup = stream_setup(model)
-    stream = initial_stream(setup)
-    answers: list[Recognition] = []
-    for time_s, row in zip(motion.times_s.tolist(), motion.features, strict=True):
-        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
-        answers += [answer] if answer is not None else []
-    end_ns = round(float(motion.times_s[-1]) * 1e9) + END_NS
-    lost = np.full(motion.features.shape[1], np.nan)
-    while True:
-        stream, answer, _ = push(setup, stream, end_ns, lost)
-        if answer is None:
-            break
-        answers.append(answer)
-    return [found_of(setup, answer) for answer in answers if answer.label is not None]
-
-
-def found_of(setup: StreamSetup, answer: Recognition) -> Found:
-    """A result with its confidence."""
-    scores = answer.classification
-    score = float(scores.scores[scores.best])
-    rivals = (score, scores.margin) if len(setup.model.labels) > 1 else (score,)
-    confidence = 1.0 - math.exp(-max(min(rivals), 0.0))
-    return Found(answer.start_ns / 1e9, answer.end_ns / 1e9, answer.label or "", confidence)
+    times_ns, found = [round(time_s * 1e9) for time_s in motion.times_s.tolist()], []
+    for _, answer in recognitions(stream_setup(model), times_ns, motion.features):
+        if answer.label is not None:
+            scores = answer.classification
+            confidence = confidence_of(float(scores.scores[scores.best]), scores.margin, len(model.labels))
+            found.append(Found(answer.start_ns / 1e9, answer.end_ns / 1e9, answer.label, confidence))
+    return found
 
 
 def compare(model: PostureModel, found: Sequence[Found], labels: Sequence[tuple[int, Row]], end_s: float) -> Trial:

@@ -5,7 +5,7 @@ people are not in the training set.  As in the paper, the result is the likelies
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Literal, get_args
 
@@ -99,13 +99,11 @@ def cross_validate(
     answers: list[HeldOutResult] = []
     for done, held in enumerate(groups):
         report(done, len(groups), f"{protocol}: {done + 1} of {len(groups)}")
-        out = set(held)
-        kept = ready.subset([k for k in range(len(ready.examples)) if k not in out])
-        learnt = tuple(label for label in ready.labels if any(example.label == label for example in kept.examples))
-        tested = [k for k in held if ready.examples[k].label in learnt]
+        kept = ready.without(held)
+        tested = [k for k in held if ready.examples[k].label in kept.labels]
         if tested:
-            decide = classifier_of(replace(kept, labels=learnt), settings)
-            answers += [_answer(ready, k, learnt, decide(ready.sequences[k])) for k in tested]
+            decide = classifier_of(kept, settings)
+            answers += [_answer(ready, k, kept.labels, decide(ready.sequences[k])) for k in tested]
     report(len(groups), len(groups), f"{protocol}: done")
     people = len({example.person for example in ready.examples})
     if not answers:
@@ -139,11 +137,9 @@ def classifier_of(kept: Prepared, settings: TrainingSettings) -> Callable[[Float
     """Classification of rows (T, d) by what is learnt from the examples `kept`, without thresholds."""
     if settings.classifier == "paper":
         return partial(classify, train_models(kept, settings))
-    labels = np.array([kept.labels.index(example.label) for example in kept.examples])
     values = descriptions_of(kept, settings.rate, settings.seed)
-    forest = train_forest(
-        values.reshape(-1, VALUES), np.repeat(labels, values.shape[1]), len(kept.labels), settings.trees, settings.seed
-    )
+    labels = np.repeat(kept.indices, values.shape[1])
+    forest = train_forest(values.reshape(-1, VALUES), labels, len(kept.labels), settings.trees, settings.seed)
     return lambda rows: by_forest(forest, describe(rows, settings.rate))
 
 

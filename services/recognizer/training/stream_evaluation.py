@@ -7,11 +7,9 @@ from math import exp
 import numpy as np
 
 from zenocap.services.recognizer.model import LEAST_VOTES, Classification, PostureModel
-from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import StreamSetup, recognitions, stream_setup
 from zenocap.services.recognizer.training.example_files import Features
 from zenocap.services.recognizer.training.parameters import OVERLAP_SHARE
-
-FLUSH_S = 1.0  # after the last frame a frame without a pose ends the windows: longer than `parameters.MAX_STREAM_GAP_S`
 
 
 @dataclass(frozen=True)
@@ -104,23 +102,13 @@ def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequ
 
 
 def answers_of(setup: StreamSetup, motion: Features) -> list[Answer]:
-    """Postures that a model publishes while the frames of a source arrive, and within FLUSH_S after them."""
-    stream, found = initial_stream(setup), []
-    last_s = float(motion.times_s[-1])
-    frames = [*zip(motion.times_s.tolist(), motion.features, strict=True)]
-    after = [(last_s + (1 + k) * FLUSH_S, np.full(motion.features.shape[1], np.nan)) for k in range(_most_queued(setup))]
-    for time_s, row in (*frames, *after):
-        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
-        if answer is not None and answer.label is not None:
-            level = _level(setup.model, answer.classification)
-            span = (answer.start_ns / 1e9, answer.end_ns / 1e9)
-            found.append(Answer(answer.label, *span, min(time_s, last_s), level))
+    """Postures that a model publishes while the frames of a source arrive, and after them, at the time of the last."""
+    found, times_s = [], motion.times_s.tolist()
+    for number, answer in recognitions(setup, [round(time_s * 1e9) for time_s in times_s], motion.features):
+        if answer.label is not None:
+            at_s, level = times_s[min(number, len(times_s) - 1)], _level(setup.model, answer.classification)
+            found.append(Answer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level))
     return found
-
-
-def _most_queued(setup: StreamSetup) -> int:
-    """Results that may wait at the end of a stream: each is at least two rows of its longest window."""
-    return max(2, setup.segmentation.window // 2)
 
 
 def _level(model: PostureModel, found: Classification) -> float:

@@ -128,7 +128,6 @@ def _evaluate_streams(
     with one_line_errors():
         from zenocap.common.errors import UserError
         from zenocap.services.recognizer.model_file import find_model, read_model
-        from zenocap.services.recognizer.stream import stream_setup
         from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
 
         check_folder(plot)
@@ -136,7 +135,7 @@ def _evaluate_streams(
             _check_drawing(plot)
         model = read_model(find_model(name))
         with progress("reading takes", "takes") as state:
-            sources = read_streams(manifest, stream_setup(model).kind, tracked, method, state.update, joints)
+            sources = read_streams(manifest, model.features, tracked, method, state.update, joints)
         outcome = evaluate_streams(model, list(sources.values()))
         if not outcome.hours:
             raise UserError(f"{manifest}: no pose in any source: allowed: sources in which the person is tracked")

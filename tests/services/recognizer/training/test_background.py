@@ -13,8 +13,8 @@ from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import packed, parse_model
 from zenocap.services.recognizer.motion_rows import WIDTH
 from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
+from zenocap.services.recognizer.training.background import halves_of, open_setup, windows_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example
-from zenocap.services.recognizer.training.rejection_rate import halves_of, open_setup, windows_of
 from zenocap.services.recognizer.training.train import train
 
 PATH = Path("some.postures")

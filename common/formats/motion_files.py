@@ -13,7 +13,6 @@ from zenocap.common.body.coordinates import coordinates_of, unwrap_rotations
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
 from zenocap.common.errors import UserError
-from zenocap.common.formats.bvh_joint_names import read_bvh_centres
 from zenocap.common.formats.c3d_reader import read_c3d
 from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.joint_map import UPS, JointMap
@@ -69,11 +68,6 @@ def read_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
     if (found := import_format_of(path)) is None:
         raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join((*import_suffixes(), '.mcap'))}")
     return found.centres(path, joints)
-
-
-def bvh_centres(path: Path, joints: JointMap | None) -> Trajectories:
-    """Joint centres of a BVH file.  Raises UserError."""
-    return read_bvh_centres(path, joints=joints)
 
 
 def trc_centres(path: Path, joints: JointMap | None) -> Trajectories:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.support.pose_tracks import NAMES, moving
-from zenocap.common.formats.csv import write_csv
+from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Angle, Axes, Unit, convert
 
 
@@ -21,7 +22,7 @@ def read(path: Path) -> list[dict[str, str]]:
 @pytest.mark.parametrize(("unit", "angle"), [("m", "deg"), ("cm", "rad"), ("mm", "deg")])
 def test_written_files_are_read_back(axes: Axes, unit: Unit, angle: Angle, tmp_path: Path) -> None:
     track = moving(9, first=5, lost=(4,))
-    write_csv(tmp_path / "a.csv", track, axes=axes, unit=unit, angle=angle)
+    write_csv(tmp_path / "a.csv", ExportRequest(track, axes, unit, angle))
     rows = read(tmp_path / "a.csv")
     assert [int(row["frame"]) for row in rows] == list(track.frames)
     points = np.array([[[float(row[f"{n}.{a}_{unit}"] or "nan") for a in "xyz"] for n in NAMES] for row in rows])
@@ -36,7 +37,7 @@ def test_written_files_are_read_back(axes: Axes, unit: Unit, angle: Angle, tmp_p
 
 
 def test_every_heading_names_its_unit(tmp_path: Path) -> None:
-    write_csv(tmp_path / "a.csv", moving())
+    write_csv(tmp_path / "a.csv", ExportRequest(moving()))
     headings = read(tmp_path / "a.csv")[0].keys()
     without = [name for name in headings if not re.search(r"_(s|m|deg)$", name)]
     assert without == ["frame", "view.1", "score.1", "view.2", "score.2", "lost"]

@@ -7,19 +7,23 @@ import numpy as np
 import pytest
 
 from tests.support.pose_tracks import moving
-from zenocap.common.formats.csv import write_csv
-from zenocap.common.formats.tables import TableLayout, unit_of, write_npz, write_parquet
+from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.pose_track import PoseTrack
+from zenocap.common.formats.tables import unit_of, write_csv, write_npz, write_parquet
 
 pandas = pytest.importorskip("pandas", reason="pandas is not installed: pip install pandas")
 LOST = (3, 4)
-LAYOUT = TableLayout("z-up", "cm", "rad", "coco", smoothing="of this test")
+
+
+def request(track: PoseTrack) -> ExportRequest:
+    return ExportRequest(track, "z-up", "cm", "rad", "coco", smoothing="of this test")
 
 
 def test_pandas_reads_equal_tables_from_csv_and_parquet(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
     track = moving(9, lost=LOST, first=2)
-    write_csv(tmp_path / "a.csv", track, axes="z-up", unit="cm", angle="rad", joints="coco")
-    write_parquet(tmp_path / "a.parquet", track, LAYOUT)
+    write_csv(tmp_path / "a.csv", request(track))
+    write_parquet(tmp_path / "a.parquet", request(track))
     text, table = pandas.read_csv(tmp_path / "a.csv"), pandas.read_parquet(tmp_path / "a.parquet")
     assert list(table.columns) == list(text.columns)
     assert str(table["frame"].dtype) == "int64"
@@ -33,7 +37,7 @@ def test_pandas_reads_equal_tables_from_csv_and_parquet(tmp_path: Path) -> None:
 
 def test_parquet_says_what_the_columns_are(tmp_path: Path) -> None:
     pq = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
-    write_parquet(tmp_path / "a.parquet", moving(5), LAYOUT)
+    write_parquet(tmp_path / "a.parquet", request(moving(5)))
     schema = pq.read_schema(tmp_path / "a.parquet")
     said = json.loads(schema.metadata[b"zenocap"])
     assert (said["axes"], said["unit"], said["angle"], said["joint_convention"]) == ("z-up", "cm", "rad", "COCO-17")
@@ -44,7 +48,7 @@ def test_parquet_says_what_the_columns_are(tmp_path: Path) -> None:
 
 def test_npz_has_the_same_numbers_as_arrays_and_no_pickles(tmp_path: Path) -> None:
     track = moving(9, lost=LOST, first=2)
-    write_npz(tmp_path / "a.npz", track, LAYOUT)
+    write_npz(tmp_path / "a.npz", request(track))
     with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
         names = found["joint_names"].tolist()
         expected = track.trajectories("coco")

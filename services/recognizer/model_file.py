@@ -97,13 +97,10 @@ class _Contents(Struct, forbid_unknown_fields=True):
     ignored: Annotated[list[Part], Meta(min_length=1, max_length=2)] | msgspec.UnsetType = msgspec.UNSET  # not without any
 
 
-def find_model(text: str, base: Path | None = None) -> Path:
-    """Path of a model file.  text: the name of a shipped model, or a path relative to `base`.
-
-    base: a folder; None: the working directory.  Raises UserError.
-    """
+def find_model(text: str) -> Path:
+    """Path of a model file.  text: the name of a shipped model, or a path.  Raises UserError."""
     try:
-        return recognizer_table.find_postures(text, base or Path())
+        return recognizer_table.find_postures(text, Path())
     except recognizer_table.RecognizerError as error:
         raise UserError(str(error)) from None
 

@@ -1,16 +1,13 @@
 """Streams compared with labelled spans: matches, delays, rates, and the operating curve."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.support.posture_cases import FAST_FOREST, RATE, examples, movement
 from zenocap.services.recognizer.training.example_files import Features
-from zenocap.services.recognizer.training.stream_evaluation import (
-    Answer,
-    Span,
-    StreamOutcome,
-    evaluate_streams,
-)
+from zenocap.services.recognizer.training.stream_evaluation import Answer, Span, StreamOutcome, evaluate_streams
 from zenocap.services.recognizer.training.train import train
 
 HOUR = 1.0
@@ -47,8 +44,6 @@ def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize("classifier", ["forest", "paper"])
 def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str) -> None:
-    from dataclasses import replace
-
     model = train(examples(range(1, 7)), replace(FAST_FOREST, classifier=classifier))  # type: ignore[arg-type]
     parts, spans, at = [], [], 0
     for k, label in enumerate(("wave", "kick", "bow", "wave")):
@@ -65,7 +60,6 @@ def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str)
     assert -0.5 < found.score().delay_s(0.5) < 0.6
     for answer in found.answers[0]:
         if classifier == "forest":
-            assert model.forest is not None
             assert model.forest.thresholds.min() <= answer.level <= 1.0
             assert round(answer.level * 100) == pytest.approx(answer.level * 100)
         else:

@@ -118,12 +118,7 @@ def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None
 
 
 def _missing(
-    path: Path,
-    names: Sequence[str],
-    missing: Sequence[str],
-    markers: int,
-    lacking: Sequence[str],
-    joints: JointMap | None,
+    path: Path, names: Sequence[str], missing: Sequence[str], markers: int, lacking: Sequence[str], joints: JointMap | None
 ) -> str:
     """Error of a file without some joint centres; with few of them and many markers, of a file without some markers."""
     more = ", ..." if len(names) > NAMES_SHOWN else ""

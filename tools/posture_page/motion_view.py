@@ -15,13 +15,7 @@ from zenocap.services.animator.page.page_updates import body_update
 from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.training.example_files import Features, features_of, read_track
 from zenocap.services.recognizer.training.labelling import Candidate, candidates_of, speeds_of
-from zenocap.tools.posture_page.parameters import (
-    CHUNK_S,
-    CURVE_POINTS,
-    MAX_POSE_RATE,
-    POSITION_SCALE,
-    QUATERNION_SCALE,
-)
+from zenocap.tools.posture_page.parameters import CHUNK_S, CURVE_POINTS, MAX_POSE_RATE, POSITION_SCALE, QUATERNION_SCALE
 
 
 @dataclass(frozen=True)

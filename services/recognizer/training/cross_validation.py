@@ -84,10 +84,7 @@ class Outcome:
 
 
 def cross_validate(
-    examples: Sequence[Example],
-    settings: TrainingSettings,
-    protocol: Protocol,
-    report: Report = no_report,
+    examples: Sequence[Example], settings: TrainingSettings, protocol: Protocol, report: Report = no_report
 ) -> Outcome:
     """Classify every example with a model trained on the others that the protocol allows.
 

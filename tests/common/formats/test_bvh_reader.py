@@ -71,11 +71,7 @@ def test_joint_positions_equal_those_of_another_reader(track: PoseTrack, tmp_pat
         ("HIERARCHY", "HIERACHY", r"a.bvh: line 1: 'HIERACHY': allowed: HIERARCHY"),
         ("ROOT Hips", "JOINT Hips", r"line 2: 'JOINT Hips': allowed: one ROOT NAME"),
         ("OFFSET 1 2 3", "OFFSET 1 2", r"line 4: 'OFFSET 1 2': allowed: OFFSET and three numbers"),
-        (
-            "CHANNELS 4",
-            "CHANNELS 3",
-            r"line 8: 'CHANNELS 3 Xrotation .*: allowed: CHANNELS, their number",
-        ),
+        ("CHANNELS 4", "CHANNELS 3", r"line 8: 'CHANNELS 3 Xrotation .*: allowed: CHANNELS, their number"),
         ("4 Xrotation", "4 Wrotation", r"line 8: .*allowed: CHANNELS"),
         ("      OFFSET 0 -5 0\n", "", r"line 11: '}': allowed: an OFFSET of Left Leg end"),
         ("MOTION", "EMOTION", r"line 15: 'EMOTION': allowed: MOTION"),

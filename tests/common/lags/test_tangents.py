@@ -8,14 +8,7 @@ import pytest
 from tests.support.moving_balls import FPS, mask_of, ring
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import offsets_of, reach_s
-from zenocap.common.lags.tangents import (
-    SILHOUETTE_LIMITS,
-    Outline,
-    baseline_of,
-    outline_of,
-    silhouette_pairs,
-    tangents,
-)
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, baseline_of, outline_of, silhouette_pairs, tangents
 
 LIMITS = replace(SILHOUETTE_LIMITS, max_lag_s=3.0)
 

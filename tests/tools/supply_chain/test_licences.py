@@ -77,10 +77,7 @@ def test_dependencies_are_followed_to_the_end() -> None:
 
 
 def test_the_bill_of_materials_is_cyclonedx() -> None:
-    found = {
-        "a": Dependency("a", "1.0", "MIT", ("b",), direct=True),
-        "b": Dependency("b", "2.0", "", (), ("libx.so.1",)),
-    }
+    found = {"a": Dependency("a", "1.0", "MIT", ("b",), direct=True), "b": Dependency("b", "2.0", "", (), ("libx.so.1",))}
     document = bill_of_materials(found, "zenocap", "0.2.0", "Apache-2.0")
     assert (document["bomFormat"], document["specVersion"], document["version"]) == ("CycloneDX", "1.6", 1)
     assert [one["bom-ref"] for one in document["components"]] == ["pkg:pypi/a@1.0", "pkg:pypi/b@2.0"]

@@ -1,17 +1,19 @@
-"""Parquet and NPZ: values of the CSV file, with units, axes and smoothing as metadata."""
+"""CSV as the csv module reads it; Parquet and NPZ with its values, and units, axes and smoothing as metadata."""
 
+import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.support.pose_tracks import moving
+from tests.support.pose_tracks import NAMES, moving
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.tables import unit_of, write_csv, write_npz, write_parquet
+from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Angle, Axes, Unit, convert
 
-pandas = pytest.importorskip("pandas", reason="pandas is not installed: pip install pandas")
 LOST = (3, 4)
 
 
@@ -19,7 +21,38 @@ def request(track: PoseTrack) -> ExportRequest:
     return ExportRequest(track, "z-up", "cm", "rad", "coco", smoothing="of this test")
 
 
+def read_csv(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file, strict=True))
+
+
+@pytest.mark.parametrize("axes", list(MATRICES))
+@pytest.mark.parametrize(("unit", "angle"), [("m", "deg"), ("cm", "rad"), ("mm", "deg")])
+def test_written_files_are_read_back(axes: Axes, unit: Unit, angle: Angle, tmp_path: Path) -> None:
+    track = moving(9, first=5, lost=(4,))
+    write_csv(tmp_path / "a.csv", ExportRequest(track, axes, unit, angle))
+    rows = read_csv(tmp_path / "a.csv")
+    assert [int(row["frame"]) for row in rows] == list(track.frames)
+    points = np.array([[[float(row[f"{n}.{a}_{unit}"] or "nan") for a in "xyz"] for n in NAMES] for row in rows])
+    expected = convert(track.trajectories().points, axes)
+    np.testing.assert_allclose(points / PER_METRE[unit], expected, atol=1e-6)
+    angles = np.array([[float(row[f"{name}_{angle}"] or "nan") for name in track.anatomy.angles] for row in rows])
+    np.testing.assert_allclose(angles, np.degrees(track.angles) if angle == "deg" else track.angles, atol=1e-6)
+    np.testing.assert_allclose([float(row["score.1"]) for row in rows], track.scores["1"], atol=1e-4)
+    assert {row["view.1"] for row in rows} == {"facade"}
+    assert {row["score.2"] for row in rows} == {""}
+    assert [row["lost"] for row in rows] == list(track.lost)
+
+
+def test_every_heading_names_its_unit(tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", ExportRequest(moving()))
+    headings = read_csv(tmp_path / "a.csv")[0].keys()
+    without = [name for name in headings if not re.search(r"_(s|m|deg)$", name)]
+    assert without == ["frame", "view.1", "score.1", "view.2", "score.2", "lost"]
+
+
 def test_pandas_reads_equal_tables_from_csv_and_parquet(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed: pip install pandas")
     pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
     track = moving(9, lost=LOST, first=2)
     write_csv(tmp_path / "a.csv", request(track))

@@ -110,7 +110,6 @@ LEAF_0 = [-1.0, 0.0, 0.0]
 
 def test_a_forest_is_read() -> None:
     found = parse_model(MODEL_PATH, forest([[[0.0, 0.5, 2.0], LEAF_0, [-1.0, 0.0, 3.0]]])).forest
-    assert found is not None
     assert votes_of(found, np.zeros(VALUES)).tolist() == [1, 0, 0, 0]
     assert votes_of(found, np.ones(VALUES)).tolist() == [0, 0, 0, 1]
 

@@ -10,14 +10,14 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.clinical_angles import JointRotations, clinical_angles, joint_rotations, with_rigid_trunk
-from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
+from zenocap.common.body.inverse_kinematics import NEEDED
 from zenocap.common.body.rotations import perpendicular, unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import centres_of, common_ancestor, joint_roles, to_y_up_of
 from zenocap.common.formats.bvh_reader import Bvh, read_bvh
 from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.mot import Mot, read_mot
-from zenocap.common.formats.motion_files import read_centres
+from zenocap.common.formats.motion_files import needed_centres, poses_of_centres, read_centres
 from zenocap.common.formats.opensim_coordinates import rotations_of
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
@@ -115,14 +115,8 @@ def angle_series(source: AngleSource, path: Path, *, rigid_trunk: bool) -> Angle
 
 def _of_centres(data: Trajectories, segments: Mapping[str, Floats], path: Path, rigid_trunk: bool) -> AngleSeries:
     """Angles from joint centres.  segments: orientations that replace those from centres, unless the trunk is rigid."""
-    centres = {name: data.points[:, k] for k, name in enumerate(data.names)}
-    if missing := [name for name in NEEDED if name not in centres]:
-        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
-    anatomy = TEN_PARTS if rigid_trunk else FOURTEEN_PARTS
-    try:
-        poses = poses_from_centres(anatomy, centres)
-    except ValueError as error:
-        raise UserError(f"{path}: {error}") from error
+    centres, anatomy = needed_centres(path, data), TEN_PARTS if rigid_trunk else FOURTEEN_PARTS
+    poses = poses_of_centres(path, anatomy, centres)
     known: Bools = np.all(np.isfinite(np.stack([centres[name] for name in NEEDED])), axis=(0, 2))
     values = np.where(known[:, None], np.array([pose.angles for pose in poses]), np.nan)
     rotations: JointRotations = joint_rotations(anatomy, values)

@@ -82,21 +82,29 @@ def c3d_centres(path: Path, joints: JointMap | None) -> Trajectories:
 
 def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> Motion:
     rows = _rows(path, data.frames, frames)
-    centres = {name: data.points[rows, k] for k, name in enumerate(data.names)}
-    missing = [name for name in NEEDED if name not in centres]
-    if missing:
-        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
+    centres = {name: points[rows] for name, points in needed_centres(path, data).items()}
     rate = _rate(path, data.rate)
-    try:
-        poses = poses_from_centres(anatomy, centres)
-        rest = _rest_rows(anatomy, poses, rate)
-        if rest:
-            poses = poses_from_centres(anatomy, {name: points[rest:] for name, points in centres.items()})
-    except ValueError as error:
-        raise UserError(f"{path}: {error}") from error
+    poses = poses_of_centres(path, anatomy, centres)
+    if rest := _rest_rows(anatomy, poses, rate):
+        poses = poses_of_centres(path, anatomy, {name: points[rest:] for name, points in centres.items()})
     known = ~_in_gaps(centres, rate)
     known[:rest] = False
     return Motion(path.stem, rate, data.times_s[rows], (*[None] * rest, *poses), known)
+
+
+def needed_centres(path: Path, data: Trajectories) -> dict[str, Floats]:
+    """Joint centres (n, 3) by name, those of NEEDED among them.  path: for errors.  Raises UserError."""
+    if missing := [name for name in NEEDED if name not in data.names]:
+        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
+    return {name: data.points[:, k] for k, name in enumerate(data.names)}
+
+
+def poses_of_centres(path: Path, anatomy: Anatomy, centres: Mapping[str, Floats]) -> list[Pose]:
+    """Poses by inverse kinematics.  path: for errors.  Raises UserError."""
+    try:
+        return poses_from_centres(anatomy, centres)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from error
 
 
 def _rest_rows(anatomy: Anatomy, poses: list[Pose], rate: float) -> int:

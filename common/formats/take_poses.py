@@ -90,7 +90,7 @@ class Poses:
 
 
 @dataclass(frozen=True)
-class Summary:
+class TakeSummary:
     """Body, frame numbers and times of a take, without its poses.
 
     kind: of the pose messages.  frames, captured_ns: (n,) of the poses, rising.  start_ns: capture time of frame 0.
@@ -106,16 +106,16 @@ class Summary:
     cut: str | None
 
 
-def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] | None = None) -> Summary:
+def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] | None = None) -> TakeSummary:
     """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`.
 
-    envelopes: its messages as `envelopes_of` yields them, if they are at hand; `Summary.cut` is not known then.
+    envelopes: its messages as `envelopes_of` yields them, if they are at hand; `TakeSummary.cut` is not known then.
     """
     take = Take(path)
     read = _read(path, take.envelopes(TOPICS_USED) if envelopes is None else envelopes, raw, lambda bap: bap.frame)
     captured_ns, numbers = (np.array(list(values), dtype=np.int64) for values in (read.kept, read.kept.values()))
     numbers = rising_frames(numbers, (captured_ns - read.start_ns) / 1e9)
-    return Summary(read.anatomy, read.bdp, read.kind, numbers, captured_ns, read.start_ns, take.cut)
+    return TakeSummary(read.anatomy, read.bdp, read.kind, numbers, captured_ns, read.start_ns, take.cut)
 
 
 def rising_frames(numbers: Ints, times_s: Floats) -> Ints:
@@ -150,7 +150,7 @@ def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take, *, raw: bool
 
 
 @dataclass(frozen=True)
-class _Read(Generic[Kept]):
+class _TakeContent(Generic[Kept]):
     """What is kept of each pose, by capture time, rising."""
 
     kind: type[Bap]
@@ -161,7 +161,7 @@ class _Read(Generic[Kept]):
     cameras: dict[str, m.CameraInfo]
 
 
-def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[Bap], Kept]) -> _Read[Kept]:
+def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[Bap], Kept]) -> _TakeContent[Kept]:
     bodies: dict[type[Bap], m.Body] = {}
     found: dict[type[Bap], dict[int, Kept]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, m.CameraInfo] = {}
@@ -180,7 +180,7 @@ def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[
     # A separate video of the T-pose has capture times before frame 0 and frame numbers of its own.
     kept = {captured_ns: found[kind][captured_ns] for captured_ns in sorted(found[kind]) if captured_ns >= start_ns}
     anatomy, bdp = _body_of(path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(kept))
-    return _Read(kind, anatomy, bdp, kept, start_ns if cameras else next(iter(kept)), cameras)
+    return _TakeContent(kind, anatomy, bdp, kept, start_ns if cameras else next(iter(kept)), cameras)
 
 
 def _kind(found: Mapping[type[Bap], Collection[int]], bodies: Mapping[type[Bap], m.Body], raw: bool) -> type[Bap]:

@@ -13,7 +13,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import angles_of
 from zenocap.common.messages import Message, Phase, Posture, TrackerPose, UniversalBap
 from zenocap.services.recognizer.motion_rows import WIDTH, rows_of
-from zenocap.services.recognizer.stream import GAP, LATE, Recognition, Stream, StreamSetup, initial_stream, push
+from zenocap.services.recognizer.stream import GAP, LATE, PoseStream, Recognition, StreamSetup, initial_stream, push
 
 Source = Literal["integrator", "tracker"]
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the recognizer has no frames
@@ -38,7 +38,7 @@ class State:
     lost: the person is lost in the latest pose.  last: the latest event.  counts: see `counts`.
     """
 
-    stream: Stream
+    stream: PoseStream
     lost: bool = False
     last: Posture | None = None
     counts: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))

@@ -76,7 +76,7 @@ class LiveTrial:
             raise
 
     def _recognize(self, setup: Setup, bus: Bus, ended: threading.Event) -> None:
-        state, shown = initial_state(setup), _Shown()
+        state, shown = initial_state(setup), _ShownPostures()
         posed_s, published_s, before, fits = time.monotonic(), 0.0, pm.LiveUpdate("off"), True
         while not ended.is_set():
             event = bus.receive(LIVE_WAIT_S)
@@ -104,7 +104,7 @@ class LiveTrial:
         return "the person is lost" if state.lost else "recognizing"
 
 
-class _Shown:
+class _ShownPostures:
     """The latest postures, newest first, and how often each was recognized."""
 
     def __init__(self) -> None:

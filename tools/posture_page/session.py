@@ -30,7 +30,7 @@ Publish = Callable[[str, msgspec.Struct], None]
 """Key and update, for all pages."""
 
 
-class Session:
+class TeachingSession:
     """State of the page.  `receive` and `turn` are called by one thread."""
 
     def __init__(

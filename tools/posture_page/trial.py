@@ -26,7 +26,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TakeTrial:
     """Recognized postures with their verdicts, and what the model made of the labels.
 
     missed: ids of labels that no right result belongs to.  labels: number of labels with a posture of the model.
@@ -52,7 +52,7 @@ def recognized(model: PostureModel, motion: Features) -> list[Found]:
     return found
 
 
-def compare(model: PostureModel, found: Sequence[Found], labels: Sequence[tuple[int, Row]], end_s: float) -> Trial:
+def compare(model: PostureModel, found: Sequence[Found], labels: Sequence[tuple[int, Row]], end_s: float) -> TakeTrial:
     """Compare results with the labels of the take, which ends at `end_s`.
 
     A result is right when a label of its posture overlaps it by half of the shorter one, wrong when that is only another
@@ -70,10 +70,10 @@ def compare(model: PostureModel, found: Sequence[Found], labels: Sequence[tuple[
         else:
             judged.append((one, "wrong" if under else "unlabelled"))
     missed = tuple(id for id, _ in known if id not in explained)
-    return Trial(tuple(judged), missed, len(known))
+    return TakeTrial(tuple(judged), missed, len(known))
 
 
-def words(trial: Trial, trained_on: bool) -> list[str]:
+def words(trial: TakeTrial, trained_on: bool) -> list[str]:
     """Lines on a trial.  trained_on: the take was in the training."""
     right, wrong, unlabelled = (trial.count(verdict) for verdict in ("right", "wrong", "unlabelled"))
     lines = []

@@ -16,7 +16,7 @@ COLUMNS = ("time", "label")
 
 
 @dataclass(frozen=True)
-class Span:
+class LabelSpan:
     """line: of its first row in the table.  start, end: seconds from the start of the source; end None: its end."""
 
     line: int
@@ -25,16 +25,16 @@ class Span:
     label: str
 
 
-def read_spans(path: Path) -> list[Span]:
+def read_spans(path: Path) -> list[LabelSpan]:
     """Spans of equal labels, in order.  Other columns are ignored.  Raises UserError with all errors."""
     wrong: list[str] = []
-    spans: list[Span] = []
-    previous: Span | None = None  # the open one
+    spans: list[LabelSpan] = []
+    previous: LabelSpan | None = None  # the open one
     for row in _rows(path, wrong):
         if previous is not None and row.label == previous.label:
             continue
         if previous is not None:
-            spans.append(Span(previous.line, previous.start, row.start, previous.label))
+            spans.append(LabelSpan(previous.line, previous.start, row.start, previous.label))
         previous = row
     if previous is not None:
         spans.append(previous)
@@ -46,7 +46,7 @@ def read_spans(path: Path) -> list[Span]:
     return spans
 
 
-def _rows(path: Path, wrong: list[str]) -> Iterator[Span]:
+def _rows(path: Path, wrong: list[str]) -> Iterator[LabelSpan]:
     """One open span per row."""
     first, names, lines = read_table(path, wrong)
     if any(names.count(name) != 1 for name in COLUMNS):
@@ -64,4 +64,4 @@ def _rows(path: Path, wrong: list[str]) -> Iterator[Span]:
             wrong.append(f"{line}: label = {label!r}: allowed: at most {LONGEST_LABEL} printable characters")
         else:
             before = time_s
-            yield Span(number, time_s, None, label)
+            yield LabelSpan(number, time_s, None, label)

@@ -88,7 +88,7 @@ def read_manifest(path: Path) -> list[Row]:
     rows: list[Row] = []
     counts = Counter[tuple[str, str]]()
     for number, cells in lines:
-        rows += _rows(_Line(path, number, columns, cells, wrong), counts)
+        rows += _rows(_ManifestLine(path, number, columns, cells, wrong), counts)
     wrong += _repeated(path, rows)
     if wrong:
         raise UserError("\n".join(summarized(wrong)))
@@ -123,7 +123,7 @@ def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
 
 
 @dataclass(frozen=True)
-class _Line:
+class _ManifestLine:
     """The cells of a line of a manifest; what is wrong with them is added to `wrong`."""
 
     path: Path
@@ -170,7 +170,7 @@ class _Line:
                 self.refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
 
 
-def _rows(line: _Line, counts: Counter[tuple[str, str]]) -> list[Row]:
+def _rows(line: _ManifestLine, counts: Counter[tuple[str, str]]) -> list[Row]:
     """The example of a line, or those of its label table; none where something is wrong."""
     before, labels = len(line.wrong), line.cell(LABELS)
     if len(line.cells) > len(line.columns):

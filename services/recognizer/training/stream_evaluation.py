@@ -13,7 +13,7 @@ from zenocap.services.recognizer.training.parameters import OVERLAP_SHARE
 
 
 @dataclass(frozen=True)
-class Span:
+class PostureSpan:
     """A labelled posture, seconds from the start of its source."""
 
     label: str
@@ -22,7 +22,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Answer(Span):
+class PostureAnswer(PostureSpan):
     """A posture that a model publishes.  at_s: time of the deciding frame.
 
     level: with a forest the share of the trees that vote for it, else its score above the threshold.
@@ -71,8 +71,8 @@ class StreamOutcome:
     """Labelled spans and answers by source.  hours: duration with poses of all sources."""
 
     labels: tuple[str, ...]
-    truths: tuple[tuple[Span, ...], ...]
-    answers: tuple[tuple[Answer, ...], ...]
+    truths: tuple[tuple[PostureSpan, ...], ...]
+    answers: tuple[tuple[PostureAnswer, ...], ...]
     hours: float
 
     def score(self, label: str | None = None, least: float = -np.inf) -> StreamScore:
@@ -89,11 +89,11 @@ class StreamOutcome:
         levels = sorted({answer.level for given in self.answers for answer in given})
         return [(level, self.score(least=level)) for level in levels]
 
-    def _sources(self) -> list[tuple[tuple[Span, ...], tuple[Answer, ...]]]:
+    def _sources(self) -> list[tuple[tuple[PostureSpan, ...], tuple[PostureAnswer, ...]]]:
         return list(zip(self.truths, self.answers, strict=True))
 
 
-def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[Span]]]) -> StreamOutcome:
+def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[PostureSpan]]]) -> StreamOutcome:
     """Outcome of sources with their labelled spans."""
     setup = stream_setup(model)
     answers = tuple(tuple(answers_of(setup, motion)) for motion, _ in sources)
@@ -101,13 +101,13 @@ def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequ
     return StreamOutcome(model.labels, tuple(tuple(truth) for _, truth in sources), answers, hours)
 
 
-def answers_of(setup: StreamSetup, motion: Features) -> list[Answer]:
+def answers_of(setup: StreamSetup, motion: Features) -> list[PostureAnswer]:
     """Postures that a model publishes while the frames of a source arrive, and after them, at the time of the last."""
     found, times_s = [], motion.times_s.tolist()
     for number, answer in recognitions(setup, [round(time_s * 1e9) for time_s in times_s], motion.features):
         if answer.label is not None:
             at_s, level = times_s[min(number, len(times_s) - 1)], _level(setup.model, answer.classification)
-            found.append(Answer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level))
+            found.append(PostureAnswer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level))
     return found
 
 
@@ -119,7 +119,9 @@ def _level(model: PostureModel, found: Classification) -> float:
     return round(trees + LEAST_VOTES - exp(-score) * (trees + LEAST_VOTES)) / trees
 
 
-def _matched(truth: Sequence[Span], given: Sequence[Answer]) -> tuple[list[tuple[Span, Answer]], list[Answer]]:
+def _matched(
+    truth: Sequence[PostureSpan], given: Sequence[PostureAnswer]
+) -> tuple[list[tuple[PostureSpan, PostureAnswer]], list[PostureAnswer]]:
     """Right answers with their labelled spans, and wrong ones.  Each span has one right answer at most."""
     free, right, wrong = list(truth), [], []
     for answer in given:
@@ -133,10 +135,10 @@ def _matched(truth: Sequence[Span], given: Sequence[Answer]) -> tuple[list[tuple
     return right, wrong
 
 
-def _overlaps(event: Span, answer: Span) -> bool:
+def _overlaps(event: PostureSpan, answer: PostureSpan) -> bool:
     shorter = min(event.end_s - event.start_s, answer.end_s - answer.start_s)
     return _shared_s(event, answer) >= OVERLAP_SHARE * shorter > 0.0
 
 
-def _shared_s(event: Span, answer: Span) -> float:
+def _shared_s(event: PostureSpan, answer: PostureSpan) -> float:
     return max(0.0, min(event.end_s, answer.end_s) - max(event.start_s, answer.start_s))

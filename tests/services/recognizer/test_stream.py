@@ -11,8 +11,8 @@ from zenocap.services.recognizer.stream import (
     LATE,
     LOST,
     USED,
+    PoseStream,
     Recognition,
-    Stream,
     initial_stream,
     push,
     stream_setup,
@@ -75,7 +75,7 @@ def test_equal_streams_give_identical_results() -> None:
         np.testing.assert_array_equal(a.classification.log_likelihoods, b.classification.log_likelihoods)
 
 
-def use_of(stream: Stream, time_s: float, row: np.ndarray) -> tuple[Stream, str]:
+def use_of(stream: PoseStream, time_s: float, row: np.ndarray) -> tuple[PoseStream, str]:
     stream, _, use = push(stream_setup(small_model()), stream, START + round(time_s * SECOND), row)
     return stream, use
 
@@ -130,7 +130,7 @@ def test_the_state_does_not_grow_with_the_stream() -> None:
     assert np.abs(stream.hypotheses.windows.gain).max() < 1e3
 
 
-def size_of(stream: Stream) -> int:
+def size_of(stream: PoseStream) -> int:
     arrays = [*stream.hypotheses.windows, stream.hypotheses.origin]
     assert len(stream.windows) <= 16
     return sum(array.nbytes for array in arrays) + stream.rows.nbytes + len(stream.movement.recent)

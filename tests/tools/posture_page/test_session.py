@@ -20,7 +20,7 @@ from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.live_trial import LiveTrial
 from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
 from zenocap.tools.posture_page.motion_view import MotionView, open_motion
-from zenocap.tools.posture_page.session import Session
+from zenocap.tools.posture_page.session import TeachingSession
 from zenocap.tools.posture_page.training_settings import PageSettings, settings_for
 
 PATIENCE_S = 120.0
@@ -38,15 +38,10 @@ class Pages:
         self, take: MotionView, manifest: Path, settings: PageSettings | None = None, live: LiveTrial | None = None
     ) -> None:
         self.latest: dict[str, Any] = {}
-        self.session = Session(
-            [take],
-            ManifestFile(manifest),
-            "anna",
-            reader_of(manifest),
-            self.latest.__setitem__,
-            settings=settings,
+        self.session = TeachingSession(
+            [take], ManifestFile(manifest), "anna", reader_of(manifest), self.latest.__setitem__, settings=settings,
             live=live,
-        )
+        )  # fmt: skip
         self.session.open()
 
     def send(self, *commands: pm.Command) -> str:

@@ -177,7 +177,7 @@ def _on_page(
     from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
     from zenocap.tools.posture_page.motion_view import open_motion
     from zenocap.tools.posture_page.page import PosturePage, run_page
-    from zenocap.tools.posture_page.session import Publish, Session
+    from zenocap.tools.posture_page.session import Publish, TeachingSession
     from zenocap.tools.posture_page.training_settings import settings_for
 
     logs.configure("postures")
@@ -197,11 +197,11 @@ def _on_page(
         tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)
         return examples_of(file.path, tracked, settings.training.features, report, joints=names)
 
-    def session(publish: Publish) -> Session:
+    def session(publish: Publish) -> TeachingSession:
         live = None
         if rig is not None and reached is not None:
             live = live_trial(rig, reached, lambda update: publish("live", update))
-        return Session(takes, file, person, read, publish, suggesting=suggesting, settings=settings, live=live)
+        return TeachingSession(takes, file, person, read, publish, suggesting=suggesting, settings=settings, live=live)
 
     page = PosturePage(takes, session, table)
     with stop_signals() as stopped:

@@ -12,9 +12,11 @@ from zenocap.common.web.messages import NoticeUpdate
 from zenocap.common.web.page import NOTICE
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import read_model
+from zenocap.services.recognizer.stream import stream_setup
 from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.labelling import suggestions_in
 from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.stream_evaluation import PostureAnswer, answers_of
 from zenocap.tools.posture_page import labels as lb
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page import training, trial
@@ -56,7 +58,7 @@ class TeachingSession:
         self._labels = LabelledTakes(takes, file, person)
         self._proposals = [take.proposals() for take in self._takes]
         self._model: PostureModel | None = None
-        self._found: dict[int, list[trial.Found]] = {}
+        self._found: dict[int, list[PostureAnswer]] = {}
         self._trained_on: set[Path] = set()
         self._training = pm.TrainingUpdate("none")
         self._job = BackgroundJob(lambda text: self._publish_training(pm.TrainingUpdate("failed", text)))
@@ -160,7 +162,7 @@ class TeachingSession:
 
         self._job.start(job)
 
-    def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[trial.Found]]) -> None:
+    def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[PostureAnswer]]) -> None:
         self._model, self._found = result.model, found
         self._trained_on = {row.source.resolve() for row in rows}
         outdated = self._labels.rows != list(rows)
@@ -195,12 +197,12 @@ class TeachingSession:
             raise UserError("there is no model yet: allowed after Train")
         self._live.start(self._model)
 
-    def _tried(self, take: int, found: list[trial.Found]) -> None:
+    def _tried(self, take: int, found: list[PostureAnswer]) -> None:
         self._found[take] = found
         self._publish_trial(take)
 
-    def _recognized(self, model: PostureModel, take: int) -> list[trial.Found]:
-        return trial.recognized(model, self._takes[take].features(model.features))
+    def _recognized(self, model: PostureModel, take: int) -> list[PostureAnswer]:
+        return answers_of(stream_setup(model), self._takes[take].features(model.features))
 
     def _check_idle(self) -> None:
         if self.busy:
@@ -233,7 +235,7 @@ class TeachingSession:
         compared = trial.compare(self._model, self._found[take], self._labels.labels_in(take), self._labels.end_s(take))
         trained_on = self._takes[take].source.resolve() in self._trained_on or not self._trained_on
         found = [
-            pm.FoundEntry(one.start_s, one.end_s, one.posture, round(one.confidence, 2), verdict)
+            pm.FoundEntry(one.start_s, one.end_s, one.label, round(one.confidence, 2), verdict)
             for one, verdict in compared.found
         ]
         update = pm.TrialUpdate(take, found, list(compared.missed), trial.words(compared, trained_on))

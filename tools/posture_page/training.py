@@ -9,7 +9,7 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.false_alarms import short_background
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.services.recognizer.training.cross_validation import classifier_of
+from zenocap.services.recognizer.training.cross_validation import held_out_results
 from zenocap.services.recognizer.training.example_store import store_path, write_examples
 from zenocap.services.recognizer.training.examples import (
     BACKGROUND,
@@ -101,17 +101,10 @@ def stored_examples(path: Path, examples: Sequence[Example], settings: TrainingS
 def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> list[HeldOut]:
     """Results of all examples: people are held out in turn; of one person, repetitions."""
     groups = held_out_groups(ready, MOST_GROUPS)
-    found: dict[int, HeldOut] = {}
-    for done, held in enumerate(groups):
-        report(done, len(groups), "testing with held-out examples")
-        kept = ready.without(held)
-        decide = classifier_of(kept, settings) if kept.labels else None
-        for k in held:
-            posture = ready.examples[k].label
-            known = decide is not None and posture in kept.labels
-            found[k] = HeldOut(posture, kept.labels[decide(ready.sequences[k]).best] if decide and known else None)
+    found = held_out_results(ready, groups, settings, lambda done, of: report(done, of, "testing with held-out examples"))
     report(len(groups), len(groups), "tested")
-    return [found.get(k, HeldOut(example.label, None)) for k, example in enumerate(ready.examples)]
+    given = {one.example: ready.labels[one.given] for one in found}
+    return [HeldOut(example.label, given.get(k)) for k, example in enumerate(ready.examples)]
 
 
 def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureRow, ...]:

@@ -93,20 +93,32 @@ def cross_validate(
     """
     ready = prepare(postures_of(examples), settings)
     groups = by_person(ready) if protocol == "subjects" else by_repetition(ready)
-    answers: list[HeldOutResult] = []
-    for done, held in enumerate(groups):
-        report(done, len(groups), f"{protocol}: {done + 1} of {len(groups)}")
-        kept = ready.without(held)
-        tested = [k for k in held if ready.examples[k].label in kept.labels]
-        if tested:
-            decide = classifier_of(kept, settings)
-            answers += [_answer(ready, k, kept.labels, decide(ready.sequences[k])) for k in tested]
+    answers = held_out_results(
+        ready, groups, settings, lambda done, of: report(done, of, f"{protocol}: {done + 1} of {of}")
+    )
     report(len(groups), len(groups), f"{protocol}: done")
     people = len({example.person for example in ready.examples})
     if not answers:
         needed = "two people or more that perform" if protocol == "subjects" else "two examples or more of"
         raise UserError(f"{len(ready.examples)} examples by {people} people: allowed: {needed} one posture at least")
-    return Outcome(protocol, ready.labels, people, tuple(sorted(answers, key=lambda answer: answer.example)))
+    return Outcome(protocol, ready.labels, people, tuple(answers))
+
+
+def held_out_results(
+    ready: Prepared, groups: Sequence[Sequence[int]], settings: TrainingSettings, report: Callable[[int, int], None]
+) -> list[HeldOutResult]:
+    """Results of the examples whose posture others have too, in order, each by a model trained without its group.
+
+    groups: indices of examples.  report: groups done, and their number.
+    """
+    answers: list[HeldOutResult] = []
+    for done, held in enumerate(groups):
+        report(done, len(groups))
+        kept = ready.without(held)
+        if tested := [k for k in held if ready.examples[k].label in kept.labels]:
+            decide = classifier_of(kept, settings)
+            answers += [_answer(ready, k, kept.labels, decide(ready.sequences[k])) for k in tested]
+    return sorted(answers, key=lambda answer: answer.example)
 
 
 def by_person(ready: Prepared) -> list[list[int]]:

@@ -6,9 +6,11 @@ from math import exp
 
 import numpy as np
 
+from zenocap.services.recognizer.commands import confidence_of
 from zenocap.services.recognizer.model import LEAST_VOTES, Classification, PostureModel
 from zenocap.services.recognizer.stream import StreamSetup, recognitions, stream_setup
 from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.parameters import OVERLAP_SHARE
 
 
@@ -23,13 +25,14 @@ class PostureSpan:
 
 @dataclass(frozen=True)
 class PostureAnswer(PostureSpan):
-    """A posture that a model publishes.  at_s: time of the deciding frame.
+    """A posture that a model publishes.  at_s: time of the deciding frame.  confidence: 0 to 1, as of commands.
 
     level: with a forest the share of the trees that vote for it, else its score above the threshold.
     """
 
     at_s: float
     level: float
+    confidence: float
 
 
 @dataclass(frozen=True)
@@ -106,13 +109,14 @@ def answers_of(setup: StreamSetup, motion: Features) -> list[PostureAnswer]:
     found, times_s = [], motion.times_s.tolist()
     for number, answer in recognitions(setup, [round(time_s * 1e9) for time_s in times_s], motion.features):
         if answer.label is not None:
-            at_s, level = times_s[min(number, len(times_s) - 1)], _level(setup.model, answer.classification)
-            found.append(PostureAnswer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level))
+            at_s, scores = times_s[min(number, len(times_s) - 1)], answer.classification
+            score = float(scores.scores[scores.best])
+            level, confidence = _level(setup.model, scores, score), confidence_of(score, scores.margin, len(scores.scores))
+            found.append(PostureAnswer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level, confidence))
     return found
 
 
-def _level(model: PostureModel, found: Classification) -> float:
-    score = float(found.scores[found.best])
+def _level(model: PostureModel, found: Classification, score: float) -> float:
     if model.forest is None:
         return score - float(model.thresholds[found.best])
     trees = len(model.forest.nodes)
@@ -125,9 +129,9 @@ def _matched(
     """Right answers with their labelled spans, and wrong ones.  Each span has one right answer at most."""
     free, right, wrong = list(truth), [], []
     for answer in given:
-        fits = [event for event in free if event.label == answer.label and _overlaps(event, answer)]
+        fits = [event for event in free if event.label == answer.label and overlaps(event, answer)]
         if fits:
-            best = max(fits, key=lambda event: _shared_s(event, answer))
+            best = max(fits, key=lambda event: shared_s(event, answer))
             free.remove(best)
             right.append((best, answer))
         else:
@@ -135,10 +139,14 @@ def _matched(
     return right, wrong
 
 
-def _overlaps(event: PostureSpan, answer: PostureSpan) -> bool:
-    shorter = min(event.end_s - event.start_s, answer.end_s - answer.start_s)
-    return _shared_s(event, answer) >= OVERLAP_SHARE * shorter > 0.0
+def overlaps(event: PostureSpan, answer: PostureSpan) -> bool:
+    """Whether both share OVERLAP_SHARE of the shorter one; of background, of the answer."""
+    length = answer.end_s - answer.start_s
+    if event.label != BACKGROUND:
+        length = min(event.end_s - event.start_s, length)
+    return shared_s(event, answer) >= OVERLAP_SHARE * length > 0.0
 
 
-def _shared_s(event: PostureSpan, answer: PostureSpan) -> float:
+def shared_s(event: PostureSpan, answer: PostureSpan) -> float:
+    """Duration that both have in common, seconds."""
     return max(0.0, min(event.end_s, answer.end_s) - max(event.start_s, answer.start_s))

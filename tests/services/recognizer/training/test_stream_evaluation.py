@@ -18,6 +18,10 @@ from zenocap.services.recognizer.training.train import train
 HOUR = 1.0
 
 
+def answer(label: str, start_s: float, end_s: float, at_s: float, level: float) -> PostureAnswer:
+    return PostureAnswer(label, start_s, end_s, at_s, level, confidence=0.5)
+
+
 def outcome(truth: list[PostureSpan], given: list[PostureAnswer]) -> StreamOutcome:
     return StreamOutcome(("wave", "kick"), (tuple(truth),), (tuple(given),), HOUR)
 
@@ -25,10 +29,10 @@ def outcome(truth: list[PostureSpan], given: list[PostureAnswer]) -> StreamOutco
 def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> None:
     truth = [PostureSpan("wave", 1.0, 3.0), PostureSpan("kick", 5.0, 7.0)]
     given = [
-        PostureAnswer("wave", 1.2, 3.1, 3.3, 0.9),
-        PostureAnswer("wave", 2.0, 3.0, 3.4, 0.5),  # a second one of the same span
-        PostureAnswer("wave", 5.0, 7.0, 7.3, 0.6),  # another posture
-        PostureAnswer("kick", 6.5, 9.0, 9.2, 0.8),  # a quarter of the span
+        answer("wave", 1.2, 3.1, 3.3, 0.9),
+        answer("wave", 2.0, 3.0, 3.4, 0.5),  # a second one of the same span
+        answer("wave", 5.0, 7.0, 7.3, 0.6),  # another posture
+        answer("kick", 6.5, 9.0, 9.2, 0.8),  # a quarter of the span
     ]
     found = outcome(truth, given)
     every, wave, kick = found.score(), found.score("wave"), found.score("kick")
@@ -41,11 +45,7 @@ def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> Non
 
 def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
     truth = [PostureSpan("wave", 1.0, 3.0), PostureSpan("kick", 5.0, 7.0)]
-    given = [
-        PostureAnswer("wave", 1.0, 3.0, 3.3, 0.9),
-        PostureAnswer("kick", 5.0, 7.0, 7.3, 0.6),
-        PostureAnswer("kick", 8.0, 9.0, 9.3, 0.7),
-    ]
+    given = [answer("wave", 1.0, 3.0, 3.3, 0.9), answer("kick", 5.0, 7.0, 7.3, 0.6), answer("kick", 8.0, 9.0, 9.3, 0.7)]
     curve = [(level, score.right, score.wrong) for level, score in outcome(truth, given).curve()]
     assert curve == [(0.6, 2, 1), (0.7, 1, 1), (0.9, 1, 0)]
 
@@ -67,9 +67,9 @@ def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str)
     assert found.score().right >= 3
     assert found.score().wrong <= 1
     assert -0.5 < found.score().delay_s(0.5) < 0.6
-    for answer in found.answers[0]:
+    for one in found.answers[0]:
         if classifier == "forest":
-            assert model.forest.thresholds.min() <= answer.level <= 1.0
-            assert round(answer.level * 100) == pytest.approx(answer.level * 100)
+            assert model.forest.thresholds.min() <= one.level <= 1.0
+            assert round(one.level * 100) == pytest.approx(one.level * 100)
         else:
-            assert answer.level >= 0.0
+            assert one.level >= 0.0

@@ -1,5 +1,6 @@
 """Smoothing of recorded poses: attenuation of theory, no delay, gaps, jumps, short stretches."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ ANGLES = len(TEN_PARTS.angles)
 NAVEL = TEN_PARTS.index["navel.y"]
 
 
-def gentle(count: int, *, rate: float = 30.0, seed: int = 0, noise: float = 0.03) -> PoseTrack:
+def gentle(count: int, *, rate: float = 30.0, seed: int = 0, noise: float = 0.03, lost: Sequence[int] = ()) -> PoseTrack:
     """Continuous motion about the neutral pose with noise: (m, rad), turning about the vertical by several turns."""
     random, times_s = np.random.default_rng(seed), np.arange(count) / rate
     phase = random.uniform(0, 2 * np.pi, ANGLES)
@@ -29,6 +30,7 @@ def gentle(count: int, *, rate: float = 30.0, seed: int = 0, noise: float = 0.03
     angles[:, NAVEL] = 2.0 * times_s
     positions = np.stack([0.5 * times_s, np.ones(count), np.sin(times_s)], axis=1)
     noisy = positions + 0.3 * noise * random.standard_normal((count, 3))
+    noisy[list(lost)] = np.nan
     return track_of(noisy, angles + noise * random.standard_normal(angles.shape), rate=rate)
 
 
@@ -97,15 +99,11 @@ def test_noise_is_reduced() -> None:
 
 
 def test_lost_frames_stay_lost_and_divide_the_track() -> None:
-    track = gentle(120)
-    positions, angles = track.positions.copy(), track.angles.copy()
-    positions[50:60] = angles[50:60] = np.nan
-    lost = tuple("person" if 50 <= row < 60 else "" for row in range(120))
-    gone = replace(track, positions=positions, angles=angles, lost=lost)
+    gone = gentle(120, lost=range(50, 60))
     out = smoothed(gone, 6.0)
     assert np.isnan(out.positions[50:60]).all()
     assert np.isnan(out.angles[50:60]).all()
-    assert out.lost == lost
+    assert out.lost == gone.lost == tuple("person" if 50 <= row < 60 else "" for row in range(120))
     for part in (slice(0, 50), slice(60, 120)):
         alone = smoothed(gone.rows(np.arange(120)[part]), 6.0)
         np.testing.assert_array_equal(out.angles[part], alone.angles)
@@ -182,14 +180,7 @@ def test_one_hertz_passes_a_cutoff_of_six_unchanged_and_undelayed() -> None:
 
 
 def test_stretches_that_are_too_short_are_counted_and_left() -> None:
-    track = gentle(60)
-    gone = np.zeros(60, dtype=bool)
-    gone[[4, 40]] = True  # stretches of 4, 35 and 19 frames
-    cut = replace(
-        track,
-        positions=np.where(gone[:, None], np.nan, track.positions),
-        angles=np.where(gone[:, None], np.nan, track.angles),
-    )
+    cut = gentle(60, lost=(4, 40))  # stretches of 4, 35 and 19 frames
     assert too_short(cut, 6.0) == (1, 4)
     assert too_short(cut, 1.0) == (2, 23)  # a period is 30 frames
     out = smoothed(cut, 6.0)

@@ -43,37 +43,24 @@ def test_exports_of_spreadsheet_programs_are_read(folder: Path, first: str, deli
 
 
 def test_all_errors_are_reported_together(folder: Path) -> None:
-    path = manifest(
-        folder,
-        "source,start,end,posture,person,repetition\n"
-        "nowhere.mcap,,,kick,ann,1\n"
-        "a.mcap,2,2,kick,ann,2\n"
-        "a.mcap,soon,,kick,ann,3\n"
-        "a.mcap,-1,nan,kick,ann,4\n"
-        f"b.bvh,,,{'x' * 65},ann,5\n"
-        "b.bvh,,,,ann,6\n"
-        "notes.txt,,,kick,ann,7\n"
-        "c.trc,,,kick,ann,8,9\n"
-        ",,,kick,ann,9\n"
-        "a.mcap,1,2,kick,ann,10\n"
-        "a.mcap,1.0,2.0,wave,ann,11\n",
-    )
+    rows: dict[str, tuple[str, ...]] = {
+        "nowhere.mcap,,,kick,ann,1": ("source = 'nowhere.mcap': allowed: a file or folder that exists",),
+        "a.mcap,2,2,kick,ann,2": ("end = '2': allowed: seconds after start = 2",),
+        "a.mcap,soon,,kick,ann,3": ("start = 'soon': allowed: seconds from the start of the source",),
+        "a.mcap,-1,nan,kick,ann,4": ("start = '-1': allowed: seconds", "end = 'nan': allowed: seconds"),
+        f"b.bvh,,,{'x' * 65},ann,5": ("posture = 'xxx",),
+        "b.bvh,,,,ann,6": ("posture = '': allowed: 1 to 64 printable characters",),
+        "notes.txt,,,kick,ann,7": ("source = 'notes.txt': allowed: .mcap, .bvh, .trc, .c3d",),
+        "c.trc,,,kick,ann,8,9": ("7 cells: allowed: 6",),
+        ",,,kick,ann,9": ("source = '': allowed: a file",),
+        "a.mcap,1,2,kick,ann,10": (),
+        "a.mcap,1.0,2.0,wave,ann,11": ("the same span of",),
+    }
+    path = manifest(folder, "\n".join(["source,start,end,posture,person,repetition", *rows, ""]))
     with pytest.raises(UserError) as raised:
         read_manifest(path)
     lines = str(raised.value).splitlines()
-    expected = [
-        (2, "source = 'nowhere.mcap': allowed: a file or folder that exists"),
-        (3, "end = '2': allowed: seconds after start = 2"),
-        (4, "start = 'soon': allowed: seconds from the start of the source"),
-        (5, "start = '-1': allowed: seconds"),
-        (5, "end = 'nan': allowed: seconds"),
-        (6, "posture = 'xxx"),
-        (7, "posture = '': allowed: 1 to 64 printable characters"),
-        (8, "source = 'notes.txt': allowed: .mcap, .bvh, .trc, .c3d"),
-        (9, "7 cells: allowed: 6"),
-        (10, "source = '': allowed: a file"),
-        (12, "the same span of"),
-    ]
+    expected = [(number, words) for number, faults in enumerate(rows.values(), 2) for words in faults]
     assert len(lines) == len(expected)
     for line, (number, words) in zip(lines, expected, strict=True):
         assert line.startswith(f"{path}: line {number}: ")

@@ -11,9 +11,8 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Ints, Ints32
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.errors import UserError
-from zenocap.common.formats.bone_names import BoneNames, vrm_name
 from zenocap.common.formats.pose_track import PoseTrack, holding
-from zenocap.common.formats.skeleton import bone_rotations, skeleton_of
+from zenocap.common.formats.skeleton import BoneNames, bone_rotations, skeleton_of, vrm_name
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from zenocap.common.table import Table, attribute
 
 if TYPE_CHECKING:  # `zenocap --help` reads the names alone
     from zenocap.common.body.joint_conventions import Convention
-    from zenocap.common.formats.bone_names import BoneNames
     from zenocap.common.formats.pose_track import PoseTrack
+    from zenocap.common.formats.skeleton import BoneNames
     from zenocap.common.formats.trajectories import Angle, Axes, Trajectories, Unit
 
 

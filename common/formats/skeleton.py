@@ -8,6 +8,7 @@ rotate in it; retargeting programs require them.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.formats.pose_track import PoseTrack
+
+BoneNames = Literal["zenocap", "vrm"]
 
 
 @dataclass(frozen=True)
@@ -131,3 +134,20 @@ def turned_bones(skeleton: Skeleton, part_to_world: Floats) -> Floats:
     same = np.flatnonzero(skeleton.parts == skeleton.parts[parents])
     rotations[:, same[same > 0]] = np.eye(3)
     return rotations
+
+
+LIMBS = {"Arm": "UpperArm", "ForeArm": "LowerArm", "UpLeg": "UpperLeg", "Leg": "LowerLeg"}
+UNITY_NAMES: Mapping[str, str] = {  # names in Unity's HumanBodyBones, where they differ from ours
+    "Spine1": "Chest", **{f"{side}{ours}": f"{side}{unity}" for side in ("Left", "Right") for ours, unity in LIMBS.items()},
+}  # fmt: skip
+
+
+def unity_name(bone: str) -> str:
+    """Name of a bone in Unity's HumanBodyBones."""
+    return UNITY_NAMES.get(bone, bone)
+
+
+def vrm_name(bone: str) -> str:
+    """Name of a bone in VRM 1.0 (section Humanoid), which begins with a small letter."""
+    name = unity_name(bone)
+    return name[0].lower() + name[1:]

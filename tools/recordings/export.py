@@ -10,10 +10,10 @@ import numpy as np
 from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, left_out
 from zenocap.common.errors import UserError
 from zenocap.common.formats.animated_skeleton import AnimatedSkeleton, animated_skeleton
-from zenocap.common.formats.bone_names import BoneNames
 from zenocap.common.formats.export_format import FORMATS, ExportFormat, ExportRequest, names_with
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame
 from zenocap.common.formats.resampling import resampled
+from zenocap.common.formats.skeleton import BoneNames
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Angle, Axes, Unit
 from zenocap.services.animator.render.skin import skin_of

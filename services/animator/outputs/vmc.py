@@ -18,9 +18,8 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.formats.bone_names import unity_name
 from zenocap.common.formats.osc import osc_bundles, osc_message, osc_string
-from zenocap.common.formats.skeleton import skeleton_of, turned_bones
+from zenocap.common.formats.skeleton import skeleton_of, turned_bones, unity_name
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import VmcTable
 from zenocap.common.runtime.clock import Clock

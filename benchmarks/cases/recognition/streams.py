@@ -18,7 +18,7 @@ from tests.support.stored import stored
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model_file import find_model, read_model
-from zenocap.services.recognizer.stream import StreamSetup, finish, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push, recognitions, stream_setup
 from zenocap.services.recognizer.training.example_files import read_features
 from zenocap.simulation.motion.timeline import MotionTimeline
 from zenocap.tools.teach.dataset.batch import people
@@ -92,13 +92,8 @@ def recognized_session(setup: StreamSetup, session: Session) -> SessionResult:
 
 def answers_of(setup: StreamSetup, rows: Floats, rate: float) -> list[Event]:
     """Answers to rows (T, d) at a rate, without gaps; the last ones at their end."""
-    stream, answers = initial_stream(setup), list[Event]()
-    for k, row in enumerate(rows):
-        stream, answer, _ = push(setup, stream, round(k * 1e9 / rate), row)
-        if answer is not None:
-            answers.append(Event(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, k / rate))
-    ends = finish(setup, stream)
-    return answers + [Event(one.label, one.start_ns / 1e9, one.end_ns / 1e9, len(rows) / rate) for one in ends]
+    found = recognitions(setup, [round(k * 1e9 / rate) for k in range(len(rows))], rows)
+    return [Event(one.label, one.start_ns / 1e9, one.end_ns / 1e9, number / rate) for number, one in found]
 
 
 COLUMNS = (

@@ -1,7 +1,7 @@
 """Software bill of materials (SBOM) of the run-time dependencies: CycloneDX 1.6 as JSON.
 
-`python -m zenocap.tools.operate.supply_chain.bill_of_materials -o FILE`, or `make sbom`.  It describes what is installed
-here; equal installations give equal bytes.
+`python -m zenocap.tools.operate.supply_chain.bill_of_materials -o FILE`, or `make sbom`.  It describes what is installed here;
+equal installations give equal bytes.
 """
 
 import json
@@ -23,21 +23,15 @@ def bill_of_materials(dependencies: dict[str, Dependency], name: str, version: s
         "type": "application", "bom-ref": _reference(name, version), "name": name, "version": version,
         "purl": _reference(name, version), "licenses": [{"expression": licence}],
     }  # fmt: skip
-    references = {one.name: _reference(one.name, one.version) for one in dependencies.values()}
-    graph = [
-        {"ref": own["bom-ref"], "dependsOn": sorted(references[one.name] for one in dependencies.values() if one.direct)}
-    ]
-    graph += [
-        {
-            "ref": references[one.name],
-            "dependsOn": sorted(references[other] for other in one.requires if other in references),
-        }
-        for one in dependencies.values()
-    ]
+    packages = dependencies.values()
+    references = {one.name: _reference(one.name, one.version) for one in packages}
+    graph = [(own["bom-ref"], [one.name for one in packages if one.direct])]
+    graph += [(references[one.name], [other for other in one.requires if other in references]) for one in packages]
     return {
         "$schema": f"http://cyclonedx.org/schema/bom-{VERSION}.schema.json", "bomFormat": FORMAT, "specVersion": VERSION,
         "version": 1, "metadata": {"component": own},
-        "components": [_component(one, references[one.name]) for one in dependencies.values()], "dependencies": graph,
+        "components": [_component(one, references[one.name]) for one in packages],
+        "dependencies": [{"ref": ref, "dependsOn": sorted(references[name] for name in names)} for ref, names in graph],
     }  # fmt: skip
 
 

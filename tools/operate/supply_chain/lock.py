@@ -1,8 +1,7 @@
 """Pinned versions with hashes: deploy/requirements.txt.
 
-`python -m zenocap.tools.operate.supply_chain.lock`, or `make lock`: pip resolves the dependencies for each platform, and
-reports the hash of every file.  The file names no index: pip takes the packages from whichever is configured, and refuses
-others.
+`python -m zenocap.tools.operate.supply_chain.lock`, or `make lock`: pip resolves the dependencies for each platform, and reports
+the hash of every file.  The file names no index: pip takes the packages from whichever is configured, and refuses others.
 """
 
 import json
@@ -58,12 +57,11 @@ def resolved(machine: str, versions: Sequence[str] = ()) -> dict[tuple[str, str]
         ]  # fmt: skip
         subprocess.run(command, check=True)
         found = json.loads(report.read_text(encoding="utf-8"))
-    return {
-        (one["metadata"]["name"].lower().replace("_", "-"), one["metadata"]["version"]): one["download_info"][
-            "archive_info"
-        ]["hashes"]["sha256"]
-        for one in found["install"]
-    }
+    digests = {}
+    for one in found["install"]:
+        name, version = one["metadata"]["name"].lower().replace("_", "-"), one["metadata"]["version"]
+        digests[name, version] = one["download_info"]["archive_info"]["hashes"]["sha256"]
+    return digests
 
 
 def lock_text(by_machine: Mapping[str, Mapping[tuple[str, str], str]]) -> str:

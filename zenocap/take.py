@@ -18,7 +18,7 @@ from zenocap.common.conversion import Bap, is_lost, pose_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS, format_of
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.take_poses import TOPICS_USED, Summary, limbs_of, summary_of
+from zenocap.common.formats.take_poses import TOPICS_USED, TakeSummary, limbs_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
@@ -73,7 +73,7 @@ class Take:
     """
 
     path: Path
-    _summary: Summary
+    _summary: TakeSummary
     raw: bool = False
 
     def __repr__(self) -> str:

@@ -10,21 +10,23 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.clinical_angles import JointRotations, clinical_angles, joint_rotations, with_rigid_trunk
-from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
+from zenocap.common.body.inverse_kinematics import NEEDED
+from zenocap.common.body.rotations import perpendicular, unit
 from zenocap.common.errors import UserError
-from zenocap.common.formats.bvh_joint_names import centres_of
-from zenocap.common.formats.bvh_reader import read_bvh
-from zenocap.common.formats.bvh_segments import segment_rotations
+from zenocap.common.formats.bvh_joint_names import centres_of, common_ancestor, joint_roles, to_y_up_of
+from zenocap.common.formats.bvh_reader import Bvh, read_bvh
 from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.mot import Mot, read_mot
-from zenocap.common.formats.motion_files import read_centres
+from zenocap.common.formats.motion_files import needed_centres, poses_of_centres, read_centres
 from zenocap.common.formats.opensim_coordinates import rotations_of
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trajectories import MATRICES, Trajectories
 
 FORMATS = (".mot", ".bvh", ".trc", ".c3d", ".mcap")
 SIDES = ("right", "left")
+# Of trunk and lower legs in the rest pose, for an upright one; chosen by hand, for skeletons in T- and A-pose.
+MOST_LEAN_DEG = 20.0
 SOURCES = {"right_ankle": "RToe", "left_ankle": "LToe", "neck": "Head"}  # centres without which a joint is not measured
 
 
@@ -113,14 +115,8 @@ def angle_series(source: AngleSource, path: Path, *, rigid_trunk: bool) -> Angle
 
 def _of_centres(data: Trajectories, segments: Mapping[str, Floats], path: Path, rigid_trunk: bool) -> AngleSeries:
     """Angles from joint centres.  segments: orientations that replace those from centres, unless the trunk is rigid."""
-    centres = {name: data.points[:, k] for k, name in enumerate(data.names)}
-    if missing := [name for name in NEEDED if name not in centres]:
-        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
-    anatomy = TEN_PARTS if rigid_trunk else FOURTEEN_PARTS
-    try:
-        poses = poses_from_centres(anatomy, centres)
-    except ValueError as error:
-        raise UserError(f"{path}: {error}") from error
+    centres, anatomy = needed_centres(path, data), TEN_PARTS if rigid_trunk else FOURTEEN_PARTS
+    poses = poses_of_centres(path, anatomy, centres)
     known: Bools = np.all(np.isfinite(np.stack([centres[name] for name in NEEDED])), axis=(0, 2))
     values = np.where(known[:, None], np.array([pose.angles for pose in poses]), np.nan)
     rotations: JointRotations = joint_rotations(anatomy, values)
@@ -150,3 +146,41 @@ def _relative(parent: Floats, child: Floats) -> Floats:
     """Rotations (n, 3, 3), child to parent, of orientations (n, 3, 3) in the world."""
     relative: Floats = np.swapaxes(parent, 1, 2) @ child
     return relative
+
+
+def segment_rotations(file: Bvh, path: Path) -> dict[str, Floats]:
+    """Rotations (n, 3, 3) to the world of `pelvis`, `trunk`, `head`, `right_foot`, `left_foot`, in JointRotations' axes.
+
+    Joint centres alone do not give them: the rest pose (all rotations zero) is the neutral one if it is upright, else the
+    result is empty.  path: for errors.  Raises UserError for joints without a known name.
+    """
+    at = joint_roles(file, path)
+    to_y_up = to_y_up_of({role: file.points[:, k] for role, k in at.items()})
+    rest = _rest_points(file) @ to_y_up.T
+    place = {role: rest[k] for role, k in at.items()}
+    up = np.array([0.0, 1.0, 0.0])
+    trunk = place["RShoulder"] + place["LShoulder"] - place["RHip"] - place["LHip"]
+    shanks = [place[f"{side}Knee"] - place[f"{side}Ankle"] for side in "RL"]
+    lean = max(float(np.degrees(np.arccos(np.clip(unit(line) @ up, -1.0, 1.0)))) for line in (trunk, *shanks))
+    if lean > MOST_LEAN_DEG:
+        return {}
+    right = unit(perpendicular(place["RHip"] - place["LHip"], up))
+    rest_axes = np.stack([np.cross(up, right), up, right], axis=-1)
+    bones = {
+        "pelvis": common_ancestor(file.parents, at["RHip"], at["LHip"]),
+        "trunk": common_ancestor(file.parents, at["RShoulder"], at["LShoulder"]),
+        "head": at["Head"],
+        "right_foot": at["RAnkle"],
+        "left_foot": at["LAnkle"],
+    }
+    world = MATRICES["opensim"]
+    return {name: world @ to_y_up @ file.rotations[:, bone] @ to_y_up.T @ rest_axes for name, bone in bones.items()}
+
+
+def _rest_points(file: Bvh) -> Floats:
+    """Positions (joints, 3) in the rest pose, the root at the origin, in the file's axes and unit."""
+    rest = np.zeros((len(file.names), 3))
+    for k, parent in enumerate(file.parents):
+        if parent >= 0:
+            rest[k] = rest[parent] + file.rotations[0, parent].T @ (file.points[0, k] - file.points[0, parent])
+    return rest

@@ -19,7 +19,7 @@ from zenocap.common.formats.bvh_structure import StructureError, roles_by_struct
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.joint_map import UPS, JointMap
 from zenocap.common.formats.joint_names import STEMS, plain_name
-from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit
+from zenocap.common.formats.trajectories import MATRICES, Trajectories
 
 CROWNS = ("headend", "headtopend", "headtop", "headnub")
 REQUIRED = ("Head", *(f"{letter}{role}" for letter in "RL" for role in STEMS if role != "Toe"))
@@ -31,26 +31,21 @@ NEAREST_CROWN_M = 0.05  # smallest length of a head bone that ends at the crown;
 STRAIGHT = 0.7  # quantile of the hips' extension above which the person stands; chosen by hand
 
 
-def read_bvh_centres(
-    path: Path, *, axes: Axes | None = None, unit: Unit | None = None, joints: JointMap | None = None
-) -> Trajectories:
+def read_bvh_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
     """Read the joint centres of a BVH file: the fifteen HALPE names, `Waist`, and `RToe`, `LToe` if present.
 
-    Default axes: up is the direction of the head, and knees flex backward, which detects left-handed worlds.  Default
-    unit: that in which the legs have an adult's length.  The heading in the world is the file's.  joints: names of joints
-    that are not recognized.  Raises UserError.
+    Up is the direction of the head, and knees flex backward, which detects left-handed worlds.  The unit is that in which
+    the legs have an adult's length.  The heading in the world is the file's.  joints: names of joints that are not
+    recognized.  Raises UserError.
     """
-    return centres_of(read_bvh(path), path, axes, unit, joints)
+    return centres_of(read_bvh(path), path, joints)
 
 
-def centres_of(
-    file: Bvh, path: Path, axes: Axes | None = None, unit: Unit | None = None, joints: JointMap | None = None
-) -> Trajectories:
+def centres_of(file: Bvh, path: Path, joints: JointMap | None = None) -> Trajectories:
     """See `read_bvh_centres`.  path: of the file, for errors."""
     at = joint_roles(file, path, note=True, joints=joints)
     points = {role: file.points[:, k] for role, k in at.items()}
-    to_metres = 1.0 / PER_METRE[unit] if unit else _to_metres(points, path)
-    to_y_up = MATRICES[axes].T if axes else to_y_up_of(points, joints)
+    to_metres, to_y_up = _to_metres(points, path), to_y_up_of(points, joints)
     centres = {role: place @ (to_metres * to_y_up).T for role, place in points.items()}
     centres["Hip"] = 0.5 * (centres["RHip"] + centres["LHip"])
     centres["Neck"] = 0.5 * (centres["RShoulder"] + centres["LShoulder"])

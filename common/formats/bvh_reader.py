@@ -8,7 +8,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.errors import UserError
-from zenocap.common.formats.trc import MAX_BYTES
+from zenocap.common.formats.text_file import read_text
 
 INTEGER_RATE = 5e-4  # relative deviation of a rate from an integer that is rounding of the frame time; chosen by hand
 MAX_NUMBERS = 200_000_000  # in memory, 1.6 GB: half an hour of 75 joints at 120 Hz; chosen by hand
@@ -64,7 +64,7 @@ class _Lines:
 
 def read_bvh(path: Path) -> Bvh:
     """Read a BVH file.  Position channels of any joint replace its OFFSET.  Raises UserError."""
-    lines = _Lines(path, _text(path))
+    lines = _Lines(path, read_text(path, "a BVH file"))
     if lines.take("HIERARCHY")[0].upper() != "HIERARCHY":
         raise lines.error("HIERARCHY, the first line of a BVH file")
     joints = _hierarchy(lines)
@@ -90,17 +90,6 @@ def read_bvh(path: Path) -> Bvh:
             points[:, k] = points[:, joint.parent] + np.einsum("nij,nj->ni", rotations[:, joint.parent], place)
             rotations[:, k] = rotations[:, joint.parent] @ turn
     return Bvh(tuple(j.name for j in joints), tuple(j.parent for j in joints), points, rotations, rate)
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: larger than {MAX_BYTES >> 20} MiB: allowed: a BVH file below that")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not a BVH file: {error}") from error
 
 
 def _hierarchy(lines: _Lines) -> list[_Joint]:

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.errors import UserError
+from zenocap.common.formats.text_file import MAX_BYTES
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import MAX_BYTES, MAX_NUMBERS
+from zenocap.common.formats.trc import MAX_NUMBERS
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
@@ -43,9 +44,8 @@ def read_c3d(path: Path) -> Trajectories:
         raise UserError(f"{path}: cut: {size} bytes: allowed: {needed} or more")
     if unit not in METRES:
         raise UserError(f"{path}: POINT:UNITS = {unit!r}: allowed: {', '.join(METRES)}")
-    kept = [
-        k for k, name in enumerate(labels[: points.shape[1]]) if name and not name.startswith("*") and name not in other
-    ]
+    own = enumerate(labels[: points.shape[1]])
+    kept = [k for k, name in own if name and not name.startswith("*") and name not in other]
     names = tuple(labels[k] for k in kept)
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise UserError(f"{path}: POINT:LABELS: {twice[0]!r} more than once: allowed: different labels")

@@ -20,23 +20,24 @@ if TYPE_CHECKING:  # `zenocap --help` reads the names alone
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """Content of a file.  track: its rows.  smoothing: description of the filter, "none" without one.
+    """Content of a file.  track: its rows.  axes, unit: of positions and points.  angle: unit of the model's angles.
 
-    joints, min_confidence, spine: of the points.  bones: names of the bones.  model: a file that the format needs.
-    take: name of the take's file.
+    joints: convention of the points; those of a limb below min_confidence are missing.  spine: with those of the spine.
+    bones: names of the bones.  model: a file that the format needs.  smoothing: description of the filter, "none" without
+    one.  take: name of the take's file.
     """
 
     track: PoseTrack
-    axes: Axes
-    unit: Unit
-    angle: Angle
-    joints: Convention
-    min_confidence: float
-    spine: bool
-    bones: BoneNames
-    model: Path | None
-    smoothing: str
-    take: str
+    axes: Axes = "y-up"
+    unit: Unit = "m"
+    angle: Angle = "deg"
+    joints: Convention = "zenocap"
+    min_confidence: float = 0.0
+    spine: bool = False
+    bones: BoneNames = "zenocap"
+    model: Path | None = None
+    smoothing: str = "none"
+    take: str = ""
 
     def points(self) -> Trajectories:
         return self.track.trajectories(self.joints, self.min_confidence, spine=self.spine)
@@ -84,15 +85,15 @@ BVH = ExportFormat(
 C3D = ExportFormat(
     "c3d", "zenocap.common.formats.c3d:export", (".c3d",), "mm", points=True, numbered=False, confidence=True
 )
-CSV = ExportFormat("csv", "zenocap.common.formats.csv:export", (".csv",), points=True, confidence=True)
+CSV = ExportFormat("csv", "zenocap.common.formats.tables:write_csv", (".csv",), points=True, confidence=True)
 MOT = ExportFormat(
     "mot", "zenocap.common.formats.opensim_coordinates:export_mot", (".mot",), units=("m",), axes=("y-up", "opensim"),
     empty="left out",
 )  # fmt: skip
 PARQUET = ExportFormat(
-    "parquet", "zenocap.common.formats.tables:export_parquet", (".parquet",), points=True, confidence=True
+    "parquet", "zenocap.common.formats.tables:write_parquet", (".parquet",), points=True, confidence=True
 )
-NPZ = ExportFormat("npz", "zenocap.common.formats.tables:export_npz", (".npz",), points=True, confidence=True)
+NPZ = ExportFormat("npz", "zenocap.common.formats.tables:write_npz", (".npz",), points=True, confidence=True)
 OPENSIM = ExportFormat(
     "opensim", "zenocap.tools.takes.opensim_folder:export", (), units=("m",), axes=("y-up", "opensim"),
     confidence=True, model="an .osim file", empty="left out",

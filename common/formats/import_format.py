@@ -32,7 +32,7 @@ class ImportFormat:
 
 
 HOME = "zenocap.common.formats.motion_files"
-BVH = ImportFormat("bvh", (".bvh",), f"{HOME}:bvh_centres")
+BVH = ImportFormat("bvh", (".bvh",), "zenocap.common.formats.bvh_joint_names:read_bvh_centres")
 TRC = ImportFormat("trc", (".trc",), f"{HOME}:trc_centres")
 C3D = ImportFormat("c3d", (".c3d",), f"{HOME}:c3d_centres")
 

@@ -42,9 +42,12 @@ class JointMap:
         for joint, wanted in self.joints.items():
             for name in wanted:
                 if name not in names:
-                    more = ", ..." if len(names) > NAMES_SHOWN else ""
-                    allowed = f"allowed: a name in {path}: {', '.join(names[:NAMES_SHOWN])}{more}"
-                    raise UserError(f"{self.path}: joints.{joint} = {name!r}: {allowed}")
+                    raise UserError(f"{self.path}: joints.{joint} = {name!r}: allowed: a name in {path}: {listed(names)}")
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first NAMES_SHOWN of the names of a file."""
+    return ", ".join(names[:NAMES_SHOWN]) + (", ..." if len(names) > NAMES_SHOWN else "")
 
 
 def read_joint_map(path: Path) -> JointMap:

@@ -18,7 +18,7 @@ from zenocap.common.body.joint_conventions import ANSUR_MM, points_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import LEG_SHARE, y_up_matrix
 from zenocap.common.formats.file_warnings import warn_of_file
-from zenocap.common.formats.joint_map import UPS, JointMap
+from zenocap.common.formats.joint_map import UPS, JointMap, listed
 from zenocap.common.formats.joint_names import plain_name
 from zenocap.common.formats.optical_markers import markers_of, missing_markers, optical_centres
 from zenocap.common.formats.trajectories import Trajectories
@@ -37,7 +37,6 @@ CROWN_OVER_EARS = (
     -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
 )
 UPRIGHT = 0.5  # share of the largest component along the usual axis from which it counts as up; chosen by hand
-NAMES_SHOWN = 60
 
 
 def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None = None) -> Trajectories:
@@ -118,16 +117,10 @@ def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None
 
 
 def _missing(
-    path: Path,
-    names: Sequence[str],
-    missing: Sequence[str],
-    markers: int,
-    lacking: Sequence[str],
-    joints: JointMap | None,
+    path: Path, names: Sequence[str], missing: Sequence[str], markers: int, lacking: Sequence[str], joints: JointMap | None
 ) -> str:
     """Error of a file without some joint centres; with few of them and many markers, of a file without some markers."""
-    more = ", ..." if len(names) > NAMES_SHOWN else ""
-    there = f"there are: {', '.join(names[:NAMES_SHOWN])}{more}"
+    there = f"there are: {listed(names)}"
     if joints is None and markers > len(NEEDED) - len(missing):
         return f"{path}: no marker {', '.join(lacking)}; {there}; allowed: those, joint centres, or a joint map (--joints)"
     known = ", ".join(CENTRES[missing[0][1:]])

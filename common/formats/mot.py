@@ -9,7 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
-from zenocap.common.formats.trc import MAX_BYTES
+from zenocap.common.formats.text_file import read_text
 
 END_OF_HEADER = "endheader"
 DEGREES = {"yes": True, "no": False}
@@ -44,7 +44,7 @@ def write_mot(path: Path, times_s: Floats, columns: Mapping[str, Floats], notes:
 
 def read_mot(path: Path) -> Mot:
     """Read a .mot file with coordinates.  Raises UserError."""
-    lines = _lines(path)
+    lines = read_text(path, "a .mot file").splitlines()
     words = [line.strip().lower() for line in lines]
     if END_OF_HEADER not in words:
         raise UserError(f"{path}: no line {END_OF_HEADER!r}: allowed: a .mot file of OpenSim with its header")
@@ -71,17 +71,6 @@ def read_mot(path: Path) -> Mot:
     rate = round(1.0 / float(np.median(steps)), 3) if len(steps) else 0.0
     columns = {name: values[:, k] for k, name in enumerate(names) if k}
     return Mot(values[:, 0], columns, DEGREES[given], rate)
-
-
-def _lines(path: Path) -> list[str]:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: larger than {MAX_BYTES >> 20} MiB: allowed: a .mot file below that")
-        return path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not a .mot file: {error}") from error
 
 
 def _row(path: Path, number: int, line: str, names: tuple[str, ...]) -> list[float]:

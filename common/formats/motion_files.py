@@ -13,7 +13,6 @@ from zenocap.common.body.coordinates import coordinates_of, unwrap_rotations
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
 from zenocap.common.errors import UserError
-from zenocap.common.formats.bvh_joint_names import read_bvh_centres
 from zenocap.common.formats.c3d_reader import read_c3d
 from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.joint_map import UPS, JointMap
@@ -71,11 +70,6 @@ def read_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
     return found.centres(path, joints)
 
 
-def bvh_centres(path: Path, joints: JointMap | None) -> Trajectories:
-    """Joint centres of a BVH file.  Raises UserError."""
-    return read_bvh_centres(path, joints=joints)
-
-
 def trc_centres(path: Path, joints: JointMap | None) -> Trajectories:
     """Joint centres of a TRC file.  Raises UserError."""
     return named_centres(read_trc(path), path, UPS.index("y"), joints)
@@ -88,21 +82,29 @@ def c3d_centres(path: Path, joints: JointMap | None) -> Trajectories:
 
 def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> Motion:
     rows = _rows(path, data.frames, frames)
-    centres = {name: data.points[rows, k] for k, name in enumerate(data.names)}
-    missing = [name for name in NEEDED if name not in centres]
-    if missing:
-        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
+    centres = {name: points[rows] for name, points in needed_centres(path, data).items()}
     rate = _rate(path, data.rate)
-    try:
-        poses = poses_from_centres(anatomy, centres)
-        rest = _rest_rows(anatomy, poses, rate)
-        if rest:
-            poses = poses_from_centres(anatomy, {name: points[rest:] for name, points in centres.items()})
-    except ValueError as error:
-        raise UserError(f"{path}: {error}") from error
+    poses = poses_of_centres(path, anatomy, centres)
+    if rest := _rest_rows(anatomy, poses, rate):
+        poses = poses_of_centres(path, anatomy, {name: points[rest:] for name, points in centres.items()})
     known = ~_in_gaps(centres, rate)
     known[:rest] = False
     return Motion(path.stem, rate, data.times_s[rows], (*[None] * rest, *poses), known)
+
+
+def needed_centres(path: Path, data: Trajectories) -> dict[str, Floats]:
+    """Joint centres (n, 3) by name, those of NEEDED among them.  path: for errors.  Raises UserError."""
+    if missing := [name for name in NEEDED if name not in data.names]:
+        raise UserError(f"{path}: no marker {', '.join(missing)}; there are: {', '.join(data.names)}")
+    return {name: data.points[:, k] for k, name in enumerate(data.names)}
+
+
+def poses_of_centres(path: Path, anatomy: Anatomy, centres: Mapping[str, Floats]) -> list[Pose]:
+    """Poses by inverse kinematics.  path: for errors.  Raises UserError."""
+    try:
+        return poses_from_centres(anatomy, centres)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from error
 
 
 def _rest_rows(anatomy: Anatomy, poses: list[Pose], rate: float) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
+from zenocap.common.formats.text_file import read_text
 
 MIN_VERSION = 40000  # of OpenSimDocument: files of OpenSim 3 have joints inside of bodies
 MAX_BYTES = 100 << 20  # of a file that is read; chosen by hand, models have 0.1 to 5 MB
@@ -36,14 +37,7 @@ class OpenSimModel:
 
 def read_model(path: Path) -> OpenSimModel:
     """Bodies and joint centres of a model.  Raises UserError."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: larger than {MAX_BYTES >> 20} MiB: allowed: an .osim file below that")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not an .osim file: {error}") from error
+    text = read_text(path, "an .osim file", MAX_BYTES)
     if "<!DOCTYPE" in text or "<!ENTITY" in text:  # no model has them; the parser would expand entities
         raise UserError(f"{path}: has a document type: allowed: an .osim file of OpenSim")
     try:

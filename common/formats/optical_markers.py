@@ -45,17 +45,9 @@ MARKERS: Mapping[str, tuple[str, ...]] = {
     "crown": ("tophead", "vertex"),
 }
 OPTIONAL = (
-    ".thigh",
-    ".shank",
-    ".knee_medial",
-    ".ankle_medial",
-    ".toe",
-    ".elbow_medial",
-    ".wrist_medial",
-    ".head_front",
-    ".head_back",
-    "crown",
-)
+    ".thigh", ".shank", ".knee_medial", ".ankle_medial", ".toe", ".elbow_medial", ".wrist_medial", ".head_front",
+    ".head_back", "crown",
+)  # fmt: skip
 SHOWN: Mapping[str, str] = {
     ".asis": ".ASI", ".psis": ".PSI (or SACR)", ".knee": ".KNE", ".ankle": ".ANK", ".shoulder": ".SHO", ".elbow": ".ELB",
     ".wrist": ".WRA",

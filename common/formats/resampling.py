@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
@@ -31,7 +31,6 @@ def resampled(track: PoseTrack, fps: float) -> PoseTrack:
     times_s = frames / fps
     known = np.flatnonzero(track.known)
     nearest = track.rows(_nearest(track.times_s, times_s))
-    blank = np.full(len(frames), np.nan)
     if not len(known):
         return replace(nearest, frames=frames, times_s=times_s, rate=fps)
     source_s = track.times_s[known]
@@ -46,18 +45,12 @@ def resampled(track: PoseTrack, fps: float) -> PoseTrack:
     a, b = known[before], known[after]
     positions = track.positions[a] + share[:, None] * (track.positions[b] - track.positions[a])
     angles = _angles_between(track, track.angles[a], track.angles[b], share)
-    lost = tuple(
-        (what if what != "person" else "") if ok else "person" for what, ok in zip(nearest.lost, made, strict=True)
-    )
+    limbs = ("" if what == "person" else what for what in nearest.lost)
     return replace(
-        nearest,
-        frames=frames,
-        times_s=times_s,
-        positions=np.where(made[:, None], positions, blank[:, None]),
-        angles=np.where(made[:, None], angles, blank[:, None]),
-        lost=lost,
-        rate=fps,
-    )
+        nearest, frames=frames, times_s=times_s, positions=np.where(made[:, None], positions, np.nan),
+        angles=np.where(made[:, None], angles, np.nan),
+        lost=tuple(what if ok else "person" for what, ok in zip(limbs, made, strict=True)), rate=fps,
+    )  # fmt: skip
 
 
 def _angles_between(track: PoseTrack, before: Floats, after: Floats, share: Floats) -> Floats:
@@ -76,10 +69,7 @@ def _angles_between(track: PoseTrack, before: Floats, after: Floats, share: Floa
     return angles
 
 
-def _nearest(source_s: Floats, times_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _nearest(source_s: Floats, times_s: Floats) -> Ints:
     right = np.clip(np.searchsorted(source_s, times_s), 0, len(source_s) - 1)
     left = np.clip(right - 1, 0, None)
-    nearest: np.ndarray[tuple[int], np.dtype[np.int64]] = np.where(
-        np.abs(source_s[left] - times_s) < np.abs(source_s[right] - times_s), left, right
-    )
-    return nearest
+    return np.where(np.abs(source_s[left] - times_s) < np.abs(source_s[right] - times_s), left, right)

@@ -1,43 +1,53 @@
-"""Tables of poses for notebooks: Apache Parquet with the columns of CSV, and NPZ with arrays.
+"""Tables of poses, a row per frame: CSV, Apache Parquet with the same columns, and NPZ with arrays.
 
-Both carry what a column name cannot say - axes, units, joint convention, smoothing, program - as metadata: JSON under the
-key `zenocap` of the Parquet schema, and the array `metadata` of the NPZ.
+Parquet and NPZ carry what a column name cannot say - axes, units, joint convention, smoothing, program - as metadata: JSON
+under the key `zenocap` of the Parquet schema, and the array `metadata` of the NPZ.  Time is in seconds since frame 0; joint
+angles are the model's, the navel's relative to the Y-up world.
 """
 
+import csv
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
+from math import isnan
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.atomic_write import atomic_file
-from zenocap.common.body.joint_conventions import TITLES, Convention
+from zenocap.common.body.joint_conventions import TITLES
 from zenocap.common.formats.export_format import ExportRequest
-from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.trajectories import Angle, Axes, Unit, axis_directions, convert
+from zenocap.common.formats.trajectories import DIGITS, axis_directions, convert
+
+LAYOUT = ("axes", "unit", "angle", "joints", "min_confidence", "smoothing", "spine")  # of a request, as metadata
+Column = Floats | Ints | tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class TableLayout:
-    """axes, unit: of positions and joint centres.  angle: unit of the joint angles, which are the model's.
-
-    joints: convention of the joint centres; those of a limb below min_confidence are missing.  smoothing: what was done,
-    see `smoothing.description`.  spine: with the joints of the spine.
-    """
-
-    axes: Axes = "y-up"
-    unit: Unit = "m"
-    angle: Angle = "deg"
-    joints: Convention = "zenocap"
-    min_confidence: float = 0.0
-    smoothing: str = "none"
-    spine: bool = False
+def write_csv(path: Path, request: ExportRequest) -> None:
+    """Write a CSV file, units in the headings, blank cells for missing values.  Raises OSError."""
+    columns = table_columns(request)
+    cells = [_cells(name, values, DIGITS[request.unit]) for name, values in columns.items()]
+    with atomic_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*cells, strict=True))
 
 
-def write_parquet(path: Path, track: PoseTrack, layout: TableLayout) -> None:
+def _cells(name: str, values: Column, digits: int) -> Iterable[str]:
+    """Texts of a column.  digits: of positions."""
+    if isinstance(values, tuple):
+        return values
+    if name == "frame":
+        return map(str, values)
+    if name.startswith(("score.", "confidence.")):
+        digits = 4
+    elif unit_of(name) not in DIGITS:
+        digits = 6
+    return ("" if isnan(value) else f"{value:.{digits}f}" for value in values)
+
+
+def write_parquet(path: Path, request: ExportRequest) -> None:
     """Write the columns of `write_csv` as Parquet; missing values are null.  Raises OSError.
 
     Needs pyarrow.  Every column has its unit in the metadata of its field too.
@@ -45,13 +55,13 @@ def write_parquet(path: Path, track: PoseTrack, layout: TableLayout) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    columns = table_columns(track, layout)
+    columns = table_columns(request)
     fields = []
     for name, values in columns.items():
         kind = pa.int64() if name == "frame" else pa.string() if isinstance(values, tuple) else pa.float64()
         unit = unit_of(name)
         fields.append(pa.field(name, kind, metadata={"unit": unit} if unit else None))
-    schema = pa.schema(fields, metadata={"zenocap": json.dumps(metadata(track, layout))})
+    schema = pa.schema(fields, metadata={"zenocap": json.dumps(metadata(request))})
     arrays = [
         pa.array(values, field.type, from_pandas=True) for field, values in zip(fields, columns.values(), strict=True)
     ]
@@ -60,21 +70,21 @@ def write_parquet(path: Path, track: PoseTrack, layout: TableLayout) -> None:
         pq.write_table(table, file)
 
 
-def write_npz(path: Path, track: PoseTrack, layout: TableLayout) -> None:
+def write_npz(path: Path, request: ExportRequest) -> None:
     """Write arrays, compressed, without pickles; missing values are NaN.  Raises OSError.
 
     frame (n,), time_s (n,), navel_UNIT (n, 3), angles_ANGLE (n, angles) and angle_names, joint_centres_UNIT (n, joints, 3)
     and joint_names, score (n, viewers), view (n, viewers) and viewers, confidence (n, limbs) and limbs, lost (n,) and
     metadata.
     """
-    centres, count = track.trajectories(layout.joints, layout.min_confidence, spine=layout.spine), len(track.frames)
+    track, centres, count = request.track, request.points(), len(request.track.frames)
     arrays = {
         "frame": track.frames,
         "time_s": track.times_s,
-        f"navel_{layout.unit}": convert(track.positions, layout.axes, layout.unit),
-        f"angles_{layout.angle}": _angles(track, layout),
+        f"navel_{request.unit}": convert(track.positions, request.axes, request.unit),
+        f"angles_{request.angle}": _angles(request),
         "angle_names": np.array(track.anatomy.angles),
-        f"joint_centres_{layout.unit}": convert(centres.points, layout.axes, layout.unit),
+        f"joint_centres_{request.unit}": convert(centres.points, request.axes, request.unit),
         "joint_names": np.array(centres.names),
         "viewers": np.array(list(track.views), dtype=np.str_),
         "view": np.array(list(track.views.values()), dtype=np.str_).reshape(len(track.views), count).T,
@@ -82,24 +92,24 @@ def write_npz(path: Path, track: PoseTrack, layout: TableLayout) -> None:
         "limbs": np.array(list(track.limbs), dtype=np.str_),
         "confidence": np.array(list(track.limbs.values())).reshape(len(track.limbs), count).T,
         "lost": np.array(track.lost, dtype=np.str_),
-        "metadata": np.array(json.dumps(metadata(track, layout))),
+        "metadata": np.array(json.dumps(metadata(request))),
     }
     with atomic_file(path) as unfinished, unfinished.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
-def table_columns(track: PoseTrack, layout: TableLayout) -> dict[str, Floats | Ints | tuple[str, ...]]:
-    """Columns (n,) by the names and in the order of CSV."""
-    centres = track.trajectories(layout.joints, layout.min_confidence, spine=layout.spine)
-    positions = convert(track.positions, layout.axes, layout.unit)
-    points, angles = convert(centres.points, layout.axes, layout.unit), _angles(track, layout)
-    columns: dict[str, Floats | Ints | tuple[str, ...]] = {"frame": track.frames, "time_s": track.times_s}
-    columns |= {f"navel.{axis}_{layout.unit}": positions[:, k] for k, axis in enumerate("xyz")}
-    columns |= {f"{name}_{layout.angle}": angles[:, k] for k, name in enumerate(track.anatomy.angles)}
+def table_columns(request: ExportRequest) -> dict[str, Column]:
+    """Columns (n,) by name, in order: frame, time, navel, angles, views and scores, joint centres, confidences, lost."""
+    track, centres, unit = request.track, request.points(), request.unit
+    positions, points = convert(track.positions, request.axes, unit), convert(centres.points, request.axes, unit)
+    angles = _angles(request)
+    columns: dict[str, Column] = {"frame": track.frames, "time_s": track.times_s}
+    columns |= {f"navel.{axis}_{unit}": positions[:, k] for k, axis in enumerate("xyz")}
+    columns |= {f"{name}_{request.angle}": angles[:, k] for k, name in enumerate(track.anatomy.angles)}
     for viewer, views in track.views.items():
         columns |= {f"view.{viewer}": views, f"score.{viewer}": track.scores[viewer]}
     for j, name in enumerate(centres.names):
-        columns |= {f"{name}.{axis}_{layout.unit}": points[:, j, k] for k, axis in enumerate("xyz")}
+        columns |= {f"{name}.{axis}_{unit}": points[:, j, k] for k, axis in enumerate("xyz")}
     return columns | {f"confidence.{limb}": values for limb, values in track.limbs.items()} | {"lost": track.lost}
 
 
@@ -109,34 +119,17 @@ def unit_of(column: str) -> str:
     return ending if ending in ("m", "cm", "mm", "deg", "rad", "s") else ""
 
 
-def metadata(track: PoseTrack, layout: TableLayout) -> Mapping[str, object]:
+def metadata(request: ExportRequest) -> Mapping[str, object]:
     """Axes, units, convention and smoothing of the columns, for JSON."""
-    directions = dict(zip("xyz", axis_directions(layout.axes), strict=True))
-    return asdict(layout) | {
+    return {name: getattr(request, name) for name in LAYOUT} | {
         "program": f"zenocap {version('zenocap')}",
-        "body": track.anatomy.name,
-        "joint_convention": TITLES[layout.joints],
-        "axis_directions": directions,
-        "handedness": "left" if layout.axes in ("unity", "unreal") else "right",
-        "rate_hz": track.rate,
+        "body": request.track.anatomy.name,
+        "joint_convention": TITLES[request.joints],
+        "axis_directions": dict(zip("xyz", axis_directions(request.axes), strict=True)),
+        "handedness": "left" if request.axes in ("unity", "unreal") else "right",
+        "rate_hz": request.track.rate,
     }
 
 
-def _angles(track: PoseTrack, layout: TableLayout) -> Floats:
-    return np.degrees(track.angles) if layout.angle == "deg" else track.angles
-
-
-def export_parquet(path: Path, request: ExportRequest) -> None:
-    """For `zenocap export`."""
-    write_parquet(path, request.track, _layout(request))
-
-
-def export_npz(path: Path, request: ExportRequest) -> None:
-    """For `zenocap export`."""
-    write_npz(path, request.track, _layout(request))
-
-
-def _layout(request: ExportRequest) -> TableLayout:
-    return TableLayout(
-        request.axes, request.unit, request.angle, request.joints, request.min_confidence, request.smoothing, request.spine
-    )
+def _angles(request: ExportRequest) -> Floats:
+    return np.degrees(request.track.angles) if request.angle == "deg" else request.track.angles

@@ -1,8 +1,9 @@
 """Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -17,18 +18,12 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.recording.reader import Take
-from zenocap.common.topics import (
-    BOTH_WAYS_POSE,
-    CAMERA,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-)
+from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 
 NO_VIEW = ("", np.nan)
 TOPICS_USED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE)
 USED_ROLE = "used"  # role of a view in the tracker
+Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
@@ -95,7 +90,7 @@ class Poses:
 
 
 @dataclass(frozen=True)
-class Summary:
+class TakeSummary:
     """Body, frame numbers and times of a take, without its poses.
 
     kind: of the pose messages.  frames, captured_ns: (n,) of the poses, rising.  start_ns: capture time of frame 0.
@@ -111,36 +106,16 @@ class Summary:
     cut: str | None
 
 
-def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] | None = None) -> Summary:
+def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] | None = None) -> TakeSummary:
     """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`.
 
-    envelopes: its messages as `envelopes_of` yields them, if they are at hand; `Summary.cut` is not known then.
+    envelopes: its messages as `envelopes_of` yields them, if they are at hand; `TakeSummary.cut` is not known then.
     """
     take = Take(path)
-    bodies: dict[type[Bap], m.Body] = {}
-    frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
-    cameras: dict[str, int] = {}
-    for received in take.envelopes(TOPICS_USED) if envelopes is None else envelopes:
-        match received.message:
-            case m.UniversalBdp(body=found):
-                bodies[m.UniversalBap] = found
-            case m.TrackerBdp(body=found):
-                bodies[m.TrackerPose] = found
-            case m.UniversalBap() | m.TrackerPose() as bap:
-                frames[type(bap)][bap.captured_ns] = bap.frame
-            case m.CameraInfo() as camera:
-                cameras[camera.viewer] = camera.captured_ns
-    kind = _kind(frames, bodies, raw)
-    start_ns = min(cameras.values(), default=0)
-    captured_ns = np.array(sorted(ns for ns in frames[kind] if ns >= start_ns), dtype=np.int64)
-    anatomy, bdp = _body_of(
-        path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(captured_ns)
-    )
-    if not cameras:
-        start_ns = int(captured_ns[0])
-    numbers = np.array([frames[kind][ns] for ns in captured_ns.tolist()], dtype=np.int64)
-    numbers = rising_frames(numbers, (captured_ns - start_ns) / 1e9)
-    return Summary(anatomy, bdp, kind, numbers, captured_ns, start_ns, take.cut)
+    read = _read(path, take.envelopes(TOPICS_USED) if envelopes is None else envelopes, raw, lambda bap: bap.frame)
+    captured_ns, numbers = (np.array(list(values), dtype=np.int64) for values in (read.kept, read.kept.values()))
+    numbers = rising_frames(numbers, (captured_ns - read.start_ns) / 1e9)
+    return TakeSummary(read.anatomy, read.bdp, read.kind, numbers, captured_ns, read.start_ns, take.cut)
 
 
 def rising_frames(numbers: Ints, times_s: Floats) -> Ints:
@@ -170,29 +145,42 @@ def read_poses(path: Path, *, raw: bool = False) -> Poses:
 
 def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take, *, raw: bool = False) -> Poses:
     """See `read_poses`.  path: of the take, for errors."""
+    read = _read(path, envelopes, raw, lambda bap: bap)
+    return Poses(path, read.anatomy, read.bdp, tuple(read.kept.values()), read.start_ns, read.cameras, take.cut)
+
+
+@dataclass(frozen=True)
+class _TakeContent(Generic[Kept]):
+    """What is kept of each pose, by capture time, rising."""
+
+    kind: type[Bap]
+    anatomy: Anatomy
+    bdp: Bdp
+    kept: dict[int, Kept]
+    start_ns: int
+    cameras: dict[str, m.CameraInfo]
+
+
+def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[Bap], Kept]) -> _TakeContent[Kept]:
     bodies: dict[type[Bap], m.Body] = {}
-    baps: dict[type[Bap], dict[int, Bap]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
+    found: dict[type[Bap], dict[int, Kept]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, m.CameraInfo] = {}
     for received in envelopes:
         match received.message:
-            case m.UniversalBdp(body=found):
-                bodies[m.UniversalBap] = found
-            case m.TrackerBdp(body=found):
-                bodies[m.TrackerPose] = found
+            case m.UniversalBdp(body=body):
+                bodies[m.UniversalBap] = body
+            case m.TrackerBdp(body=body):
+                bodies[m.TrackerPose] = body
             case m.UniversalBap() | m.TrackerPose() as bap:
-                baps[type(bap)][bap.captured_ns] = bap
+                found[type(bap)][bap.captured_ns] = keep(bap)
             case m.CameraInfo() as camera:
                 cameras[camera.viewer] = camera
-    kind = _kind(baps, bodies, raw)
+    kind = _kind(found, bodies, raw)
     start_ns = min((camera.captured_ns for camera in cameras.values()), default=0)
     # A separate video of the T-pose has capture times before frame 0 and frame numbers of its own.
-    moving = [bap for captured_ns, bap in sorted(baps[kind].items()) if captured_ns >= start_ns]
-    anatomy, bdp = _body_of(
-        path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(moving)
-    )
-    if not cameras:
-        start_ns = moving[0].captured_ns
-    return Poses(path, anatomy, bdp, tuple(moving), start_ns, cameras, take.cut)
+    kept = {captured_ns: found[kind][captured_ns] for captured_ns in sorted(found[kind]) if captured_ns >= start_ns}
+    anatomy, bdp = _body_of(path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(kept))
+    return _TakeContent(kind, anatomy, bdp, kept, start_ns if cameras else next(iter(kept)), cameras)
 
 
 def _kind(found: Mapping[type[Bap], Collection[int]], bodies: Mapping[type[Bap], m.Body], raw: bool) -> type[Bap]:

@@ -7,11 +7,11 @@ import numpy as np
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.text_file import MAX_BYTES
 from zenocap.common.formats.trajectories import DIGITS, Axes, Trajectories, Unit, convert
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
-MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
 MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 
 

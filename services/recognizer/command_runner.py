@@ -17,12 +17,13 @@ from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
 from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, Put, put, request_http, send_osc, send_udp
 from zenocap.services.recognizer.commands import CommandState, Trigger, triggered
-from zenocap.services.recognizer.event_text import PostureEvent, filled_action
+from zenocap.services.recognizer.event_text import PostureEvent, filled, filled_action
 from zenocap.services.recognizer.parameters import COMMANDS_WAITING, STOP_TIMEOUT_S
 
 logger = logging.getLogger(__name__)
 
 MAX_ERROR = 1000  # letters of a `CommandResult`
+VARIABLES = ("rig", "posture", "confidence", "begin", "end", "count")  # placeholders that a program gets
 
 
 class CommandRunner:
@@ -110,14 +111,8 @@ class CommandRunner:
 
     def _variables(self, trigger: Trigger) -> Mapping[str, str]:
         """Environment of a program."""
-        return {
-            "ZENOCAP_RIG": self._rig,
-            "ZENOCAP_POSTURE": trigger.label,
-            "ZENOCAP_CONFIDENCE": f"{trigger.confidence:.3f}",
-            "ZENOCAP_BEGIN": f"{trigger.posture.start_ns / 1e9:.3f}",
-            "ZENOCAP_END": f"{trigger.posture.end_ns / 1e9:.3f}",
-            "ZENOCAP_COUNT": str(trigger.count),
-        }
+        event = self._event(trigger)
+        return {f"ZENOCAP_{name.upper()}": filled(f"{{{name}}}", event) for name in VARIABLES}
 
     def _event(self, trigger: Trigger) -> PostureEvent:
         posture = trigger.posture

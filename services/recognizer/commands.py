@@ -39,14 +39,13 @@ class Trigger:
     count: int
 
 
-def confidence_of(posture: Posture) -> float:
+def confidence_of(score: float, margin: float, models: int) -> float:
     """Confidence of a posture in [0, 1): 1 - exp(-m), m the smaller of its score and, with two or more models, its margin.
 
     exp(-m) is the likelihood per frame of the best alternative, another posture or none, relative to this posture's: 0 for
     an equally good alternative, 0.5 for one that is half as likely per frame.
     """
-    rivals = (posture.score, posture.margin) if len(posture.log_likelihoods) > 1 else (posture.score,)
-    return 1.0 - math.exp(-max(min(rivals), 0.0))
+    return 1.0 - math.exp(-max(min(score, margin) if models > 1 else score, 0.0))
 
 
 def triggered(
@@ -64,7 +63,7 @@ def triggered(
     if abs(now_ns - posture.captured_ns) > MAX_COMMAND_AGE_S * 1e9:
         return replace(state, counts=_counted(state.counts, "old", len(due))), []
     seen = _counted(state.seen, label, 1)
-    confidence = confidence_of(posture)
+    confidence = confidence_of(posture.score, posture.margin, len(posture.log_likelihoods))
     triggered_ns, counts = dict(state.triggered_ns), state.counts
     triggers: list[Trigger] = []
     for number, command in due:

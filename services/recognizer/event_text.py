@@ -30,16 +30,11 @@ class PostureEvent:
 
     def values(self) -> dict[str, str | float | int]:
         """Value of every placeholder except `{json}`."""
-        begin, end = round(self.begin_ns / 1e9, 3), round(self.end_ns / 1e9, 3)
         return {
-            "rig": self.rig,
-            "posture": self.posture,
-            "confidence": round(self.confidence, 3),
-            "begin": begin,
-            "end": end,
-            "duration": round((self.end_ns - self.begin_ns) / 1e9, 3),
-            "count": self.count,
-        }
+            "rig": self.rig, "posture": self.posture, "confidence": round(self.confidence, 3),
+            "begin": round(self.begin_ns / 1e9, 3), "end": round(self.end_ns / 1e9, 3),
+            "duration": round((self.end_ns - self.begin_ns) / 1e9, 3), "count": self.count,
+        }  # fmt: skip
 
 
 def filled(text: str, event: PostureEvent) -> str:

@@ -22,17 +22,9 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 DEFAULT: Kind = "directions"
 
 NAMES = (
-    "right_shoulder.x",
-    "right_shoulder.z",
-    "left_shoulder.x",
-    "left_shoulder.z",
-    "right_elbow.x",
-    "left_elbow.x",
-    "right_hip.x",
-    "right_hip.z",
-    "left_hip.x",
-    "left_hip.z",
-)
+    "right_shoulder.x", "right_shoulder.z", "left_shoulder.x", "left_shoulder.z", "right_elbow.x", "left_elbow.x",
+    "right_hip.x", "right_hip.z", "left_hip.x", "left_hip.z",
+)  # fmt: skip
 MIDDLES: Mapping[str, tuple[float, float, float]] = {"shoulder": SHOULDER_MIDDLE, "hip": HIP_MIDDLE}
 
 

@@ -15,7 +15,7 @@ POSES = 3
 def load_compiled(setup: StreamSetup, anatomy: Anatomy) -> None:
     """Run every kernel of the recognizer with the arrays of a model."""
     stream = initial_stream(setup)
-    row = rows_of(anatomy, np.zeros((1, 3)), anatomy.neutral[None], setup.kind)[0]
+    row = rows_of(anatomy, np.zeros((1, 3)), anatomy.neutral[None], setup.model.features)[0]
     for k in range(POSES):
         stream, _, _ = push(setup, stream, round(k * setup.period_ns), row)
     classify(setup.model, np.stack([row, row]))

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
+from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.forest import Forest, votes_of
 from zenocap.services.recognizer.ignored_parts import Part, without_parts
 from zenocap.services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
@@ -59,7 +60,7 @@ class Training:
 class PostureModel:
     """One hidden Markov model per posture over the symbols of one codebook.
 
-    features: a kind of `features.KINDS`.  rate: frames per second.  labels: (n,).
+    features: kind of the angles.  rate: frames per second.  labels: (n,).
     mean: (d,), whitening: (d, d): the whitened feature vector f is (f - mean) @ whitening.
     codebook: (k, d), whitened.  occurring: (k,) relative frequency of each symbol in all examples, sums to 1.
     start: (n, s), transition: (n, s, s), emission: (n, s, k): probabilities, rows sum to 1.
@@ -73,7 +74,7 @@ class PostureModel:
     ignored: parts of the body that are not used, see `ignored_parts`.
     """
 
-    features: str
+    features: Kind
     rate: float
     labels: tuple[str, ...]
     mean: Floats

@@ -33,6 +33,7 @@ ARRAYS = (
     "mean", "whitening", "codebook", "occurring", "start", "transition", "emission", "durations", "edges", "reach",
     "thresholds",
 )  # fmt: skip
+PLAIN = ("features", "rate", "labels", "farthest", "calm", "slow")  # stored as they are
 
 
 Count = Annotated[int, Meta(ge=0, le=1 << 40)]
@@ -93,46 +94,32 @@ class _Contents(Struct, forbid_unknown_fields=True):
     thresholds: Array
     training: _Training
     forest: _Forest | None = None  # not in files of `paper`, nor of versions before 0.3
-    ignored: Annotated[list[Part], Meta(min_length=1, max_length=2)] | msgspec.UnsetType = (
-        msgspec.UNSET
-    )  # left out without any
+    ignored: Annotated[list[Part], Meta(min_length=1, max_length=2)] | msgspec.UnsetType = msgspec.UNSET  # not without any
 
 
-def find_model(text: str, base: Path | None = None) -> Path:
-    """Path of a model file.  text: the name of a shipped model, or a path relative to `base`.
-
-    base: a folder; None: the working directory.  Raises UserError.
-    """
-    return recognizer_table.find_postures(text, base or Path())
+def find_model(text: str) -> Path:
+    """Path of a model file.  text: the name of a shipped model, or a path.  Raises UserError."""
+    return recognizer_table.find_postures(text, Path())
 
 
 def write_model(path: Path, model: PostureModel) -> None:
     """Write a file atomically.  Raises OSError, and UserError for a model with values that the file cannot have."""
-    data = packed(path, model)
-    write_atomically(path, data)
+    write_atomically(path, packed(path, model))
 
 
 def packed(path: Path, model: PostureModel) -> bytes:
     """Content of a model file.  path: for errors.  Raises UserError."""
     content: dict[str, object] = {name: packed_array(getattr(model, name)) for name in ARRAYS}
-    content |= {
-        "features": model.features,
-        "names": list(NAMES),
-        "rate": model.rate,
-        "labels": list(model.labels),
-        "farthest": model.farthest,
-        "calm": model.calm,
-        "slow": model.slow,
-        "training": asdict(model.training),
-    }
+    content |= {name: getattr(model, name) for name in PLAIN}
+    content |= {"names": NAMES, "training": asdict(model.training)}
     if model.ignored:
         content["ignored"] = list(model.ignored)
     if model.forest is not None:
-        arrays = {
-            "nodes": packed_array(model.forest.nodes, single=True),
-            "thresholds": packed_array(model.forest.thresholds),
-        }
-        content["forest"] = {"values": VALUES, **arrays, **_packed_alarms(model.forest.alarms)}
+        nodes, thresholds = packed_array(model.forest.nodes, single=True), packed_array(model.forest.thresholds)
+        forest: dict[str, object] = {"values": VALUES, "nodes": nodes, "thresholds": thresholds}
+        if (alarms := model.forest.alarms) is not None:
+            forest["alarms"] = asdict(alarms) | {"shares": packed_array(alarms.shares)}
+        content["forest"] = forest
     try:
         body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
     except msgspec.ValidationError as error:
@@ -140,12 +127,6 @@ def packed(path: Path, model: PostureModel) -> bytes:
     data = FORMAT.with_header(body)
     parse_model(path, data)
     return data
-
-
-def _packed_alarms(alarms: FalseAlarms | None) -> dict[str, object]:
-    if alarms is None:
-        return {}
-    return {"alarms": {"hours": alarms.hours, "least": alarms.least, "shares": packed_array(alarms.shares)}}
 
 
 def read_model(path: Path) -> PostureModel:
@@ -173,24 +154,15 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
     if not (k >= 1 and s >= 1):
         fail(path, "codebook, start", f"{k} symbols, {s} states", "1 or more of both")
     shapes: dict[str, tuple[int, ...]] = {
-        "mean": (d,),
-        "whitening": (d, d),
-        "codebook": (k, d),
-        "occurring": (k,),
-        "start": (n, s),
-        "transition": (n, s, s),
-        "emission": (n, s, k),
-        "durations": (n, 3),
-        "edges": (n, 2, d),
-        "reach": (n,),
-        "thresholds": (n,),
-    }
+        "mean": (d,), "whitening": (d, d), "codebook": (k, d), "occurring": (k,), "start": (n, s), "transition": (n, s, s),
+        "emission": (n, s, k), "durations": (n, 3), "edges": (n, 2, d), "reach": (n,), "thresholds": (n,),
+    }  # fmt: skip
     arrays = {name: unpacked_array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
     stored = contents.training
     figures = tuple(LabelFigures(**msgspec.structs.asdict(row)) for row in stored.figures)
     training = Training(tuple(stored.people), tuple(stored.sources), stored.frames, dict(stored.settings), figures)
     return PostureModel(
-        contents.features,
+        next(kind for kind in KINDS if kind == contents.features),
         contents.rate,
         tuple(contents.labels),
         **arrays,

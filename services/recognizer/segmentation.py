@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.parameters import (
-    LONGEST_WINDOW,
-    SHORTEST_WINDOW,
-    SMOOTHING_ROWS,
-    STRICTNESS,
-    WINDOW_REACH,
-)
+from zenocap.services.recognizer.parameters import LONGEST_WINDOW, SHORTEST_WINDOW, SMOOTHING_ROWS, STRICTNESS, WINDOW_REACH
 from zenocap.services.recognizer.viterbi_windows import WindowModel, Windows, extend_windows
 
 # Paper (added): 5.2 classifies sequences that are cut; here postures are found in a stream.

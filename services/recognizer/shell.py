@@ -106,12 +106,11 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
     names = [rig.name for rig, _ in rigs]
     if len(set(names)) < len(names):
         raise UserError(f"rigs {', '.join(names)}: allowed: rigs of different names")
-    models: dict[Path, PostureModel] = {}
+    models: dict[Path | None, PostureModel] = {}
     services: list[Service[Setup, State, Never]] = []
     for rig, _ in rigs:
-        if rig.recognizer is not None and rig.recognizer.model not in models:
-            models[rig.recognizer.model] = model_of(rig)
-        model = models[rig.recognizer.model] if rig.recognizer is not None else model_of(rig)
+        path = None if rig.recognizer is None else rig.recognizer.model
+        model = models[path] = models.get(path) or model_of(rig)
         check_commands(rig, model)
         services.append(recognizer_service(rig, model))
     with compiling(logger, "recognizer-service", "recognizer"):

@@ -13,7 +13,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import angles_of
 from zenocap.common.messages import Message, Phase, Posture, TrackerPose, UniversalBap
 from zenocap.services.recognizer.motion_rows import WIDTH, rows_of
-from zenocap.services.recognizer.stream import GAP, LATE, Recognition, Stream, StreamSetup, initial_stream, push
+from zenocap.services.recognizer.stream import GAP, LATE, PoseStream, Recognition, StreamSetup, initial_stream, push
 
 Source = Literal["integrator", "tracker"]
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the recognizer has no frames
@@ -38,7 +38,7 @@ class State:
     lost: the person is lost in the latest pose.  last: the latest event.  counts: see `counts`.
     """
 
-    stream: Stream
+    stream: PoseStream
     lost: bool = False
     last: Posture | None = None
     counts: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
@@ -108,7 +108,7 @@ def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Flo
     if len(pose.angles) != len(setup.anatomy.angles):
         raise ValueError(f"{len(pose.angles)} joint angles: allowed: {len(setup.anatomy.angles)}")
     angles = angles_of(setup.anatomy, pose.angles, setup.anatomy.neutral)
-    row: Floats = rows_of(setup.anatomy, np.array([pose.position]), angles[None], setup.stream.kind)[0]
+    row: Floats = rows_of(setup.anatomy, np.array([pose.position]), angles[None], setup.stream.model.features)[0]
     return row
 
 

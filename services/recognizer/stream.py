@@ -5,12 +5,12 @@ the vectors and their times.  `segmentation` finds postures among the rows; `mov
 posture.  A gap of more than MAX_STREAM_GAP_S ends the segmentation before it; nothing is interpolated across it.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.services.recognizer.features import KINDS, Kind
 from zenocap.services.recognizer.ignored_parts import without_parts
 from zenocap.services.recognizer.model import Classification, PostureModel, classify, symbols_of, whiten
 from zenocap.services.recognizer.movement import MovementState, RowRange, detect_movement
@@ -40,12 +40,10 @@ USED, LATE, GAP, LOST = "used", "late", "gap", "lost"  # use of a vector, see `p
 class StreamSetup:
     """A model prepared for streams.
 
-    kind: of its features.  delay: rows between the end of a posture and its answer.  kept: rows of features that are kept
-    to classify a window.
+    delay: rows between the end of a posture and its answer.  kept: rows of features that are kept to classify a window.
     """
 
     model: PostureModel
-    kind: Kind
     segmentation: SegmentationSetup
     period_ns: float
     delay: int
@@ -53,7 +51,7 @@ class StreamSetup:
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
+class PoseStream:
     """State of a stream.
 
     last_ns, last: time and vector (d,) of the latest input; -1 and None before the first, None in a gap.
@@ -84,21 +82,20 @@ class Recognition:
 
 
 def stream_setup(model: PostureModel, strictness: float = STRICTNESS) -> StreamSetup:
-    """Prepare a model.  strictness: see `parameters.STRICTNESS`.  Raises ValueError for unknown features."""
-    kind = next((kind for kind in KINDS if kind == model.features), None)
-    if kind is None:
-        raise ValueError(f"features = {model.features!r}: allowed: {', '.join(KINDS)}")
+    """Prepare a model.  strictness: see `parameters.STRICTNESS`."""
     segmentation = segmentation_setup(model, strictness)
     delay = max(1, round(ANSWER_DELAY_S * model.rate))
-    return StreamSetup(model, kind, segmentation, 1e9 / model.rate, delay, 2 * segmentation.window + delay)
+    return StreamSetup(model, segmentation, 1e9 / model.rate, delay, 2 * segmentation.window + delay)
 
 
-def initial_stream(setup: StreamSetup) -> Stream:
+def initial_stream(setup: StreamSetup) -> PoseStream:
     """State before the first vector."""
-    return Stream(initial_hypotheses(setup.segmentation), MovementState(), np.zeros((0, 0)))
+    return PoseStream(initial_hypotheses(setup.segmentation), MovementState(), np.zeros((0, 0)))
 
 
-def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats) -> tuple[Stream, Recognition | None, str]:
+def push(
+    setup: StreamSetup, stream: PoseStream, captured_ns: int, features: Floats
+) -> tuple[PoseStream, Recognition | None, str]:
     """Add a vector (d,), not finite while the person is lost; return the stream, at most one result and its use.
 
     USED.  LOST: not finite.  LATE: not later than the vector before, ignored, no result.  GAP: used, first after a gap.
@@ -118,12 +115,20 @@ def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats)
     return *_pop(stream), use
 
 
-def finish(setup: StreamSetup, stream: Stream) -> tuple[Recognition, ...]:
-    """Results that wait, and those of the windows that have ended, as a gap after the latest vector gives them."""
-    return _end(setup, stream).queue
+def recognitions(setup: StreamSetup, times_ns: Sequence[int], rows: Floats) -> Iterator[tuple[int, Recognition]]:
+    """Results of a stream of rows (T, d) at these times, each with the number of the row at which it comes.
+
+    Those that still wait at its end, and those of the windows that have ended then, have T: a gap would give them.
+    """
+    stream = initial_stream(setup)
+    for number, (captured_ns, row) in enumerate(zip(times_ns, rows, strict=True)):
+        stream, found, _ = push(setup, stream, captured_ns, row)
+        if found is not None:
+            yield number, found
+    yield from ((len(rows), found) for found in _end(setup, stream).queue)
 
 
-def _resample(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats) -> Stream:
+def _resample(setup: StreamSetup, stream: PoseStream, captured_ns: int, features: Floats) -> PoseStream:
     """Add the rows after the vector before, up to and including this vector's time."""
     before_ns, before = stream.last_ns, stream.last
     assert before is not None
@@ -133,7 +138,7 @@ def _resample(setup: StreamSetup, stream: Stream, captured_ns: int, features: Fl
     return replace(stream, last_ns=captured_ns, last=features)
 
 
-def _add_row(setup: StreamSetup, stream: Stream, features: Floats) -> Stream:
+def _add_row(setup: StreamSetup, stream: PoseStream, features: Floats) -> PoseStream:
     """Add one row (d,) and the results that follow from it."""
     model = setup.model
     kept = stream.rows[-(setup.kept - 1) :]
@@ -151,7 +156,7 @@ def _add_row(setup: StreamSetup, stream: Stream, features: Floats) -> Stream:
     return _report_unexplained(setup, stream)
 
 
-def _end(setup: StreamSetup, stream: Stream) -> Stream:
+def _end(setup: StreamSetup, stream: PoseStream) -> PoseStream:
     """Report the windows that have ended and restart; keeps the queue and the time of the latest vector."""
     while True:
         hypotheses, window = pop_window(stream.hypotheses, 0)
@@ -161,13 +166,13 @@ def _end(setup: StreamSetup, stream: Stream) -> Stream:
     return replace(initial_stream(setup), queue=stream.queue, last_ns=stream.last_ns)
 
 
-def _add_window(setup: StreamSetup, stream: Stream, window: Window) -> Stream:
+def _add_window(setup: StreamSetup, stream: PoseStream, window: Window) -> PoseStream:
     rows = RowRange(window.begin, window.end)
     windows = (*stream.windows, rows)[-WINDOWS_KEPT:]
     return _add_result(setup, replace(stream, windows=windows), rows, posture=True)
 
 
-def _report_unexplained(setup: StreamSetup, stream: Stream) -> Stream:
+def _report_unexplained(setup: StreamSetup, stream: PoseStream) -> PoseStream:
     """Drop movements that windows explain; report those that no later window can explain."""
     left = [one for one in stream.movements if one.overlap(stream.windows) < EXPLAINED_SHARE]
     open_from = first_open_row(stream.hypotheses)
@@ -178,7 +183,7 @@ def _report_unexplained(setup: StreamSetup, stream: Stream) -> Stream:
     return stream
 
 
-def _add_result(setup: StreamSetup, stream: Stream, span: RowRange, *, posture: bool) -> Stream:
+def _add_result(setup: StreamSetup, stream: PoseStream, span: RowRange, *, posture: bool) -> PoseStream:
     """Queue the result of rows, classified as far back as rows are kept.  posture: they may be one."""
     first = stream.hypotheses.rows - len(stream.rows)
     rows = stream.rows[max(span.begin - first, 0) : span.end - first]
@@ -188,11 +193,11 @@ def _add_result(setup: StreamSetup, stream: Stream, span: RowRange, *, posture: 
     return replace(stream, queue=(*stream.queue, Recognition(label, *times, len(rows), found)))
 
 
-def _time_of(setup: StreamSetup, stream: Stream, row: int) -> int:
+def _time_of(setup: StreamSetup, stream: PoseStream, row: int) -> int:
     return stream.origin_ns + round(row * setup.period_ns)
 
 
-def _pop(stream: Stream) -> tuple[Stream, Recognition | None]:
+def _pop(stream: PoseStream) -> tuple[PoseStream, Recognition | None]:
     """Remove and return the first queued result."""
     if not stream.queue:
         return stream, None

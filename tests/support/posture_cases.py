@@ -1,6 +1,7 @@
 """Synthetic postures: from rest each raises and lowers some of the ten features."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -44,6 +45,7 @@ def examples(
     ]
 
 
+@lru_cache
 def quick_model(labels: Sequence[str] = LABELS) -> PostureModel:
     """A model without thresholds."""
     return train_models(prepare(examples(labels=labels), FAST), FAST)

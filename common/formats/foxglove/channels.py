@@ -6,7 +6,6 @@ Lichtblick supports: objects, arrays of one type, numbers, integers, booleans an
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import NamedTuple, Protocol
 
@@ -38,15 +37,8 @@ class MessageType(Protocol):
     def get_schema() -> Schema: ...
 
 
-@dataclass(frozen=True)
-class ChannelTemplate:
+class ChannelTemplate(Channel):
     """Template of a `Channel`.  topic: with the fields {rig}, {viewer}, or {service} and {id}."""
-
-    topic: str
-    encoding: str
-    schema_name: str
-    schema_encoding: str
-    schema: bytes
 
     def channel(self, **names: str) -> Channel:
         """Channel with the fields of the topic filled in."""

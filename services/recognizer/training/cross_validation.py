@@ -5,7 +5,7 @@ people are not in the training set.  As in the paper, the result is the likelies
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Literal, get_args
 
@@ -84,10 +84,7 @@ class Outcome:
 
 
 def cross_validate(
-    examples: Sequence[Example],
-    settings: TrainingSettings,
-    protocol: Protocol,
-    report: Report = no_report,
+    examples: Sequence[Example], settings: TrainingSettings, protocol: Protocol, report: Report = no_report
 ) -> Outcome:
     """Classify every example with a model trained on the others that the protocol allows.
 
@@ -96,22 +93,32 @@ def cross_validate(
     """
     ready = prepare(postures_of(examples), settings)
     groups = by_person(ready) if protocol == "subjects" else by_repetition(ready)
-    answers: list[HeldOutResult] = []
-    for done, held in enumerate(groups):
-        report(done, len(groups), f"{protocol}: {done + 1} of {len(groups)}")
-        out = set(held)
-        kept = ready.subset([k for k in range(len(ready.examples)) if k not in out])
-        learnt = tuple(label for label in ready.labels if any(example.label == label for example in kept.examples))
-        tested = [k for k in held if ready.examples[k].label in learnt]
-        if tested:
-            decide = classifier_of(replace(kept, labels=learnt), settings)
-            answers += [_answer(ready, k, learnt, decide(ready.sequences[k])) for k in tested]
+    answers = held_out_results(
+        ready, groups, settings, lambda done, of: report(done, of, f"{protocol}: {done + 1} of {of}")
+    )
     report(len(groups), len(groups), f"{protocol}: done")
     people = len({example.person for example in ready.examples})
     if not answers:
         needed = "two people or more that perform" if protocol == "subjects" else "two examples or more of"
         raise UserError(f"{len(ready.examples)} examples by {people} people: allowed: {needed} one posture at least")
-    return Outcome(protocol, ready.labels, people, tuple(sorted(answers, key=lambda answer: answer.example)))
+    return Outcome(protocol, ready.labels, people, tuple(answers))
+
+
+def held_out_results(
+    ready: Prepared, groups: Sequence[Sequence[int]], settings: TrainingSettings, report: Callable[[int, int], None]
+) -> list[HeldOutResult]:
+    """Results of the examples whose posture others have too, in order, each by a model trained without its group.
+
+    groups: indices of examples.  report: groups done, and their number.
+    """
+    answers: list[HeldOutResult] = []
+    for done, held in enumerate(groups):
+        report(done, len(groups))
+        kept = ready.without(held)
+        if tested := [k for k in held if ready.examples[k].label in kept.labels]:
+            decide = classifier_of(kept, settings)
+            answers += [_answer(ready, k, kept.labels, decide(ready.sequences[k])) for k in tested]
+    return sorted(answers, key=lambda answer: answer.example)
 
 
 def by_person(ready: Prepared) -> list[list[int]]:
@@ -139,11 +146,9 @@ def classifier_of(kept: Prepared, settings: TrainingSettings) -> Callable[[Float
     """Classification of rows (T, d) by what is learnt from the examples `kept`, without thresholds."""
     if settings.classifier == "paper":
         return partial(classify, train_models(kept, settings))
-    labels = np.array([kept.labels.index(example.label) for example in kept.examples])
     values = descriptions_of(kept, settings.rate, settings.seed)
-    forest = train_forest(
-        values.reshape(-1, VALUES), np.repeat(labels, values.shape[1]), len(kept.labels), settings.trees, settings.seed
-    )
+    labels = np.repeat(kept.indices, values.shape[1])
+    forest = train_forest(values.reshape(-1, VALUES), labels, len(kept.labels), settings.trees, settings.seed)
     return lambda rows: by_forest(forest, describe(rows, settings.rate))
 
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.errors import UserError
 from zenocap.common.formats.file_warnings import grouped_warnings
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_poses_for
-from zenocap.common.formats.pose_track import every_frame
+from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.motion_rows import rows_of
@@ -22,6 +23,7 @@ from zenocap.services.recognizer.training.manifest import Row, relative, summari
 from zenocap.services.recognizer.training.parameters import LEAST_BACKGROUND_S
 
 EXACT_S = 1e-6
+AVERAGE_HEIGHT_M = 1.72  # of the figure for motion capture, which has no measured body
 CACHED_SOURCES = 4  # rows of the same source are mostly adjacent in a manifest
 
 
@@ -109,19 +111,36 @@ def _background(motion: Features, row: Row, name: str) -> list[Example]:
 
 
 def read_features(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
-    """Rows of a whole source: a take in its own anatomy, a .bvh, .trc or .c3d in ten parts.  Raises UserError."""
+    """Rows of a whole source, see `read_track`.  Raises UserError."""
+    track = read_track(path, joints)
+    if not track.rate > 0:
+        raise UserError(f"{path}: {len(track.frames)} frames with a pose: allowed: two or more")
+    return features_of(track, kind)
+
+
+def features_of(track: PoseTrack, kind: Kind) -> Features:
+    """Rows of a track."""
+    return Features(track.rate, track.times_s, rows_of(track.anatomy, track.positions, track.angles, kind))
+
+
+def read_track(path: Path, joints: JointMap | None = None) -> PoseTrack:
+    """Every frame of a source: a take in its own anatomy, a .bvh, .trc or .c3d in ten parts, with an average body.
+
+    joints: names of joints and markers of motion capture that are not recognized.  Raises UserError.
+    """
     if path.suffix.lower() == ".mcap":
-        track = every_frame(read_poses(path).track(), 0)
-        if not track.rate > 0:
-            raise UserError(f"{path}: {len(track.frames)} frames with a pose: allowed: two or more")
-        return Features(track.rate, track.times_s, rows_of(track.anatomy, track.positions, track.angles, kind))
+        return every_frame(read_poses(path).track(), 0)
     motion = read_poses_for(path, TEN_PARTS, joints=joints)
-    angles = np.full((len(motion.poses), len(TEN_PARTS.angles)), np.nan)
-    positions = np.full((len(motion.poses), 3), np.nan)
+    count = len(motion.poses)
+    positions, angles = np.full((count, 3), np.nan), np.full((count, len(TEN_PARTS.angles)), np.nan)
     for row, pose in enumerate(motion.poses):
         if pose is not None and motion.known[row]:
-            angles[row], positions[row] = pose.angles, pose.position
-    return Features(motion.rate, motion.times_s, rows_of(TEN_PARTS, positions, angles, kind))
+            positions[row], angles[row] = pose.position, pose.angles
+    return PoseTrack(
+        anatomy=TEN_PARTS, bdp=body_from_lengths(TEN_PARTS, average_lengths(AVERAGE_HEIGHT_M)), frames=np.arange(count),
+        times_s=motion.times_s, positions=positions, angles=angles, scores={}, views={},
+        lost=tuple("person" if np.isnan(place[0]) else "" for place in positions), rate=motion.rate,
+    )  # fmt: skip
 
 
 def span(motion: Features, start: float | None, end: float | None) -> Floats:

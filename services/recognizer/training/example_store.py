@@ -35,7 +35,7 @@ class _Example(Struct, forbid_unknown_fields=True):
     features: bytes  # (rows, width) little-endian float64, NaN in frames without a pose
 
 
-class _Contents(Struct, forbid_unknown_fields=True):
+class _StoredExamples(Struct, forbid_unknown_fields=True):
     model: Annotated[bytes, Meta(min_length=32, max_length=32)]  # SHA-256 of its file
     settings: dict[str, Any]
     width: Annotated[int, Meta(ge=1, le=10_000)]
@@ -60,7 +60,7 @@ def write_examples(model: Path, examples: Sequence[Example], settings: TrainingS
         )
         for one in examples
     ]  # fmt: skip
-    contents = _Contents(_digest(model), asdict(settings), examples[0].features.shape[1], stored)
+    contents = _StoredExamples(_digest(model), asdict(settings), examples[0].features.shape[1], stored)
     data = FORMAT.with_header(msgspec.msgpack.encode(contents))
     if len(data) > MAX_BYTES:
         raise UserError(f"{path}: {len(data)} bytes of examples: allowed: at most {MAX_BYTES}")
@@ -72,7 +72,7 @@ def read_stored(model: Path) -> tuple[list[Example], TrainingSettings]:
     path = store_path(model)
     try:
         body = FORMAT.body_of(path, FORMAT.read(path))
-        contents = msgspec.msgpack.decode(body, type=_Contents)
+        contents = msgspec.msgpack.decode(body, type=_StoredExamples)
         settings = msgspec.convert(contents.settings, TrainingSettings)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error

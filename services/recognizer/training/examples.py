@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from zenocap.common.arrays import Bools, Floats
+from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.features import DEFAULT, KINDS, Kind
 from zenocap.services.recognizer.ignored_parts import PARTS, Part, without_parts
@@ -121,9 +121,17 @@ class Prepared:
     sequences: tuple[Floats, ...]
     labels: tuple[str, ...]
 
-    def subset(self, keep: Sequence[int]) -> "Prepared":
-        """These examples; the labels stay."""
-        return Prepared(tuple(self.examples[k] for k in keep), tuple(self.sequences[k] for k in keep), self.labels)
+    def without(self, held: Sequence[int]) -> "Prepared":
+        """The other examples, and the labels that they have."""
+        keep = np.setdiff1d(np.arange(len(self.examples)), held).tolist()
+        examples = tuple(self.examples[k] for k in keep)
+        labels = tuple(label for label in self.labels if label in {example.label for example in examples})
+        return Prepared(examples, tuple(self.sequences[k] for k in keep), labels)
+
+    @property
+    def indices(self) -> Ints:
+        """(examples,) index of each one's label."""
+        return np.array([self.labels.index(example.label) for example in self.examples])
 
 
 def postures_of(examples: Sequence[Example]) -> list[Example]:

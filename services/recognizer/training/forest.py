@@ -16,7 +16,7 @@ from zenocap.services.recognizer.model import LabelFigures
 from zenocap.services.recognizer.segment_description import describe
 from zenocap.services.recognizer.training.examples import Prepared
 from zenocap.services.recognizer.training.parameters import CUT_SHARE, CUTS, LEAF_DESCRIPTIONS, LEAF_FROM_EXAMPLES
-from zenocap.services.recognizer.training.thresholds import train_thresholds
+from zenocap.services.recognizer.training.thresholds import train_thresholds, with_trials
 
 NO_SHARE = 0.0  # threshold of forests without thresholds, which accept every segment
 
@@ -131,18 +131,9 @@ def figures_of(counted: Sequence[LabelFigures], forest: Forest, trials: Trials) 
     whole, others = trials.held[:: CUTS + 1], trials.strangers[:: CUTS + 1]
     for k, (known, needed) in enumerate(zip(counted, forest.thresholds, strict=True)):
         own = [(best, shares[k]) for label, best, shares in whole if label == k]
-        recognized = [share for best, share in own if best == k]
+        recognized = [float(share) for best, share in own if best == k]
         strangers = [share for best, share in others if best == k]
-        figures.append(
-            replace(
-                known,
-                held=len(own),
-                recognised=len(recognized),
-                accepted=sum(bool(share >= needed) for share in recognized),
-                strangers=len(strangers),
-                refused=sum(bool(share < needed) for share in strangers),
-            )
-        )
+        figures.append(with_trials(known, float(needed), len(own), recognized, strangers))
     return tuple(figures)
 
 

@@ -4,23 +4,19 @@ A label holds from its time until the next row, whatever that has: a table may h
 The last one holds until the end of the source.  Rows without a label belong to no example.
 """
 
-import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import StringIO
-from math import isfinite
 from pathlib import Path
 
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.training.csv_text import csv_text, delimiter_of
+from zenocap.services.recognizer.training.csv_text import LONGEST_S, read_table, seconds_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 
 COLUMNS = ("time", "label")
-LONGEST_S = 1e6
 
 
 @dataclass(frozen=True)
-class Span:
+class LabelSpan:
     """line: of its first row in the table.  start, end: seconds from the start of the source; end None: its end."""
 
     line: int
@@ -29,16 +25,16 @@ class Span:
     label: str
 
 
-def read_spans(path: Path) -> list[Span]:
+def read_spans(path: Path) -> list[LabelSpan]:
     """Spans of equal labels, in order.  Other columns are ignored.  Raises UserError with all errors."""
     wrong: list[str] = []
-    spans: list[Span] = []
-    previous: Span | None = None  # the open one
+    spans: list[LabelSpan] = []
+    previous: LabelSpan | None = None  # the open one
     for row in _rows(path, wrong):
         if previous is not None and row.label == previous.label:
             continue
         if previous is not None:
-            spans.append(Span(previous.line, previous.start, row.start, previous.label))
+            spans.append(LabelSpan(previous.line, previous.start, row.start, previous.label))
         previous = row
     if previous is not None:
         spans.append(previous)
@@ -50,36 +46,22 @@ def read_spans(path: Path) -> list[Span]:
     return spans
 
 
-def _rows(path: Path, wrong: list[str]) -> Iterator[Span]:
+def _rows(path: Path, wrong: list[str]) -> Iterator[LabelSpan]:
     """One open span per row."""
-    text = csv_text(path)
-    first = text.split("\n", 1)[0]
-    delimiter = delimiter_of(first)
-    names = [name.strip('" \r').lower() for name in first.split(delimiter)]
+    first, names, lines = read_table(path, wrong)
     if any(names.count(name) != 1 for name in COLUMNS):
         raise UserError(f"{path}: line 1: {first.strip()[:80]!r}: allowed: the columns {', '.join(COLUMNS)}, once each")
     at, named = names.index("time"), names.index("label")
-    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True)
-    next(reader)
     before = -1.0
-    try:
-        for cells in reader:
-            if not any(cell.strip() for cell in cells):
-                continue
-            value, label = (cells[k].strip() if k < len(cells) else "" for k in (at, named))
-            try:
-                time_s = float(value)
-            except ValueError:
-                time_s = -1.0
-            line = f"{path}: line {reader.line_num}"
-            if not (isfinite(time_s) and 0.0 <= time_s <= LONGEST_S):
-                wrong.append(f"{line}: time = {value!r}: allowed: seconds from the start of the source, 0 to {LONGEST_S:g}")
-            elif time_s <= before:
-                wrong.append(f"{line}: time = {value}: allowed: later than {before:g}, the time of the row before")
-            elif len(label) > LONGEST_LABEL or not label.isprintable():
-                wrong.append(f"{line}: label = {label!r}: allowed: at most {LONGEST_LABEL} printable characters")
-            else:
-                before = time_s
-                yield Span(reader.line_num, time_s, None, label)
-    except csv.Error as error:
-        wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
+    for number, cells in lines:
+        value, label = (cells[k].strip() if k < len(cells) else "" for k in (at, named))
+        time_s, line = seconds_of(value), f"{path}: line {number}"
+        if time_s is None:
+            wrong.append(f"{line}: time = {value!r}: allowed: seconds from the start of the source, 0 to {LONGEST_S:g}")
+        elif time_s <= before:
+            wrong.append(f"{line}: time = {value}: allowed: later than {before:g}, the time of the row before")
+        elif len(label) > LONGEST_LABEL or not label.isprintable():
+            wrong.append(f"{line}: label = {label!r}: allowed: at most {LONGEST_LABEL} printable characters")
+        else:
+            before = time_s
+            yield LabelSpan(number, time_s, None, label)

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
-from zenocap.services.recognizer.features import KINDS, NAMES, Kind
+from zenocap.services.recognizer.features import NAMES
 from zenocap.services.recognizer.model import PostureModel, classify
 from zenocap.services.recognizer.motion_rows import ANGLES
-from zenocap.services.recognizer.training.example_files import Features, read_features, span
+from zenocap.services.recognizer.training.example_files import Features, span
 from zenocap.services.recognizer.training.examples import resample
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.parameters import (
@@ -174,16 +174,6 @@ class Suggestion:
 
     def __str__(self) -> str:
         return self.label if self.known else f"{self.label}?"
-
-
-def suggest_labels(model: PostureModel, source: Path, candidates: Sequence[Candidate]) -> list[Suggestion | None]:
-    """Label of each candidate by a model; None for candidates with too few frames.  Raises UserError."""
-    return suggestions_in(model, read_features(source, kind_of(model)), candidates)
-
-
-def kind_of(model: PostureModel) -> Kind:
-    """Kind of the angles of a model."""
-    return next(kind for kind in KINDS if kind == model.features)
 
 
 def suggestions_in(model: PostureModel, motion: Features, candidates: Sequence[Candidate]) -> list[Suggestion | None]:

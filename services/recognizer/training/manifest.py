@@ -8,14 +8,12 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
-from math import isfinite
 from pathlib import Path
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
-from zenocap.services.recognizer.training.csv_text import csv_text, delimiter_of
+from zenocap.services.recognizer.training.csv_text import LONGEST_S, read_table, seconds_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 from zenocap.services.recognizer.training.label_table import read_spans
 
@@ -26,7 +24,6 @@ SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first
 RIG = ".toml"
 MOST_ALIKE = 3  # errors that differ in numbers, values and files only and are all listed; chosen by hand
 VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?:\.\d+)?")
-LONGEST_S = 1e6
 
 
 @dataclass(frozen=True)
@@ -83,24 +80,15 @@ def read_manifest(path: Path) -> list[Row]:
     Without a person column all examples count as one person's; missing repetitions are numbered.  Raises UserError with
     all errors, not only the first.
     """
-    text = csv_text(path)
-    lines = text.splitlines()
-    if not lines or not lines[0].strip():
-        raise UserError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
-    delimiter = delimiter_of(lines[0])
-    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True)
-    columns = _columns(path, [name.strip('" ') for name in lines[0].split(delimiter)])
-    next(reader)
     wrong: list[str] = []
+    first, names, lines = read_table(path, wrong)
+    if not first.strip():
+        raise UserError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
+    columns = _columns(path, names)
     rows: list[Row] = []
-    counts: dict[tuple[str, str], int] = {}
-    try:
-        for cells in reader:
-            if not any(cell.strip() for cell in cells):
-                continue
-            rows += _rows(_Line(path, reader.line_num, columns, cells, wrong), counts)
-    except csv.Error as error:
-        wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
+    counts = Counter[tuple[str, str]]()
+    for number, cells in lines:
+        rows += _rows(_ManifestLine(path, number, columns, cells, wrong), counts)
     wrong += _repeated(path, rows)
     if wrong:
         raise UserError("\n".join(summarized(wrong)))
@@ -116,15 +104,13 @@ def write_manifest(path: Path, rows: Iterable[Row]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for row in rows:
-            source = row.source.resolve()
-            shown = source.relative_to(base) if source.is_relative_to(base) else source
             span = ["" if value is None else f"{value:.3f}" for value in (row.start, row.end)]
-            writer.writerow([shown.as_posix(), *span, row.posture, row.person, row.repetition])
+            shown = relative(row.source.resolve(), base).as_posix()
+            writer.writerow([shown, *span, row.posture, row.person, row.repetition])
 
 
 def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
-    plain = [name.strip().lower() for name in names]
-    plain = ["source" if name in SOURCE_NAMES else name for name in plain]
+    plain = ["source" if name in SOURCE_NAMES else name for name in names]
     known = (*COLUMNS, LABELS)
     wrong = [f"column {name!r}" for name in plain if name not in known]
     wrong += [f"column {name!r} more than once" for name in known if plain.count(name) > 1]
@@ -137,7 +123,7 @@ def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
 
 
 @dataclass(frozen=True)
-class _Line:
+class _ManifestLine:
     """The cells of a line of a manifest; what is wrong with them is added to `wrong`."""
 
     path: Path
@@ -155,15 +141,9 @@ class _Line:
 
     def seconds(self, column: str) -> float | None:
         text = self.cell(column)
-        if not text:
-            return None
-        try:
-            value = float(text)
-        except ValueError:
-            value = -1.0
-        if not (isfinite(value) and 0.0 <= value <= LONGEST_S):
+        value = seconds_of(text)
+        if text and value is None:
             self.refuse(column, text, f"seconds from the start of the source, 0 to {LONGEST_S:g}, or empty")
-            return None
         return value
 
     def source(self) -> Path:
@@ -190,7 +170,7 @@ class _Line:
                 self.refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
 
 
-def _rows(line: _Line, counts: dict[tuple[str, str], int]) -> list[Row]:
+def _rows(line: _ManifestLine, counts: Counter[tuple[str, str]]) -> list[Row]:
     """The example of a line, or those of its label table; none where something is wrong."""
     before, labels = len(line.wrong), line.cell(LABELS)
     if len(line.cells) > len(line.columns):
@@ -213,7 +193,7 @@ def _rows(line: _Line, counts: dict[tuple[str, str], int]) -> list[Row]:
         return []
     rows = []
     for begin, until, label in spans:
-        counts[label, person] = counts.get((label, person), 0) + 1
+        counts[label, person] += 1
         repetition = line.cell("repetition") or str(counts[label, person])
         rows.append(Row(line.number, source, begin, until, label, person, repetition))
     return rows
@@ -226,11 +206,8 @@ def _repeated(path: Path, rows: Sequence[Row]) -> list[str]:
     for row in rows:
         earlier = first.setdefault((row.source.resolve(), row.start, row.end), row)
         if earlier is not row:
-            allowed = "every span of a source once"
-            wrong.append(
-                f"{path}: line {row.line}: the same span of {relative(row.source, path.parent)} as line {earlier.line}: "
-                f"allowed: {allowed}"
-            )
+            same = f"the same span of {relative(row.source, path.parent)} as line {earlier.line}"
+            wrong.append(f"{path}: line {row.line}: {same}: allowed: every span of a source once")
     return wrong
 
 

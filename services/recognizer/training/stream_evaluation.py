@@ -6,16 +6,16 @@ from math import exp
 
 import numpy as np
 
+from zenocap.services.recognizer.commands import confidence_of
 from zenocap.services.recognizer.model import LEAST_VOTES, Classification, PostureModel
-from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import StreamSetup, recognitions, stream_setup
 from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.parameters import OVERLAP_SHARE
-
-FLUSH_S = 1.0  # after the last frame a frame without a pose ends the windows: longer than `parameters.MAX_STREAM_GAP_S`
 
 
 @dataclass(frozen=True)
-class Span:
+class PostureSpan:
     """A labelled posture, seconds from the start of its source."""
 
     label: str
@@ -24,14 +24,15 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Answer(Span):
-    """A posture that a model publishes.  at_s: time of the deciding frame.
+class PostureAnswer(PostureSpan):
+    """A posture that a model publishes.  at_s: time of the deciding frame.  confidence: 0 to 1, as of commands.
 
     level: with a forest the share of the trees that vote for it, else its score above the threshold.
     """
 
     at_s: float
     level: float
+    confidence: float
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ class StreamOutcome:
     """Labelled spans and answers by source.  hours: duration with poses of all sources."""
 
     labels: tuple[str, ...]
-    truths: tuple[tuple[Span, ...], ...]
-    answers: tuple[tuple[Answer, ...], ...]
+    truths: tuple[tuple[PostureSpan, ...], ...]
+    answers: tuple[tuple[PostureAnswer, ...], ...]
     hours: float
 
     def score(self, label: str | None = None, least: float = -np.inf) -> StreamScore:
@@ -91,11 +92,11 @@ class StreamOutcome:
         levels = sorted({answer.level for given in self.answers for answer in given})
         return [(level, self.score(least=level)) for level in levels]
 
-    def _sources(self) -> list[tuple[tuple[Span, ...], tuple[Answer, ...]]]:
+    def _sources(self) -> list[tuple[tuple[PostureSpan, ...], tuple[PostureAnswer, ...]]]:
         return list(zip(self.truths, self.answers, strict=True))
 
 
-def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[Span]]]) -> StreamOutcome:
+def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[PostureSpan]]]) -> StreamOutcome:
     """Outcome of sources with their labelled spans."""
     setup = stream_setup(model)
     answers = tuple(tuple(answers_of(setup, motion)) for motion, _ in sources)
@@ -103,41 +104,34 @@ def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequ
     return StreamOutcome(model.labels, tuple(tuple(truth) for _, truth in sources), answers, hours)
 
 
-def answers_of(setup: StreamSetup, motion: Features) -> list[Answer]:
-    """Postures that a model publishes while the frames of a source arrive, and within FLUSH_S after them."""
-    stream, found = initial_stream(setup), []
-    last_s = float(motion.times_s[-1])
-    frames = [*zip(motion.times_s.tolist(), motion.features, strict=True)]
-    after = [(last_s + (1 + k) * FLUSH_S, np.full(motion.features.shape[1], np.nan)) for k in range(_most_queued(setup))]
-    for time_s, row in (*frames, *after):
-        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
-        if answer is not None and answer.label is not None:
-            level = _level(setup.model, answer.classification)
-            span = (answer.start_ns / 1e9, answer.end_ns / 1e9)
-            found.append(Answer(answer.label, *span, min(time_s, last_s), level))
+def answers_of(setup: StreamSetup, motion: Features) -> list[PostureAnswer]:
+    """Postures that a model publishes while the frames of a source arrive, and after them, at the time of the last."""
+    found, times_s = [], motion.times_s.tolist()
+    for number, answer in recognitions(setup, [round(time_s * 1e9) for time_s in times_s], motion.features):
+        if answer.label is not None:
+            at_s, scores = times_s[min(number, len(times_s) - 1)], answer.classification
+            score = float(scores.scores[scores.best])
+            level, confidence = _level(setup.model, scores, score), confidence_of(score, scores.margin, len(scores.scores))
+            found.append(PostureAnswer(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, at_s, level, confidence))
     return found
 
 
-def _most_queued(setup: StreamSetup) -> int:
-    """Results that may wait at the end of a stream: each is at least two rows of its longest window."""
-    return max(2, setup.segmentation.window // 2)
-
-
-def _level(model: PostureModel, found: Classification) -> float:
-    score = float(found.scores[found.best])
+def _level(model: PostureModel, found: Classification, score: float) -> float:
     if model.forest is None:
         return score - float(model.thresholds[found.best])
     trees = len(model.forest.nodes)
     return round(trees + LEAST_VOTES - exp(-score) * (trees + LEAST_VOTES)) / trees
 
 
-def _matched(truth: Sequence[Span], given: Sequence[Answer]) -> tuple[list[tuple[Span, Answer]], list[Answer]]:
+def _matched(
+    truth: Sequence[PostureSpan], given: Sequence[PostureAnswer]
+) -> tuple[list[tuple[PostureSpan, PostureAnswer]], list[PostureAnswer]]:
     """Right answers with their labelled spans, and wrong ones.  Each span has one right answer at most."""
     free, right, wrong = list(truth), [], []
     for answer in given:
-        fits = [event for event in free if event.label == answer.label and _overlaps(event, answer)]
+        fits = [event for event in free if event.label == answer.label and overlaps(event, answer)]
         if fits:
-            best = max(fits, key=lambda event: _shared_s(event, answer))
+            best = max(fits, key=lambda event: shared_s(event, answer))
             free.remove(best)
             right.append((best, answer))
         else:
@@ -145,10 +139,14 @@ def _matched(truth: Sequence[Span], given: Sequence[Answer]) -> tuple[list[tuple
     return right, wrong
 
 
-def _overlaps(event: Span, answer: Span) -> bool:
-    shorter = min(event.end_s - event.start_s, answer.end_s - answer.start_s)
-    return _shared_s(event, answer) >= OVERLAP_SHARE * shorter > 0.0
+def overlaps(event: PostureSpan, answer: PostureSpan) -> bool:
+    """Whether both share OVERLAP_SHARE of the shorter one; of background, of the answer."""
+    length = answer.end_s - answer.start_s
+    if event.label != BACKGROUND:
+        length = min(event.end_s - event.start_s, length)
+    return shared_s(event, answer) >= OVERLAP_SHARE * length > 0.0
 
 
-def _shared_s(event: Span, answer: Span) -> float:
+def shared_s(event: PostureSpan, answer: PostureSpan) -> float:
+    """Duration that both have in common, seconds."""
     return max(0.0, min(event.end_s, answer.end_s) - max(event.start_s, answer.start_s))

@@ -134,13 +134,19 @@ def trial(model: PostureModel, ready: Prepared, k: int) -> Trial:
 
 def _figures(counted: LabelFigures, k: int, trials: Sequence[Trial], threshold: float) -> LabelFigures:
     own = [t for t in trials if t.label == k and t.label_known]
-    recognized = [t for t in own if t.best == k]
-    impostors = [t for t in trials if t.impostor_of == k]
+    strangers = [t.impostor_score for t in trials if t.impostor_of == k]
+    return with_trials(counted, threshold, len(own), [t.score for t in own if t.best == k], strangers)
+
+
+def with_trials(
+    counted: LabelFigures, threshold: float, held: int, recognized: Sequence[float], strangers: Sequence[float]
+) -> LabelFigures:
+    """The numbers of a posture with those of its trials.
+
+    held: number of held-out examples.  recognized: scores of those that are likeliest this posture.  strangers: scores of
+    examples of other postures, without their own model, that are.
+    """
     return replace(
-        counted,
-        held=len(own),
-        recognised=len(recognized),
-        accepted=sum(t.score >= threshold for t in recognized),
-        strangers=len(impostors),
-        refused=sum(t.impostor_score < threshold for t in impostors),
-    )
+        counted, held=held, recognised=len(recognized), accepted=sum(score >= threshold for score in recognized),
+        strangers=len(strangers), refused=sum(score < threshold for score in strangers),
+    )  # fmt: skip

@@ -10,9 +10,8 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.forest import Forest
 from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, LabelFigures, PostureModel, Training
 from zenocap.services.recognizer.motion_rows import ANGLES
-from zenocap.services.recognizer.segment_description import VALUES, describe
 from zenocap.services.recognizer.training import forest as forest_training
-from zenocap.services.recognizer.training.background import proposed_windows, regular_windows
+from zenocap.services.recognizer.training.background import false_alarms_of, negatives_of, with_rate
 from zenocap.services.recognizer.training.baum_welch import Hmm, smoothed, spread_of, train_hmm
 from zenocap.services.recognizer.training.codebook import Codebook, nearest, train_codebook, whitened
 from zenocap.services.recognizer.training.examples import (
@@ -26,7 +25,6 @@ from zenocap.services.recognizer.training.examples import (
 )
 from zenocap.services.recognizer.training.forest import ForestData, descriptions_of, forest_of
 from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE, LEAST_REACH
-from zenocap.services.recognizer.training.rejection_rate import false_alarms_of, with_rate
 from zenocap.services.recognizer.training.thresholds import Trial, held_out_groups, trial, with_thresholds
 
 Report = Callable[[int, int, str], None]
@@ -64,11 +62,9 @@ def _check_reach(model: PostureModel) -> None:
 def _with_forest(
     model: PostureModel, ready: Prepared, background: Sequence[Floats], settings: TrainingSettings
 ) -> PostureModel:
-    labels = np.array([ready.labels.index(example.label) for example in ready.examples])
-    windows = (proposed_windows(model, background), regular_windows(model, background, settings.seed))
-    none = [np.array([describe(rows, settings.rate) for rows in found]).reshape(-1, VALUES) for found in windows]
-    data = ForestData(descriptions_of(ready, settings.rate, settings.seed), labels, len(ready.labels), none[0], none[1])
-    forest = forest_of(data, np.arange(len(labels)), settings.trees, settings.seed)
+    values = descriptions_of(ready, settings.rate, settings.seed)
+    data = ForestData(values, ready.indices, len(ready.labels), *negatives_of(model, background, settings.seed))
+    forest = forest_of(data, np.arange(len(values)), settings.trees, settings.seed)
     if not settings.folds:
         return replace(model, forest=forest)
     tried = forest_training.trials_of(data, held_out_groups(ready, settings.folds), settings.trees, settings.seed)
@@ -117,7 +113,7 @@ def _model(
     occurring = np.asarray(counts / counts.sum(), dtype=np.float64)
     emission = np.stack([hmm.emission for hmm in hmms])
     n = len(ready.labels)
-    of = [ready.labels.index(example.label) for example in ready.examples]
+    of = ready.indices.tolist()
     edges, calm, slow = edges_of(of, n, vectors, settings.rate)
     return PostureModel(
         settings.features,
@@ -208,11 +204,8 @@ def trials_of(ready: Prepared, settings: TrainingSettings, report: Report) -> li
     groups = held_out_groups(ready, settings.folds)
     for fold, held in enumerate(groups):
         report(fold, len(groups), f"thresholds, {fold + 1} of {len(groups)}")
-        kept = ready.subset([k for k in range(len(ready.examples)) if k not in set(held)])
-        labels = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
-        if not labels:
-            continue
-        model = train_models(replace(kept, labels=labels), settings)
-        trials += [trial(model, ready, k) for k in held]
+        if (kept := ready.without(held)).examples:
+            model = train_models(kept, settings)
+            trials += [trial(model, ready, k) for k in held]
     report(len(groups), len(groups), "done")
     return trials

@@ -11,9 +11,8 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
 from zenocap.common.errors import UserError
-from zenocap.common.formats.angle_series import AngleSeries, angle_series, has_rigid_trunk, read_source
+from zenocap.common.formats.angle_series import AngleSeries, angle_series, has_rigid_trunk, read_source, segment_rotations
 from zenocap.common.formats.bvh_reader import read_bvh
-from zenocap.common.formats.bvh_segments import segment_rotations
 from zenocap.common.formats.bvh_writer import write_bvh
 from zenocap.common.formats.mot import write_mot
 from zenocap.common.formats.opensim_coordinates import coordinates_of

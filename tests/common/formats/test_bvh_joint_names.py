@@ -80,17 +80,6 @@ def by_name(data: Trajectories) -> dict[str, Floats]:
 
 @pytest.mark.parametrize("axes", MATRICES)
 @pytest.mark.parametrize("unit", PER_METRE)
-def test_own_exports_round_trip_in_any_axes_and_unit(axes: Axes, unit: Unit, tmp_path: Path) -> None:
-    track = standing()
-    write_bvh(tmp_path / "a.bvh", track, axes=axes, unit=unit)
-    from_file = by_name(read_bvh_centres(tmp_path / "a.bvh", axes=axes, unit=unit))
-    expected = by_name(track.trajectories())
-    for name in NAMES:
-        np.testing.assert_allclose(from_file[name], expected[name], atol=1e-4, err_msg=name)
-
-
-@pytest.mark.parametrize("axes", MATRICES)
-@pytest.mark.parametrize("unit", PER_METRE)
 def test_axes_and_unit_are_detected_except_for_the_heading(axes: Axes, unit: Unit, tmp_path: Path) -> None:
     track = standing()
     write_bvh(tmp_path / "a.bvh", track, axes=axes, unit=unit)
@@ -127,11 +116,10 @@ def test_missing_roles_are_listed_with_the_joints_of_the_file() -> None:
         roles_of(("hips", "RightUpLeg", "RightFoot"), Path("a.bvh"))
 
 
-def test_an_implausible_leg_length_raises_an_error_that_asks_for_the_unit(tmp_path: Path) -> None:
+def test_an_implausible_leg_length_raises_an_error(tmp_path: Path) -> None:
     write_bvh(tmp_path / "a.bvh", replace(standing(), bdp=body(1.0)))
     with pytest.raises(UserError, match=r"a\.bvh: a leg is \d+.* long: allowed: 0.6 to 1.1 m in m, cm, mm, inch"):
         read_bvh_centres(tmp_path / "a.bvh")
-    assert read_bvh_centres(tmp_path / "a.bvh", unit="cm").rate == 30.0
 
 
 @pytest.mark.clips

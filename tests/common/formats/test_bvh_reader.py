@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from tests.common.formats.test_bvh_writer import centres_by_name, read_by_text
 from tests.support.places import MOTIONS
-from tests.support.pose_tracks import moving, tracks
+from tests.support.pose_tracks import tracks
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_reader import read_bvh
 from zenocap.common.formats.bvh_writer import write_bvh
@@ -71,11 +71,7 @@ def test_joint_positions_equal_those_of_another_reader(track: PoseTrack, tmp_pat
         ("HIERARCHY", "HIERACHY", r"a.bvh: line 1: 'HIERACHY': allowed: HIERARCHY"),
         ("ROOT Hips", "JOINT Hips", r"line 2: 'JOINT Hips': allowed: one ROOT NAME"),
         ("OFFSET 1 2 3", "OFFSET 1 2", r"line 4: 'OFFSET 1 2': allowed: OFFSET and three numbers"),
-        (
-            "CHANNELS 4",
-            "CHANNELS 3",
-            r"line 8: 'CHANNELS 3 Xrotation .*: allowed: CHANNELS, their number",
-        ),
+        ("CHANNELS 4", "CHANNELS 3", r"line 8: 'CHANNELS 3 Xrotation .*: allowed: CHANNELS, their number"),
         ("4 Xrotation", "4 Wrotation", r"line 8: .*allowed: CHANNELS"),
         ("      OFFSET 0 -5 0\n", "", r"line 11: '}': allowed: an OFFSET of Left Leg end"),
         ("MOTION", "EMOTION", r"line 15: 'EMOTION': allowed: MOTION"),
@@ -110,11 +106,6 @@ def test_motion_capture_has_the_joint_count_of_another_reader(name: str) -> None
     file, other = read_bvh(path), OtherBvh(path.read_text())
     assert [joint for joint in file.names if not joint.endswith(" end")] == other.get_joints_names()
     assert len(file.points) == other.nframes
-
-
-def test_a_written_file_is_read(tmp_path: Path) -> None:
-    write_bvh(tmp_path / "a.bvh", moving(5))
-    assert read_bvh(tmp_path / "a.bvh").points.shape[0] == 5
 
 
 def test_many_joints_without_channels_are_refused_before_memory_is_used(

@@ -22,39 +22,29 @@ from zenocap.common.formats.bvh_writer import write_bvh
 Bone = tuple[str, str, tuple[float, float, float]]  # name, parent, offset in metres: X left, Y up, Z forward
 
 
+def chain(parent: str, *bones: tuple[str, tuple[float, float, float]]) -> list[Bone]:
+    """Bones one after another."""
+    above = [parent, *(name for name, _ in bones)]
+    return [(name, before, offset) for before, (name, offset) in zip(above, bones, strict=False)]
+
+
 def arm(side: str, out: float, *, twist: bool, fingers: bool) -> list[Bone]:
-    bones: list[Bone] = [
-        (f"{side}Clavicle", "Chest", (0.04 * out, 0.12, 0.0)),
-        (f"{side}Shoulder", f"{side}Clavicle", (0.14 * out, 0.0, 0.0)),
-    ]
-    if twist:
-        bones += [
-            (f"{side}Twist", f"{side}Shoulder", (0.15 * out, 0.0, 0.0)),
-            (f"{side}Elbow", f"{side}Twist", (0.15 * out, 0.0, 0.0)),
-        ]
-    else:
-        bones.append((f"{side}Elbow", f"{side}Shoulder", (0.30 * out, 0.0, 0.0)))
-    bones.append((f"{side}Wrist", f"{side}Elbow", (0.25 * out, 0.0, 0.0)))
-    if fingers:
-        for number in range(5):
-            bones += [
-                (f"{side}F{number}a", f"{side}Wrist", (0.09 * out, 0.0, 0.02 * number - 0.04)),
-                (f"{side}F{number}b", f"{side}F{number}a", (0.05 * out, 0.0, 0.0)),
-            ]
-    else:
-        bones.append((f"{side}Wrist{END}", f"{side}Wrist", (0.08 * out, 0.0, 0.0)))
-    return bones
+    half, whole = (0.15 * out, 0.0, 0.0), (0.30 * out, 0.0, 0.0)
+    upper = [("Twist", half), ("Elbow", half)] if twist else [("Elbow", whole)]
+    bones = [("Clavicle", (0.04 * out, 0.12, 0.0)), ("Shoulder", (0.14 * out, 0.0, 0.0)), *upper]
+    bones += [("Wrist", (0.25 * out, 0.0, 0.0)), *([] if fingers else [(f"Wrist{END}", (0.08 * out, 0.0, 0.0))])]
+    found = chain("Chest", *((side + name, offset) for name, offset in bones))
+    for k in range(5 if fingers else 0):
+        finger = ((f"{side}F{k}a", (0.09 * out, 0.0, 0.02 * k - 0.04)), (f"{side}F{k}b", (0.05 * out, 0.0, 0.0)))
+        found += chain(f"{side}Wrist", *finger)
+    return found
 
 
 def leg(side: str, out: float, *, socket: bool, toes: bool) -> list[Bone]:
-    bones: list[Bone] = [(f"{side}Socket", "Hips", (0.0, 0.0, 0.0))] if socket else []
-    bones += [
-        (f"{side}Hip", f"{side}Socket" if socket else "Hips", (0.09 * out, -0.05, 0.0)),
-        (f"{side}Knee", f"{side}Hip", (0.0, -0.43, 0.0)),
-        (f"{side}Ankle", f"{side}Knee", (0.0, -0.41, 0.0)),
-        (f"{side}Toe", f"{side}Ankle", (0.0, -0.06, 0.13)),
-    ]
-    return [*bones, (f"{side}Toe{END}", f"{side}Toe", (0.0, 0.0, 0.06))] if toes else bones
+    bones = [("Socket", (0.0, 0.0, 0.0))] if socket else []
+    bones += [("Hip", (0.09 * out, -0.05, 0.0)), ("Knee", (0.0, -0.43, 0.0)), ("Ankle", (0.0, -0.41, 0.0))]
+    bones += [("Toe", (0.0, -0.06, 0.13)), *([(f"Toe{END}", (0.0, 0.0, 0.06))] if toes else [])]
+    return chain("Hips", *((side + name, offset) for name, offset in bones))
 
 
 def skeleton(
@@ -67,11 +57,11 @@ def skeleton(
     seed: int = 0,
 ) -> Bvh:
     """A person who moves all joints a little.  twist: a joint in line in the upper arms.  socket: one before each hip."""
-    bones: list[Bone] = [("Root", "", (0.0, 0.0, 0.0)), ("Hips", "Root", (0.0, 0.95, 0.0))]
-    bones += [("Spine", "Hips", (0.0, 0.12, 0.0)), ("Chest", "Spine", (0.0, 0.25, 0.0))]
+    heights = {"Root": 0.0, "Hips": 0.95, "Spine": 0.12, "Chest": 0.25}
+    bones = chain("", *((name, (0.0, height, 0.0)) for name, height in heights.items()))
     for side, out in (("L", 1.0), ("R", -1.0)):
         bones += leg(side, out, socket=socket, toes=toes) + arm(side, out, twist=twist, fingers=fingers)
-    bones += [("Neck", "Chest", (0.0, 0.2, 0.0)), ("Head", "Neck", (0.0, 0.1, 0.02))]
+    bones += chain("Chest", ("Neck", (0.0, 0.2, 0.0)), ("Head", (0.0, 0.1, 0.02)))
     if face:
         bones += [("Face", "Head", (0.0, 0.0, 0.01)), ("Jaw", "Face", (0.0, -0.02, 0.06))]
         bones += [("EyeL", "Face", (0.03, 0.06, 0.08)), ("EyeR", "Face", (-0.03, 0.06, 0.08))]
@@ -184,16 +174,10 @@ def test_the_search_is_not_quadratic_in_the_branches_of_a_joint(monkeypatch: pyt
 @pytest.mark.parametrize(
     ("name", "side"),
     [
-        ("Left leg", "L"),
-        ("leg_R", "R"),
-        ("lower", ""),
-        ("LowerLeg", ""),
-        ("rShin", "R"),
-        ("kneeR", "R"),
-        ("Root", ""),
+        ("Left leg", "L"), ("leg_R", "R"), ("lower", ""), ("LowerLeg", ""), ("rShin", "R"), ("kneeR", "R"), ("Root", ""),
         ("L Hand", "L"),
     ],
-)
+)  # fmt: skip
 def test_sides_in_names(name: str, side: str) -> None:
     assert side_of(name) == side
 
@@ -234,12 +218,8 @@ def test_a_renamed_file_gives_the_same_centres_and_says_so(tmp_path: Path, caplo
     shared = [name for name in expected.names if name in found.names and name != "Head"]
     assert len(shared) >= 14
     for name in shared:
-        np.testing.assert_allclose(
-            found.points[:, found.names.index(name)],
-            expected.points[:, expected.names.index(name)],
-            atol=1e-9,
-            err_msg=name,
-        )
+        one, other = (centres.points[:, centres.names.index(name)] for centres in (found, expected))
+        np.testing.assert_allclose(one, other, atol=1e-9, err_msg=name)
 
 
 @pytest.mark.nightly

@@ -93,17 +93,14 @@ KNOWN = ("hips", "Head", "RightUpLeg", "RightLeg", "RightFoot", "LeftUpLeg", "Le
 ARMS = ("RightArm", "RightForeArm", "RightHand", "LeftArm", "LeftForeArm")
 
 
-def test_joints_of_bvh_that_are_not_in_the_map_are_taken_by_their_names(tmp_path: Path) -> None:
-    file = skeleton((*KNOWN, *ARMS, "paw"))
+@pytest.mark.parametrize("known", [(), ("LeftHand",)])
+def test_the_map_wins_over_a_known_name_and_other_joints_are_taken_by_their_names(
+    tmp_path: Path, known: tuple[str]
+) -> None:
+    file = skeleton((*KNOWN, *ARMS, *known, "paw"))
     found = joint_roles(file, Path("a.bvh"), joints=mapped(tmp_path, '[joints]\nLWrist = "paw"\n'))
     assert file.names[found["LWrist"]] == "paw"
     assert file.names[found["LElbow"]] == "LeftForeArm"
-
-
-def test_the_map_wins_over_a_known_name(tmp_path: Path) -> None:
-    file = skeleton((*KNOWN, *ARMS, "LeftHand", "paw"))
-    found = joint_roles(file, Path("a.bvh"), joints=mapped(tmp_path, '[joints]\nLWrist = "paw"\n'))
-    assert file.names[found["LWrist"]] == "paw"
 
 
 def test_a_joint_with_two_roles_is_an_error(tmp_path: Path) -> None:

@@ -21,10 +21,10 @@ RATE = 60.0
 FIRST = 12  # frame number of the first row
 
 
-def written(folder: Path, rest: int = 0, unknown: range = range(0)) -> Path:
-    """A left arm raised within 90 frames; first rows with both arms sideways, unknown rows."""
+def written(folder: Path, rest: int = 0, unknown: range = range(0), count: int = 90, first: int = FIRST) -> Path:
+    """A left arm raised within so many frames; rest: first rows with both arms sideways.  unknown: rows."""
     points = []
-    for row, share in enumerate(np.linspace(0, 1, 90)):
+    for row, share in enumerate(np.linspace(0, 1, count)):
         angles = TEN_PARTS.neutral.copy()
         angles[TEN_PARTS.index["left_shoulder.z"]] += 1.2 * share
         if row < rest:
@@ -33,7 +33,7 @@ def written(folder: Path, rest: int = 0, unknown: range = range(0)) -> Path:
         points.append(joint_centres(TEN_PARTS, body(TEN_PARTS), Pose(np.array([0.0, 1.0, 0.0]), angles)))
     centres = np.array(points)
     centres[unknown] = np.nan
-    frames = np.arange(FIRST, FIRST + 90, dtype=np.int64)
+    frames = np.arange(first, first + count, dtype=np.int64)
     names = tuple(marker.name for marker in TEN_PARTS.markers)
     write_trc(folder / "raise.trc", Trajectories(names, frames, frames / RATE, centres, RATE))
     return folder / "raise.trc"
@@ -79,7 +79,6 @@ def test_a_take_read_in_its_own_anatomy_has_the_recorded_poses() -> None:
     motion = read_poses_for(GOLDEN, TEN_PARTS)
     for row in np.flatnonzero(track.known)[::9]:
         pose = motion.poses[track.frames[row]]
-        assert pose is not None
         np.testing.assert_array_equal(pose.angles, track.angles[row])
     assert motion.known.sum() == track.known.sum()
 

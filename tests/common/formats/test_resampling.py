@@ -80,12 +80,9 @@ def test_long_gaps_are_not_interpolated() -> None:
     assert {out.lost[k] for k in np.flatnonzero(~out.known)} == {"person"}
 
 
-def test_short_gaps_are_interpolated() -> None:
+def test_short_gaps_and_slow_takes_are_interpolated() -> None:
     lost = tuple(range(10, 10 + int(MAX_GAP_S * 30) - 1))
     assert resampled(moving(40, rate=30.0, lost=lost), 60.0).known.all()
-
-
-def test_slow_takes_are_interpolated() -> None:
     assert resampled(moving(5, rate=2.0), 10.0).known.all()
 
 

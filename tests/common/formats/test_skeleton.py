@@ -68,7 +68,6 @@ def test_bones_begin_at_joints_and_end_at_part_ends(name: str, shares: Floats, p
 
 def test_spine_and_feet_rotate_with_fourteen_parts() -> None:
     anatomy, bdp = BODIES["fourteen"]
-    assert bdp.bases is not None
     track = track_of("fourteen", np.array([0.0, 0.9, 0.0]), np.linspace(0.2, 0.7, 25))
     begins, ends = places(skeleton_of(anatomy, bdp), track)
     frames = part_frames(anatomy, bdp, track.pose(0))

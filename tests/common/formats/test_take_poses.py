@@ -57,15 +57,18 @@ def write_take(path: Path, messages: list[m.Message]) -> Path:
     return path
 
 
-def test_poses_of_a_take_round_trip(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tracker", [False, True])
+def test_poses_of_a_take_round_trip(tmp_path: Path, tracker: bool) -> None:
     track = moving(20, first=3, lost=(4, 5), rate=25.0)
-    found = read_poses(write_take(tmp_path / "a.mcap", messages_of_track(track))).track()
+    messages = messages_of_track(track)
+    found = read_poses(write_take(tmp_path / "a.mcap", [messages[0], *tracker_messages(track)] if tracker else messages))
+    found = found.track()
     np.testing.assert_array_equal(found.frames, track.frames)
     np.testing.assert_allclose(found.times_s, track.times_s, atol=1e-9)
     np.testing.assert_array_equal(found.positions, track.positions)
     np.testing.assert_array_equal(found.angles, track.angles)
-    np.testing.assert_array_equal(found.scores["1"], track.scores["1"])
-    assert found.views == {"1": ("facade",) * 20}
+    np.testing.assert_array_equal(found.scores["1"], np.full(20, np.nan) if tracker else track.scores["1"])
+    assert found.views == ({"1": ("used",) * 20, "3": ("used",) * 20} if tracker else {"1": ("facade",) * 20})
     assert found.lost == track.lost
     assert found.rate == pytest.approx(25.0)
     np.testing.assert_array_equal(found.bdp.sizes, track.bdp.sizes)
@@ -170,18 +173,6 @@ def tracker_messages(track: PoseTrack) -> list[m.Message]:
             )
         )  # fmt: skip
     return messages
-
-
-def test_poses_of_a_trackers_take_round_trip(tmp_path: Path) -> None:
-    track = moving(20, first=3, lost=(4, 5), rate=25.0)
-    camera = messages_of_track(track)[0]
-    found = read_poses(write_take(tmp_path / "a.mcap", [camera, *tracker_messages(track)])).track()
-    np.testing.assert_array_equal(found.frames, track.frames)
-    np.testing.assert_array_equal(found.positions, track.positions)
-    np.testing.assert_array_equal(found.angles, track.angles)
-    assert found.views == {"1": ("used",) * 20, "3": ("used",) * 20}
-    assert np.isnan(found.scores["1"]).all()
-    assert [row for row, lost in enumerate(found.lost) if lost == "person"] == [4, 5]
 
 
 def test_the_trackers_poses_are_preferred(tmp_path: Path) -> None:

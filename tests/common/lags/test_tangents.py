@@ -8,14 +8,7 @@ import pytest
 from tests.support.moving_balls import FPS, mask_of, ring
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import offsets_of, reach_s
-from zenocap.common.lags.tangents import (
-    SILHOUETTE_LIMITS,
-    Outline,
-    baseline_of,
-    outline_of,
-    silhouette_pairs,
-    tangents,
-)
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, baseline_of, outline_of, silhouette_pairs, tangents
 
 LIMITS = replace(SILHOUETTE_LIMITS, max_lag_s=3.0)
 
@@ -29,7 +22,6 @@ def test_tangent_planes_of_both_views_are_equal_at_equal_times() -> None:
     one, two = ring((0, 90)).values()
     one, two = one.resized((1280, 960)), two.resized((1280, 960))
     baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
-    assert baseline is not None
     first, second = (tangents(film(camera, 0.0, 20), baseline) for camera in (one, two))
     a, b, noise = first.angles, second.angles, first.noise(1 / 1200)
     assert np.abs(a - b).max() < 3 * noise
@@ -43,11 +35,7 @@ def test_a_tangent_at_the_border_of_the_image_is_left_out() -> None:
     mask[rows[0] :, :] = np.roll(mask, -rows[0], axis=0)[: len(mask) - rows[0]]
     cut = np.roll(mask_of(one, 0.0), -rows[0], axis=0)  # the head is at the upper border
     baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
-    outline = outline_of(one, cut, 0.0)
-    assert baseline is not None
-    assert outline is not None
-    angles = tangents([outline], baseline).angles
-    assert np.isnan(angles).sum() == 1
+    assert np.isnan(tangents([outline_of(one, cut, 0.0)], baseline).angles).sum() == 1
 
 
 def test_cameras_on_a_line_with_the_person_have_no_baseline() -> None:

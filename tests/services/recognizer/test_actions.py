@@ -4,6 +4,7 @@ import os
 import threading
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from pythonosc.osc_message import OscMessage
@@ -17,16 +18,6 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, put, request_http, send_osc, send_udp
 
 LONG_S = 30.0  # of programs that are to be killed
-
-
-class Sent:
-    """Counts the calls of `on_sent`."""
-
-    def __init__(self) -> None:
-        self.count = 0
-
-    def __call__(self) -> None:
-        self.count += 1
 
 
 def test_a_put_is_received_by_another_session() -> None:
@@ -43,12 +34,12 @@ def test_a_put_is_received_by_another_session() -> None:
         other.declare_subscriber("lab/**", keep)
         connecting = ZenohOptions("peer", connect=(place,), multicast_scouting=False)
         with ZenohBus.open(connecting, "studio", RealClock()) as bus:
-            sent = Sent()
+            sent = Mock()
             end_s = time.monotonic() + 20.0
             while not came.wait(0.1):  # until the sessions have found each other
                 assert time.monotonic() < end_s
                 put(ZenohAction(key="lab/slides/next", payload="größer"), bus.put, sent)
-            assert sent.count >= 1
+            assert sent.call_count >= 1
             with pytest.raises(ValueError, match="zenocap/studio/request: allowed: a key that does not begin"):
                 bus.put("zenocap/studio/request", b"")
     assert received[0] == ("lab/slides/next", "größer".encode())
@@ -59,40 +50,40 @@ def test_a_put_that_the_session_refuses_fails() -> None:
         raise BusError(f"{key} cannot be published: session closed")
 
     with pytest.raises(ActionFailed, match="a cannot be published: session closed"):
-        put(ZenohAction(key="a"), refused, Sent())
+        put(ZenohAction(key="a"), refused, Mock())
 
 
 def test_an_osc_message_arrives_with_its_arguments() -> None:
     with udp_receiver() as receiver:
-        sent = Sent()
+        sent = Mock()
         send_osc(OscAction(port=receiver.getsockname()[1], address="/slides/next", arguments=(1, 0.5, "left")), sent)
         message = OscMessage(receiver.recv(1500))
-    assert (message.address, message.params, sent.count) == ("/slides/next", [1, 0.5, "left"], 1)
+    assert (message.address, message.params, sent.call_count) == ("/slides/next", [1, 0.5, "left"], 1)
 
 
 def test_a_udp_datagram_arrives_with_its_payload() -> None:
     with udp_receiver() as receiver:
-        sent = Sent()
+        sent = Mock()
         send_udp(UdpAction(port=receiver.getsockname()[1], payload="größer"), sent)
         assert receiver.recv(1500) == "größer".encode()
-    assert sent.count == 1
+    assert sent.call_count == 1
 
 
 def test_an_osc_host_that_does_not_resolve_fails() -> None:
-    sent = Sent()
+    sent = Mock()
     with pytest.raises(ActionFailed):
         send_osc(OscAction(host="no-such-host.invalid", port=9000, address="/a"), sent)
-    assert sent.count == 0
+    assert sent.call_count == 0
 
 
 @pytest.mark.slow
 def test_http_requests_arrive_with_method_path_and_body() -> None:
     with http_receiver() as receiver:
-        sent = Sent()
+        sent = Mock()
         request_http(HttpAction(url=f"{receiver.url}/next?by=arm"), sent)
         request_http(HttpAction(url=receiver.url, method="POST", body="größer"), sent)
         assert receiver.requests == [("GET", "/next?by=arm", ""), ("POST", "/", "größer")]
-        assert sent.count == 2
+        assert sent.call_count == 2
 
 
 @pytest.mark.slow
@@ -101,15 +92,15 @@ def test_other_status_codes_fail_and_redirections_are_not_followed(status: int) 
     with http_receiver() as receiver:
         receiver.status = status
         with pytest.raises(ActionFailed, match=f"HTTP status {status}"):
-            request_http(HttpAction(url=receiver.url), Sent())
+            request_http(HttpAction(url=receiver.url), Mock())
         assert len(receiver.requests) == 1
 
 
 def test_a_refused_connection_fails_before_anything_is_sent() -> None:
-    sent = Sent()
+    sent = Mock()
     with pytest.raises(ActionFailed, match="Connection refused"):
         request_http(HttpAction(url=f"http://127.0.0.1:{free_tcp_port()}/"), sent)
-    assert sent.count == 0
+    assert sent.call_count == 0
 
 
 @pytest.mark.slow
@@ -117,41 +108,41 @@ def test_a_server_that_does_not_reply_fails_after_the_timeout() -> None:
     with http_receiver() as receiver:
         receiver.status = None
         with pytest.raises(ActionFailed, match="timed out"):
-            request_http(HttpAction(url=receiver.url, timeout=0.2), Sent())
+            request_http(HttpAction(url=receiver.url, timeout=0.2), Mock())
 
 
 def test_a_proxy_of_the_environment_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("http_proxy", f"http://127.0.0.1:{free_tcp_port()}")
     with http_receiver() as receiver:
-        request_http(HttpAction(url=receiver.url), Sent())
+        request_http(HttpAction(url=receiver.url), Mock())
         assert len(receiver.requests) == 1
 
 
 def test_another_host_is_refused_even_when_the_rig_was_not_checked() -> None:
     with pytest.raises(ActionFailed, match="not an address of this machine"):
-        request_http(HttpAction(url="http://192.0.2.1/"), Sent())
+        request_http(HttpAction(url="http://192.0.2.1/"), Mock())
 
 
 def test_a_program_gets_arguments_as_written_and_the_posture_in_its_environment(tmp_path: Path) -> None:
     """Arguments are passed without a shell."""
     text = 'printf "%s|" "$#" "$1" "$ZENOCAP_POSTURE" "$ZENOCAP_CONFIDENCE" > "$2"'
     action = ProgramAction(program=program(tmp_path, "write", text), arguments=("$(id); a b", str(tmp_path / "out")))
-    sent = Sent()
+    sent = Mock()
     ProgramRunner().run(action, {"ZENOCAP_POSTURE": "squat", "ZENOCAP_CONFIDENCE": "0.7"}, sent)
     assert (tmp_path / "out").read_text() == "2|$(id); a b|squat|0.7|"
-    assert sent.count == 1
+    assert sent.call_count == 1
 
 
 def test_a_failing_program_gives_its_status_and_the_end_of_its_errors(tmp_path: Path) -> None:
     action = ProgramAction(program=program(tmp_path, "fail", "yes x | head -n 9999 >&2; echo no light >&2; exit 3"))
     with pytest.raises(ActionFailed, match=r"^exit status 3: x x .* no light$") as caught:
-        ProgramRunner().run(action, {}, Sent())
+        ProgramRunner().run(action, {}, Mock())
     assert len(str(caught.value)) < 500
 
 
 def test_a_missing_program_fails(tmp_path: Path) -> None:
     with pytest.raises(ActionFailed, match="No such file"):
-        ProgramRunner().run(ProgramAction(program=str(tmp_path / "nothing")), {}, Sent())
+        ProgramRunner().run(ProgramAction(program=str(tmp_path / "nothing")), {}, Mock())
 
 
 @pytest.mark.slow
@@ -159,7 +150,7 @@ def test_a_slow_program_is_killed_with_its_children(tmp_path: Path) -> None:
     script = f'sleep {LONG_S:g} & echo $! > "$1"; wait'
     action = ProgramAction(program=program(tmp_path, "slow", script), arguments=(str(tmp_path / "child"),), timeout=0.5)
     with pytest.raises(ActionFailed, match=r"killed after 0\.5 s"):
-        ProgramRunner().run(action, {}, Sent())
+        ProgramRunner().run(action, {}, Mock())
     assert has_ended(int((tmp_path / "child").read_text()))
 
 
@@ -180,7 +171,7 @@ def test_stopping_kills_the_running_program_and_refuses_further_ones(tmp_path: P
     thread.join(10)
     assert failures == ["exit status -9"]
     with pytest.raises(ActionFailed, match="the recognizer is stopping"):
-        runner.run(action, {}, Sent())
+        runner.run(action, {}, Mock())
 
 
 def has_ended(process: int) -> bool:
@@ -199,7 +190,7 @@ def has_ended(process: int) -> bool:
 
 def test_the_environment_is_that_of_the_recognizer_and_the_variables(tmp_path: Path) -> None:
     action = ProgramAction(program=program(tmp_path, "env", 'env > "$1"'), arguments=(str(tmp_path / "out"),))
-    ProgramRunner().run(action, {"ZENOCAP_RIG": "studio"}, Sent())
+    ProgramRunner().run(action, {"ZENOCAP_RIG": "studio"}, Mock())
     found = (tmp_path / "out").read_text().splitlines()
     assert "ZENOCAP_RIG=studio" in found
     assert f"PATH={os.environ['PATH']}" in found

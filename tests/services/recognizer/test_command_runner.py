@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.command_receivers import SECOND, http_receiver, posture_at, program, udp_receiver
 from zenocap.common.messages import CommandResult
-from zenocap.common.rig.commands import PostureCommand, posture_commands
+from zenocap.common.rig.commands import posture_commands
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.services.recognizer.command_runner import CommandRunner
@@ -37,9 +37,11 @@ class Puts:
 
 @contextmanager
 def running(
-    commands: tuple[PostureCommand, ...], puts: Callable[[str, bytes], None], clock: ManualClock | RealClock
+    tables: dict[str, object], clock: ManualClock | RealClock, puts: Callable[[str, bytes], None] | None = None
 ) -> Iterator[CommandRunner]:
-    runner = CommandRunner("studio", commands, puts, lambda: None, clock)
+    """Runner of the tables of commands by posture; all programs are allowed."""
+    programs = [table["program"] for table in tables.values() if isinstance(table, dict) and "program" in table]
+    runner = CommandRunner("studio", posture_commands(tables, programs), puts or Puts(), lambda: None, clock)
     try:
         yield runner
     finally:
@@ -59,8 +61,7 @@ def results_of(runner: CommandRunner, count: int) -> list[CommandResult]:
 
 def test_a_posture_triggers_a_command_and_its_result_has_the_latency() -> None:
     clock, puts = ManualClock(NOW), Puts()
-    commands = posture_commands({"squat": ZENOH, "kick": {"action": "zenoh", "key": "lab/kick"}}, ())
-    with running(commands, puts, clock) as runner:
+    with running({"squat": ZENOH, "kick": {"action": "zenoh", "key": "lab/kick"}}, clock, puts) as runner:
         clock.advance(SECOND // 50)
         runner.receive(posture_at(NOW))
         (result,) = results_of(runner, 1)
@@ -78,43 +79,34 @@ def test_a_posture_triggers_a_command_and_its_result_has_the_latency() -> None:
 
 
 def test_a_datagram_has_what_is_known_of_the_posture() -> None:
-    clock = ManualClock(NOW)
+    one = posture_at(NOW)
     with udp_receiver() as receiver:
         table = {"action": "udp", "port": receiver.getsockname()[1]}
-        with running(posture_commands({"*": table}, ()), Puts(), clock) as runner:
-            one = posture_at(NOW)
+        with running({"*": table}, ManualClock(NOW)) as runner:
             runner.receive(one)
             (result,) = results_of(runner, 1)
             said = json.loads(receiver.recv(1500))
     assert (result.posture, result.action, result.outcome) == ("squat", "udp", "done")
-    assert said == {
-        "rig": "studio",
-        "posture": "squat",
-        "confidence": pytest.approx(result.confidence, abs=6e-4),
-        "begin": pytest.approx(one.start_ns / 1e9, abs=1e-3),
-        "end": pytest.approx(one.end_ns / 1e9, abs=1e-3),
-        "duration": pytest.approx((one.end_ns - one.start_ns) / 1e9, abs=1e-3),
-        "count": 1,
-    }
+    numbers = {"begin": one.start_ns / 1e9, "end": one.end_ns / 1e9, "duration": (one.end_ns - one.start_ns) / 1e9}
+    assert said == {name: pytest.approx(value, abs=1e-3) for name, value in numbers.items()} | {
+        "rig": "studio", "posture": "squat", "confidence": pytest.approx(result.confidence, abs=6e-4), "count": 1,
+    }  # fmt: skip
 
 
 def test_a_payload_has_its_placeholders_replaced() -> None:
     clock, puts = ManualClock(NOW), Puts()
     table = ZENOH | {"payload": '{"next": {count}, "{posture}": true}'}
-    with running(posture_commands({"squat": table}, ()), puts, clock) as runner:
+    with running({"squat": table}, clock, puts) as runner:
         for _ in range(2):
             runner.receive(posture_at(NOW))
             results_of(runner, 1)
-    assert puts.received == [
-        ("lab/squat", b'{"next": 1, "squat": true}'),
-        ("lab/squat", b'{"next": 2, "squat": true}'),
-    ]
+    assert puts.received == [("lab/squat", b'{"next": %d, "squat": true}' % count) for count in (1, 2)]
 
 
 def test_capture_times_are_on_the_clock_of_the_integrator() -> None:
     """A clock that is 50 s ahead makes no posture old."""
     clock, puts = ManualClock(NOW + 50 * SECOND), Puts()
-    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+    with running({"squat": ZENOH}, clock, puts) as runner:
         runner.receive(posture_at(NOW))
         assert runner.counts()["commands_old"] == 1
         runner.set_clock_offset(Offset(50 * SECOND - SECOND // 100, 1000))
@@ -124,7 +116,7 @@ def test_capture_times_are_on_the_clock_of_the_integrator() -> None:
 
 def test_a_posture_of_a_replayed_take_triggers_nothing() -> None:
     clock, puts = RealClock(), Puts()
-    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+    with running({"squat": ZENOH}, clock, puts) as runner:
         runner.receive(posture_at(clock.now_ns() - round((MAX_COMMAND_AGE_S + 1) * SECOND)))
         assert runner.counts()["commands_old"] == 1
         assert runner.results() == []
@@ -134,7 +126,7 @@ def test_a_posture_of_a_replayed_take_triggers_nothing() -> None:
 def test_too_many_at_once_are_dropped_and_reported_without_waiting() -> None:
     clock, puts = ManualClock(NOW), Puts()
     puts.open.clear()
-    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+    with running({"squat": ZENOH}, clock, puts) as runner:
         offered = COMMANDS_WAITING + 5
         for _ in range(offered):
             runner.receive(posture_at(NOW))  # returns although the put blocks
@@ -155,7 +147,7 @@ def test_a_slow_command_does_not_delay_another() -> None:
     with http_receiver() as receiver:
         receiver.status = None
         tables = {"squat": [{"action": "http", "url": receiver.url, "timeout": 10, "cooldown": 0}, ZENOH]}
-        with running(posture_commands(tables, ()), puts, clock) as runner:
+        with running(tables, clock, puts) as runner:
             runner.receive(posture_at(clock.now_ns()))
             assert [result.action for result in results_of(runner, 1)] == ["zenoh"]
             receiver.status = 204
@@ -168,7 +160,7 @@ def test_a_failing_command_is_reported_and_the_next_ones_are_performed(tmp_path:
     clock = RealClock()
     path = program(tmp_path, "lights", 'test -e "$1" && exit 4; touch "$1"; echo broken >&2; exit 3')
     table = {"action": "program", "program": path, "arguments": [str(tmp_path / "file")], "cooldown": 0}
-    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+    with running({"squat": table}, clock) as runner:
         for _ in range(2):
             runner.receive(posture_at(clock.now_ns()))
         first, second = results_of(runner, 2)
@@ -183,7 +175,7 @@ def test_an_unexpected_error_is_a_failure_and_ends_no_thread() -> None:
         calls.append(key)
         raise RuntimeError("a bug")
 
-    with running(posture_commands({"squat": ZENOH}, ()), broken, clock) as runner:
+    with running({"squat": ZENOH}, clock, broken) as runner:
         for _ in range(2):
             runner.receive(posture_at(clock.now_ns()))
         assert {result.error for result in results_of(runner, 2)} == {"RuntimeError: a bug"}
@@ -194,7 +186,7 @@ def test_a_program_gets_posture_confidence_and_rig(tmp_path: Path) -> None:
     clock = RealClock()
     path = program(tmp_path, "write", 'echo "$ZENOCAP_RIG $ZENOCAP_POSTURE $ZENOCAP_CONFIDENCE" > "$1"')
     table = {"action": "program", "program": path, "arguments": [str(tmp_path / "out")]}
-    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+    with running({"squat": table}, clock) as runner:
         runner.receive(posture_at(clock.now_ns()))
         (result,) = results_of(runner, 1)
     assert (tmp_path / "out").read_text() == f"studio squat {result.confidence:.3f}\n"
@@ -204,7 +196,7 @@ def test_closing_kills_a_running_program(tmp_path: Path) -> None:
     clock = RealClock()
     path = program(tmp_path, "slow", 'touch "$1"; exec sleep 60')
     table = {"action": "program", "program": path, "arguments": [str(tmp_path / "begun")], "timeout": 60}
-    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+    with running({"squat": table}, clock) as runner:
         runner.receive(posture_at(clock.now_ns()))
         end_s = time.monotonic() + PATIENCE_S
         while not (tmp_path / "begun").exists():
@@ -216,6 +208,6 @@ def test_closing_kills_a_running_program(tmp_path: Path) -> None:
 
 def test_a_rig_without_commands_has_no_threads_and_no_counts() -> None:
     before = threading.active_count()
-    with running((), Puts(), RealClock()) as runner:
+    with running({}, RealClock()) as runner:
         assert threading.active_count() == before
         assert runner.counts() == {}

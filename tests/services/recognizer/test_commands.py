@@ -103,15 +103,14 @@ def test_a_posture_that_is_not_live_triggers_nothing(age_s: float) -> None:
 
 def test_confidence_is_one_minus_the_likelihood_ratio_of_the_best_alternative() -> None:
     half = math.log(2.0)
-    assert confidence_of(posture("squat", score=5.0, margin=half)) == pytest.approx(0.5)
-    assert confidence_of(posture("squat", score=half, margin=5.0)) == pytest.approx(0.5)
-    assert confidence_of(posture("squat", score=half, margin=0.0, models=1)) == pytest.approx(0.5)
-    assert confidence_of(posture("squat", score=-1.0)) == 0.0
+    assert confidence_of(5.0, half, 2) == confidence_of(half, 5.0, 2) == pytest.approx(0.5)
+    assert confidence_of(half, 0.0, 1) == pytest.approx(0.5)
+    assert confidence_of(-1.0, 5.0, 2) == 0.0
 
 
 @given(st.floats(-1e9, 1e9), st.floats(0, 1e9))
 def test_confidence_is_a_share(score: float, margin: float) -> None:
-    assert 0.0 <= confidence_of(posture("squat", score=score, margin=margin)) <= 1.0
+    assert 0.0 <= confidence_of(score, margin, 2) <= 1.0
 
 
 @given(st.lists(st.floats(0, 20), max_size=20), st.floats(0.1, 5))

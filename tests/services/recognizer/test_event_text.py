@@ -47,14 +47,12 @@ def test_osc_arguments_are_numbers_where_osc_can_have_them() -> None:
     action = filled_action(
         OscAction(port=9000, address="/a", arguments=(7, "{count}", "{confidence}", "{begin}", "n {count}")), EVENT
     )
-    assert isinstance(action, OscAction)
     params = OscMessage(osc_message(action.address, *action.arguments)).params
     assert params == [7, 3, pytest.approx(0.412), "1764000000.123", "n 3"]
 
 
 def test_bodies_are_filled_and_programs_keep_their_arguments() -> None:
     request = filled_action(HttpAction(url="http://127.0.0.1/", method="POST", body="{count}"), EVENT)
-    assert isinstance(request, HttpAction)
     assert request.body == "3"
     program = ProgramAction(program="/bin/echo", arguments=("{count}",))
     assert filled_action(program, EVENT) is program

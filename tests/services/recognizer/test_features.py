@@ -16,14 +16,13 @@ BOTH = tuple(ANATOMIES.values())
 seeds = st.integers(0, 10_000)
 
 
-def feature(anatomy: Anatomy, name: str, kind: str = "directions", **angles: float) -> float:
+def feature(anatomy: Anatomy, name: str, **angles: float) -> float:
     """One feature of the upright pose with some angles changed; `right_shoulder_z=...`."""
     pose = anatomy.neutral.copy()
     for key, value in angles.items():
         joint, axis = key.rsplit("_", 1)
         pose[anatomy.index[f"{joint}.{axis}"]] = value
-    found = features_of(anatomy, pose, "joint-angles" if kind == "joint-angles" else "directions")
-    return float(found[NAMES.index(name)])
+    return float(features_of(anatomy, pose)[NAMES.index(name)])
 
 
 def test_the_papers_features_are_its_ten_joint_angles() -> None:
@@ -114,14 +113,14 @@ def test_both_anatomies_have_about_the_same_arcs(seed: int) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 def test_a_batch_of_poses_equals_single_poses_and_keeps_nan(anatomy: Anatomy, kind: str) -> None:
-    chosen = next(one for one in KINDS if one == kind)
     angles = np.array([random_pose(anatomy, seed).angles for seed in range(6)]).reshape(2, 3, -1)
-    found = features_of(anatomy, angles, chosen)
+    found = features_of(anatomy, angles, kind)
     assert found.shape == (2, 3, len(NAMES))
-    np.testing.assert_allclose(found[1, 2], features_of(anatomy, angles[1, 2], chosen))
+    np.testing.assert_allclose(found[1, 2], features_of(anatomy, angles[1, 2], kind))
     angles[0, 1] = np.nan
-    assert np.isnan(features_of(anatomy, angles, chosen)[0, 1]).all()
-    assert np.isfinite(features_of(anatomy, angles, chosen)[1]).all()
+    found = features_of(anatomy, angles, kind)
+    assert np.isnan(found[0, 1]).all()
+    assert np.isfinite(found[1]).all()
 
 
 def test_error_names_an_invalid_shape_or_anatomy() -> None:

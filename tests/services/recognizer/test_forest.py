@@ -10,10 +10,7 @@ from zenocap.services.recognizer.model import by_forest
 def forest() -> Forest:
     """Two trees over two values: value 0 above 0.5 is posture 1; value 1 above -1 is posture 2, otherwise 0."""
     nodes = np.array(
-        [
-            [[0.0, 0.5, 2.0], [LEAF, 0.0, 0.0], [LEAF, 0.0, 1.0]],
-            [[1.0, -1.0, 2.0], [LEAF, 0.0, 0.0], [LEAF, 0.0, 2.0]],
-        ]
+        [[[0.0, 0.5, 2.0], [LEAF, 0.0, 0.0], [LEAF, 0.0, 1.0]], [[1.0, -1.0, 2.0], [LEAF, 0.0, 0.0], [LEAF, 0.0, 2.0]]]
     )
     return Forest(nodes, np.full(3, 0.6))
 

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.posture_cases import LABELS, MOVED, movement, quick_model
-from zenocap.services.recognizer.model import (
-    classify,
-    distances_of,
-    log_likelihoods,
-    scores_of,
-    symbols_of,
-    whiten,
-)
+from zenocap.services.recognizer.model import classify, distances_of, log_likelihoods, scores_of, symbols_of, whiten
 
 
 @pytest.mark.parametrize("label", LABELS)
@@ -26,8 +19,7 @@ def test_a_posture_of_an_unseen_person_is_recognised(label: str) -> None:
 
 
 def test_a_symbol_is_the_nearest_codeword_and_has_its_distance() -> None:
-    model = quick_model()
-    features = movement("bow", 5, 0)
+    model, features = quick_model(), movement("bow", 5, 0)
     symbols = symbols_of(model, features)
     away = np.linalg.norm(whiten(model, features)[:, None] - model.codebook[None], axis=2)
     np.testing.assert_array_equal(symbols, away.argmin(axis=1))
@@ -35,8 +27,7 @@ def test_a_symbol_is_the_nearest_codeword_and_has_its_distance() -> None:
 
 
 def test_a_classification_equals_its_separately_computed_scores() -> None:
-    model = quick_model()
-    features = movement("wave", 6, 0)
+    model, features = quick_model(), movement("wave", 6, 0)
     symbols, found = symbols_of(model, features), classify(model, features)
     np.testing.assert_array_equal(found.log_likelihoods, log_likelihoods(model, symbols))
     np.testing.assert_allclose(found.scores, scores_of(model, symbols))
@@ -60,8 +51,7 @@ def test_joined_halves_of_postures_score_lower_than_a_whole_posture() -> None:
 
 
 def test_a_single_frame_has_likelihoods() -> None:
-    model = quick_model()
-    found = classify(model, movement("kick", 4, 0)[:1])
+    found = classify(quick_model(), movement("kick", 4, 0)[:1])
     assert np.isfinite(found.log_likelihoods).all()
     assert found.log_likelihoods.shape == (len(LABELS),)
 

@@ -110,7 +110,6 @@ LEAF_0 = [-1.0, 0.0, 0.0]
 
 def test_a_forest_is_read() -> None:
     found = parse_model(MODEL_PATH, forest([[[0.0, 0.5, 2.0], LEAF_0, [-1.0, 0.0, 3.0]]])).forest
-    assert found is not None
     assert votes_of(found, np.zeros(VALUES)).tolist() == [1, 0, 0, 0]
     assert votes_of(found, np.ones(VALUES)).tolist() == [0, 0, 0, 1]
 
@@ -162,11 +161,12 @@ def test_a_file_above_the_maximum_size_is_refused(tmp_path: Path) -> None:
         read_model(path)
 
 
-def test_a_model_is_found_by_path_and_error_names_a_missing_one(tmp_path: Path) -> None:
-    write_model(tmp_path / "mine.postures", MODEL)
-    assert find_model("mine.postures", tmp_path) == tmp_path / "mine.postures"
+def test_a_model_is_found_by_path_and_error_names_a_missing_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_model(Path("mine.postures"), MODEL)
+    assert find_model("mine.postures").resolve() == tmp_path / "mine.postures"
     with pytest.raises(UserError, match="'nowhere': no file"):
-        find_model("nowhere", tmp_path)
+        find_model("nowhere")
 
 
 def test_recognition_does_not_import_packages_of_training() -> None:

@@ -5,17 +5,7 @@ import pytest
 
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.services.recognizer.features import features_of
-from zenocap.services.recognizer.motion_rows import (
-    ANGLES,
-    HEADING,
-    HEIGHT,
-    JOINTS,
-    POINTS,
-    TRUNK_UP,
-    WAY,
-    WIDTH,
-    rows_of,
-)
+from zenocap.services.recognizer.motion_rows import ANGLES, HEADING, HEIGHT, JOINTS, POINTS, TRUNK_UP, WAY, WIDTH, rows_of
 
 ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
 

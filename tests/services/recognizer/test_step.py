@@ -13,7 +13,6 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.topics import topic_of
-from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.step import Setup, Source, State, counts, describe, initial_state, step
 from zenocap.services.recognizer.stream import stream_setup
 
@@ -21,13 +20,8 @@ pytestmark = pytest.mark.slow
 START = 1_700_000_000 * SECOND
 
 
-@pytest.fixture(scope="module")
-def model() -> PostureModel:
-    return actor_model()
-
-
-def setup(model: PostureModel, source: Source = "integrator", anatomy: Anatomy = TEN_PARTS) -> Setup:
-    return Setup(stream_setup(model), source, anatomy)
+def setup(source: Source = "integrator", anatomy: Anatomy = TEN_PARTS) -> Setup:
+    return Setup(stream_setup(actor_model()), source, anatomy)
 
 
 def bap(k: int, angles: np.ndarray, lost: bool = False) -> m.UniversalBap:
@@ -53,9 +47,9 @@ def run_steps(setup: Setup, messages: Iterable[m.Message]) -> tuple[State, list[
     return state, found
 
 
-def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> None:
+def test_postures_are_found_in_poses_of_the_integrator() -> None:
     angles = np.concatenate([angles_of_posture(name, 405, 0) for name in NAMES])
-    state, found = run_steps(setup(model), [bap(k, row) for k, row in enumerate(angles)])
+    state, found = run_steps(setup(), [bap(k, row) for k, row in enumerate(angles)])
     assert [posture.label for posture in found] == list(NAMES)
     for one in found:
         assert list(one.log_likelihoods) == list(NAMES)
@@ -67,32 +61,32 @@ def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> N
 
 
 @pytest.mark.nightly
-def test_with_a_tracker_as_source_other_poses_are_ignored(model: PostureModel) -> None:
+def test_with_a_tracker_as_source_other_poses_are_ignored() -> None:
     angles = angles_of_posture("squat", 405, 0)
     poses, baps = [pose(k, row) for k, row in enumerate(angles)], [bap(k, row) for k, row in enumerate(angles)]
-    assert [posture.label for posture in run_steps(setup(model, "tracker"), poses)[1]] == ["squat"]
-    assert run_steps(setup(model, "tracker"), baps)[1] == run_steps(setup(model, "integrator"), poses)[1] == []
+    assert [posture.label for posture in run_steps(setup("tracker"), poses)[1]] == ["squat"]
+    assert run_steps(setup("tracker"), baps)[1] == run_steps(setup("integrator"), poses)[1] == []
 
 
-def test_health_text_while_the_person_is_lost(model: PostureModel) -> None:
+def test_health_text_while_the_person_is_lost() -> None:
     standing = TEN_PARTS.neutral
-    state, found = run_steps(setup(model), [bap(k, standing, lost=k > 5) for k in range(30)])
+    state, found = run_steps(setup(), [bap(k, standing, lost=k > 5) for k in range(30)])
     assert found == []
     assert describe(state) == "waiting for the person"
-    assert describe(initial_state(setup(model))) == "waiting for poses"
+    assert describe(initial_state(setup())) == "waiting for poses"
 
 
-def test_poses_of_another_anatomy_are_counted_and_ignored(model: PostureModel) -> None:
-    state, found = run_steps(setup(model, "tracker"), [pose(0, FOURTEEN_PARTS.neutral, FOURTEEN_PARTS)])
+def test_poses_of_another_anatomy_are_counted_and_ignored() -> None:
+    state, found = run_steps(setup("tracker"), [pose(0, FOURTEEN_PARTS.neutral, FOURTEEN_PARTS)])
     assert (found, counts(state)) == ([], {"other_body": 1})
 
 
-def test_late_poses_are_counted(model: PostureModel) -> None:
-    state, _ = run_steps(setup(model), [bap(k, TEN_PARTS.neutral) for k in (0, 1, 1, 0, 2, 40)])
+def test_late_poses_are_counted() -> None:
+    state, _ = run_steps(setup(), [bap(k, TEN_PARTS.neutral) for k in (0, 1, 1, 0, 2, 40)])
     assert counts(state) == {"late": 2, "gap": 1}
 
 
-def test_other_events_change_nothing(model: PostureModel) -> None:
-    state = initial_state(setup(model))
+def test_other_events_change_nothing() -> None:
+    state = initial_state(setup())
     for event in (Tick(5), Alive("viewer", "1", True, 5)):
-        assert step(setup(model), state, event) == (state, [])
+        assert step(setup(), state, event) == (state, [])

@@ -23,7 +23,7 @@ from zenocap.tools.teach.page.live_trial import LiveTrial, live_trial
 from zenocap.tools.teach.page.manifest_file import ManifestFile
 from zenocap.tools.teach.page.motion_view import open_motion
 from zenocap.tools.teach.page.page import PosturePage
-from zenocap.tools.teach.page.session import Publish, Session
+from zenocap.tools.teach.page.session import Publish, TeachingSession
 
 pytestmark = pytest.mark.nightly
 
@@ -33,9 +33,9 @@ def served(take: Path, manifest: Path, live: Callable[[Publish], LiveTrial] | No
     """A page that runs in a thread.  live: its live trial."""
     takes, file, ended = [open_motion(take)], ManifestFile(manifest), threading.Event()
 
-    def session(publish: Publish) -> Session:
+    def session(publish: Publish) -> TeachingSession:
         trial = None if live is None else live(publish)
-        return Session(takes, file, "anna", reader_of(manifest), publish, live=trial)
+        return TeachingSession(takes, file, "anna", reader_of(manifest), publish, live=trial)
 
     page = PosturePage(takes, session, PageTable(port=0))
     page.open()

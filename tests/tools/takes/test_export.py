@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import zenocap as zenocap_api
-from tests.common.formats import test_csv
 from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
 from tests.common.formats.test_smoothing import gentle
+from tests.common.formats.test_tables import read_csv
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.command import zenocap
 from tests.support.places import CLIPS
@@ -51,7 +51,7 @@ def centres(path: Path, to: str) -> Floats:
             points = ezc3d.c3d(str(path))["data"]["points"]
             return np.asarray(points[:3].transpose(2, 1, 0) / PER_METRE[FORMATS.row(to).unit])
         case "csv":
-            rows = test_csv.read(path)
+            rows = read_csv(path)
             return np.array([[[float(row[f"{name}.{a}_m"] or "nan") for a in "xyz"] for name in NAMES] for row in rows])
 
 

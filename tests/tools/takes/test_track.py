@@ -11,7 +11,8 @@ import pytest
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import EndedEarly, SourceError, UserError
-from zenocap.common.formats.csv import write_csv
+from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
@@ -118,7 +119,7 @@ def test_poses_of_a_take_have_plausible_heights_and_times(take: Path) -> None:
 
 def test_a_csv_row_has_a_cell_for_every_heading(take: Path, tmp_path: Path) -> None:
     poses = read_poses(take)
-    write_csv(tmp_path / "a.csv", poses.track())
+    write_csv(tmp_path / "a.csv", ExportRequest(poses.track()))
     lines = (tmp_path / "a.csv").read_text().splitlines()
     heading = lines[0].split(",")
     assert len(lines) == 1 + len(poses.baps)

@@ -96,13 +96,12 @@ def _evaluate_streams(manifest: Path, name: str, sources: SourceArguments, given
     with one_line_errors():
         from zenocap.common.errors import UserError
         from zenocap.services.recognizer.model_file import find_model, read_model
-        from zenocap.services.recognizer.stream import stream_setup
         from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
 
         check_plot(given.plot)
         model = read_model(find_model(name))
         with progress("reading takes", "takes") as state:
-            found = read_streams(manifest, stream_setup(model).kind, sources, state.update)
+            found = read_streams(manifest, model.features, sources, state.update)
         outcome = evaluate_streams(model, list(found.values()))
         if not outcome.hours:
             raise UserError(f"{manifest}: no pose in any source: allowed: sources in which the person is tracked")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.cli.posture.tracked_sources import Report
     from zenocap.tools.teach.page.manifest_file import ManifestFile
     from zenocap.tools.teach.page.motion_view import MotionView
-    from zenocap.tools.teach.page.session import Publish, Session
+    from zenocap.tools.teach.page.session import Publish, TeachingSession
     from zenocap.tools.teach.page.training_settings import PageSettings
 
 Sources = Annotated[
@@ -107,12 +107,12 @@ def _session(
     suggesting: tuple[str, PostureModel] | None,
     person: str,
     rig: Rig | None,
-) -> Callable[[Publish], Session]:
+) -> Callable[[Publish], TeachingSession]:
     """Function that makes the session of the page.  Raises UserError."""
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
     from zenocap.tools.teach.page.live_trial import live_trial
-    from zenocap.tools.teach.page.session import Session
+    from zenocap.tools.teach.page.session import TeachingSession
 
     reached = None if rig is None else ZenohArguments().options(rig)
 
@@ -120,11 +120,11 @@ def _session(
         tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)
         return examples_of(file.path, tracked, settings.training.features, report, joints=names)
 
-    def session(publish: Publish) -> Session:
+    def session(publish: Publish) -> TeachingSession:
         live = None
         if rig is not None and reached is not None:
             live = live_trial(rig, reached, lambda update: publish("live", update))
-        return Session(takes, file, person, read, publish, suggesting=suggesting, settings=settings, live=live)
+        return TeachingSession(takes, file, person, read, publish, suggesting=suggesting, settings=settings, live=live)
 
     return session
 

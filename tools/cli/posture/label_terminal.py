@@ -34,7 +34,7 @@ def label_in_terminal(
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.common.formats.motion_files import read_centres
     from zenocap.services.recognizer.training.example_files import read_features
-    from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
+    from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggestions_in
     from zenocap.services.recognizer.training.manifest import write_manifest
     from zenocap.tools.teach.page.manifest_file import manifest_at
 
@@ -44,8 +44,10 @@ def label_in_terminal(
     found = candidates_of(motion.times_s, motion.features, motion.rate)
     rows = _rows_of(output)
     left = [one for one in found if not is_labelled(rows, source, one)]
-    none: list[Suggestion | None] = [None] * len(left)
-    guesses = dict(zip(left, suggest_labels(guesser[1], source, left) if guesser else none, strict=True))
+    suggested: list[Suggestion | None] = [None] * len(left)
+    if guesser is not None:
+        suggested = suggestions_in(guesser[1], read_features(source, guesser[1].features, names), left)
+    guesses = dict(zip(left, suggested, strict=True))
     if output is None or given.only_list or given.as_json:
         _list(source, guesses, given.as_json)
         return

@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.example_files import Features
-    from zenocap.services.recognizer.training.stream_evaluation import Span, StreamOutcome, StreamScore
+    from zenocap.services.recognizer.training.stream_evaluation import PostureSpan, StreamOutcome, StreamScore
     from zenocap.tools.cli.posture.training_options import SourceArguments
 
 HEADINGS = ("labelled", "right", "wrong", "recall", "precision", "false/h", "delay p50", "p95 s")
@@ -20,7 +20,7 @@ CURVE_LINES = 8
 
 def read_streams(
     manifest: Path, kind: Kind, sources: SourceArguments, report: Callable[[int, int, str], None]
-) -> dict[Path, tuple[Features, list[Span]]]:
+) -> dict[Path, tuple[Features, list[PostureSpan]]]:
     """Sources of a manifest, rigs tracked first, with the labelled postures in each.  Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.common.formats.file_warnings import grouped_warnings
@@ -28,13 +28,13 @@ def read_streams(
     from zenocap.services.recognizer.training import example_files
     from zenocap.services.recognizer.training.examples import BACKGROUND
     from zenocap.services.recognizer.training.manifest import read_manifest
-    from zenocap.services.recognizer.training.stream_evaluation import Span
+    from zenocap.services.recognizer.training.stream_evaluation import PostureSpan
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
 
     names = None if sources.joints is None else read_joint_map(sources.joints)
     folder = sources.tracked or manifest.parent / TRACKED
     rows = with_takes(manifest, read_manifest(manifest), folder, sources.method, report)
-    found: dict[Path, tuple[Features, list[Span]]] = {}
+    found: dict[Path, tuple[Features, list[PostureSpan]]] = {}
     with grouped_warnings():
         for done, row in enumerate(rows):
             report(done, len(rows), row.source.name)
@@ -48,7 +48,7 @@ def read_streams(
                 float(motion.times_s[at]) if value is None else value for at, value in ((0, row.start), (-1, row.end))
             )
             if row.posture != BACKGROUND:
-                spans.append(Span(row.posture, start, end))
+                spans.append(PostureSpan(row.posture, start, end))
     return found
 
 

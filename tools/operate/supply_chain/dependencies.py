@@ -33,12 +33,10 @@ SPDX = {
     "PSF": "PSF-2.0",
 }
 # Permissive ones, which an Apache-2.0 program may be distributed with.
-ALLOWED = frozenset(
-    {
-        "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0",
-        "HPND", "ISC", "MIT", "MIT-0", "MIT-CMU", "PSF-2.0", "Python-2.0", "Unlicense", "Zlib",
-    }
-)  # fmt: skip
+ALLOWED = frozenset({
+    "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "HPND",
+    "ISC", "MIT", "MIT-0", "MIT-CMU", "PSF-2.0", "Python-2.0", "Unlicense", "Zlib",
+})  # fmt: skip
 # Runtime libraries of GCC in wheels of NumPy and SciPy: their exception permits distribution with any program.
 ALLOWED_EXCEPTIONS = frozenset({"GPL-3.0-or-later WITH GCC-exception-3.1"})
 
@@ -71,29 +69,27 @@ class Dependency:
     direct: bool = False
 
 
-def run_time_dependencies(extras: Collection[str] = ("all",), project: Path | None = None) -> dict[str, Dependency]:
-    """Dependencies that are installed here, by name.  project: pyproject.toml; default: of this checkout.
+def run_time_dependencies(extras: Collection[str] = ("all",)) -> dict[str, Dependency]:
+    """Dependencies of this checkout that are installed here, by name.
 
     Raises PackageNotFoundError, which names the package, when one is not installed.
     """
-    table = tomllib.loads((project or ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    first = [Requirement(text) for text in table["dependencies"]]
-    for extra in extras:
-        first += [Requirement(text) for text in table["optional-dependencies"][extra]]
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    optional = table["optional-dependencies"]
+    first = [*table["dependencies"], *(text for extra in extras for text in optional[extra])]
     own = canonicalize_name(table["name"])
     found: dict[str, Dependency] = {}
-    waiting = [(one, True) for one in first]
+    waiting = [(Requirement(text), True) for text in first]
     while waiting:
         requirement, direct = waiting.pop()
         name = canonicalize_name(requirement.name)
         if name == own:
-            inner = (text for extra in requirement.extras for text in table["optional-dependencies"][extra])
-            waiting += [(Requirement(text), True) for text in inner]
+            waiting += [(Requirement(text), True) for extra in requirement.extras for text in optional[extra]]
             continue
         if name in found:
             continue
         installed = distribution(name)
-        needed = [one for one in _requirements(installed) if _applies(one, requirement.extras)]
+        needed = [one for one in map(Requirement, installed.requires or ()) if _applies(one, requirement.extras)]
         found[name] = Dependency(
             name, installed.version, licence_of(installed), tuple(sorted({canonicalize_name(one.name) for one in needed})),
             tuple(_bundled(installed)), direct,
@@ -144,10 +140,6 @@ def missing(extras: Collection[str] = ("all",)) -> str | None:
     except PackageNotFoundError as error:
         return str(error.name)
     return None
-
-
-def _requirements(installed: Distribution) -> Iterator[Requirement]:
-    return (Requirement(text) for text in installed.requires or ())
 
 
 def _applies(requirement: Requirement, extras: Collection[str]) -> bool:

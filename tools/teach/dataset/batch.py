@@ -110,7 +110,7 @@ def take_path(folder: Path, method: Method, take: PostureTake) -> Path:
     return folder / f"{method}-{take.name}.mcap"
 
 
-def write_takes_manifest(folder: Path, method: Method, takes: Sequence[PostureTake]) -> Path:
+def write_takes_manifest(folder: Path, method: Method, takes: Sequence[PostureTake]) -> None:
     """Write the manifest of the takes with poses; start and end of the posture are those of its time line."""
     rows = []
     for one in takes:
@@ -119,7 +119,6 @@ def write_takes_manifest(folder: Path, method: Method, takes: Sequence[PostureTa
             name, number = str(one.person), str(one.repetition)
             rows.append(Row(0, path, timeline.motion_from_s, timeline.duration_s, one.posture, name, number))
     write_manifest(folder / MANIFEST, rows)
-    return folder / MANIFEST
 
 
 def _generate(task: tuple[Path, Method, tuple[int, int] | None, PostureTake]) -> GeneratedTake:

@@ -22,7 +22,7 @@ from zenocap.services.recognizer.model_file import SHIPPED, SUFFIX, write_model
 from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example, TrainingSettings
 from zenocap.services.recognizer.training.manifest import Row, read_manifest
-from zenocap.services.recognizer.training.train import train
+from zenocap.services.recognizer.training.train import no_report, train
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.activities import ACTIVITIES
 from zenocap.simulation.motion.posture_style import POSTURES
@@ -39,16 +39,13 @@ AWAY, AWAY_TIMES = "turn-and-walk", 3  # a posture that ends elsewhere: the walk
 PAUSES_S = (0.4, 2.0)
 
 
-def quiet(done: int, of: int, text: str) -> None: ...
-
-
 def shipped_model(
     folder: Path,
     takes: Sequence[PostureTake],
     background: Iterable[int],
     jobs: int,
     settings: TrainingSettings | None = None,
-    report: Report = quiet,
+    report: Report = no_report,
 ) -> PostureModel:
     """Train a model.
 
@@ -106,9 +103,7 @@ def print_progress(done: int, of: int, text: str) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Train the shipped posture model on simulated people.")
     parser.add_argument("--to", type=Path, default=SHIPPED, metavar="FOLDER")
-    parser.add_argument(
-        "--takes", type=Path, default=Path("build") / "postures", metavar="FOLDER", help="folder of the takes, kept"
-    )
+    parser.add_argument("--takes", type=Path, default=Path("build/postures"), metavar="FOLDER", help="of the takes, kept")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of processes (default 2)")
     wanted = parser.parse_args()
     background = people(BACKGROUND_SEED, BACKGROUND_PEOPLE)

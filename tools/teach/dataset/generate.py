@@ -48,7 +48,7 @@ TRACKED: tuple[Method, ...] = ("hybrid-two-view", "hybrid")  # by the tracker, f
 LOGGED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE)
 
 
-def dataset_rig(method: Method, size: tuple[int, int] | None = None, fps: float = FPS) -> Rig:
+def dataset_rig(method: Method, size: tuple[int, int] | None = None) -> Rig:
     """Rig of a method's takes; only messages are logged, no Foxglove channels.  size: default by method.
 
     Raises UserError.
@@ -56,7 +56,7 @@ def dataset_rig(method: Method, size: tuple[int, int] | None = None, fps: float 
     variant = "paper" if method == "two-view-paper" else None
     tracking = "hybrid" if method in TRACKED else None
     rig = load_rig(demo_rig_file().with_name(RIGS[method]), tracking, variant, files=False)
-    rig = at_working_size(rig, size or SIZES[method], fps)
+    rig = at_working_size(rig, size or SIZES[method], FPS)
     viewers = tuple(replace(viewer, preview=False, silhouette=method in TRACKED) for viewer in rig.viewers)
     # Without a recognizer: these takes are the training data of its models.
     return replace(rig, viewers=viewers, recognizer=None, log=msgspec.structs.replace(rig.log, foxglove=False))

@@ -119,7 +119,7 @@ class LabelledTakes:
         return own[-1] if own else otherwise
 
 
-def _span_of(take: MotionView) -> lb.Span:
+def _span_of(take: MotionView) -> lb.TakeSpan:
     features = take.features("directions")
     times_s = features.times_s
-    return lb.Span(take.source, max(0.0, float(times_s[0])), float(times_s[-1]), lambda a, b: span(features, a, b))
+    return lb.TakeSpan(take.source, max(0.0, float(times_s[0])), float(times_s[-1]), lambda a, b: span(features, a, b))

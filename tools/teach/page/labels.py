@@ -23,7 +23,7 @@ class Label:
 
 
 @dataclass(frozen=True)
-class Span:
+class TakeSpan:
     """What a label may cover.  start_s, end_s: of the take, seconds.  check: raises ValueError for a span without poses."""
 
     source: Path
@@ -40,14 +40,14 @@ def labels_of(rows: Sequence[Row]) -> Labels:
     return tuple(Label(k, row) for k, row in enumerate(rows))
 
 
-def add(labels: Labels, span: Span, start_s: float, end_s: float, posture: str, person: str) -> Labels:
+def add(labels: Labels, span: TakeSpan, start_s: float, end_s: float, posture: str, person: str) -> Labels:
     """Add a label, numbered as the next repetition of its posture by its person.  Raises UserError."""
     row = _checked(labels, span, Row(0, span.source, start_s, end_s, posture, person, ""), None)
     number = max((one.id for one in labels), default=-1) + 1
     return (*labels, Label(number, _numbered(labels, row)))
 
 
-def change(labels: Labels, span: Span, id: int, start_s: float, end_s: float, posture: str) -> Labels:
+def change(labels: Labels, span: TakeSpan, id: int, start_s: float, end_s: float, posture: str) -> Labels:
     """Change begin, end and posture of a label.  Raises UserError."""
     one = find(labels, id)
     others = tuple(other for other in labels if other.id != id)
@@ -110,7 +110,7 @@ def name_of(row: Row) -> str:
     return "background" if row.posture == BACKGROUND else row.posture
 
 
-def _checked(others: Labels, span: Span, row: Row, id: int | None) -> Row:
+def _checked(others: Labels, span: TakeSpan, row: Row, id: int | None) -> Row:
     """The row with rounded times.  Raises UserError."""
     posture = checked_text("posture", row.posture)
     assert row.start is not None

@@ -76,7 +76,7 @@ class LiveTrial:
             raise
 
     def _recognize(self, setup: Setup, bus: Bus, ended: threading.Event) -> None:
-        state, shown = initial_state(setup), _Shown()
+        state, shown = initial_state(setup), _ShownPostures()
         posed_s, published_s, before, fits = time.monotonic(), 0.0, pm.LiveUpdate("off"), True
         while not ended.is_set():
             event = bus.receive(LIVE_WAIT_S)
@@ -104,7 +104,7 @@ class LiveTrial:
         return "the person is lost" if state.lost else "recognizing"
 
 
-class _Shown:
+class _ShownPostures:
     """The latest postures, newest first, and how often each was recognized."""
 
     def __init__(self) -> None:
@@ -118,9 +118,9 @@ class _Shown:
                 continue
             self._counts[posture.label] += 1
             self._number += 1
+            confidence = round(confidence_of(posture.score, posture.margin, len(posture.log_likelihoods)), 3)
             duration_s = round((posture.end_ns - posture.start_ns) / 1e9, 2)
-            entry = pm.LiveEntry(self._number, posture.label, round(confidence_of(posture), 3), duration_s)
-            self._latest.appendleft(entry)
+            self._latest.appendleft(pm.LiveEntry(self._number, posture.label, confidence, duration_s))
 
     def update(self, text: str) -> pm.LiveUpdate:
         return pm.LiveUpdate("running", text, list(self._latest), sorted(self._counts.items()))

@@ -98,7 +98,7 @@ class ProposalsUpdate(msgspec.Struct, frozen=True, tag="proposals", tag_field="t
 
 
 class PostureRow(msgspec.Struct, frozen=True):
-    """See `training.PostureResult`."""
+    """Examples of a posture, those that could be held out, and those of them that were recognized."""
 
     posture: str
     examples: int

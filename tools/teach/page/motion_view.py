@@ -6,30 +6,16 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.definition import Pose
-from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.errors import UserError
 from zenocap.common.formats.joint_map import JointMap
-from zenocap.common.formats.motion_files import read_poses_for
-from zenocap.common.formats.pose_track import PoseTrack, every_frame
-from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.services.animator.body_geometry import placed_capsules
 from zenocap.services.animator.page.page_messages import BodyUpdate
 from zenocap.services.animator.page.page_updates import body_update
 from zenocap.services.recognizer.features import Kind
-from zenocap.services.recognizer.motion_rows import rows_of
-from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.example_files import Features, features_of, read_track
 from zenocap.services.recognizer.training.labelling import Candidate, candidates_of, speeds_of
-from zenocap.tools.teach.page.parameters import (
-    CHUNK_S,
-    CURVE_POINTS,
-    MAX_POSE_RATE,
-    POSITION_SCALE,
-    QUATERNION_SCALE,
-)
-
-AVERAGE_HEIGHT_M = 1.72  # of the figure for motion capture, which has no measured body
+from zenocap.tools.teach.page.parameters import CHUNK_S, CURVE_POINTS, MAX_POSE_RATE, POSITION_SCALE, QUATERNION_SCALE
 
 
 @dataclass(frozen=True)
@@ -41,8 +27,7 @@ class MotionView:
 
     def features(self, kind: Kind) -> Features:
         """Rows of every frame for a model with this kind of angles."""
-        track = self.track
-        return Features(track.rate, track.times_s, rows_of(track.anatomy, track.positions, track.angles, kind))
+        return features_of(self.track, kind)
 
     @property
     def stride(self) -> int:
@@ -98,28 +83,12 @@ class MotionView:
 def open_motion(path: Path, joints: JointMap | None = None) -> MotionView:
     """Read a take (.mcap) or motion capture (.bvh, .trc, .c3d).  Raises UserError, also for one without poses.
 
-    joints: names of joints and markers of motion capture that are not recognized.
+    joints: see `read_track`.
     """
-    if path.suffix.lower() == ".mcap":
-        track = every_frame(read_poses(path).track(), 0)
-        if not track.rate > 0 or not track.known.any():
-            raise UserError(f"{path}: {int(track.known.sum())} frames with a pose: allowed: two or more")
-        return MotionView(path, track)
-    motion = read_poses_for(path, TEN_PARTS, joints=joints)
-    poses: list[Pose | None] = [
-        pose if known else None for pose, known in zip(motion.poses, motion.known.tolist(), strict=True)
-    ]
-    if not any(poses):
+    track = read_track(path, joints)
+    known = int(track.known.sum())
+    if not known and path.suffix.lower() != ".mcap":
         raise UserError(f"{path}: no frame with a pose: allowed: two or more")
-    count = len(poses)
-    positions, angles = np.full((count, 3), np.nan), np.full((count, len(TEN_PARTS.angles)), np.nan)
-    for row, pose in enumerate(poses):
-        if pose is not None:
-            positions[row], angles[row] = pose.position, pose.angles
-    body = body_from_lengths(TEN_PARTS, average_lengths(AVERAGE_HEIGHT_M))
-    lost = tuple("" if pose is not None else "person" for pose in poses)
-    track = PoseTrack(
-        anatomy=TEN_PARTS, bdp=body, frames=np.arange(count), times_s=motion.times_s, positions=positions, angles=angles,
-        scores={}, views={}, lost=lost, rate=motion.rate, limbs={},
-    )  # fmt: skip
+    if not known or not track.rate > 0:
+        raise UserError(f"{path}: {known} frames with a pose: allowed: two or more")
     return MotionView(path, track)

@@ -11,7 +11,7 @@ from zenocap.common.web.page import Page
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page.motion_view import MotionView
 from zenocap.tools.teach.page.parameters import POLL_S
-from zenocap.tools.teach.page.session import Publish, Session
+from zenocap.tools.teach.page.session import Publish, TeachingSession
 
 PROGRAM = "zenocap posture label"
 CACHED_CHUNKS = 64  # of poses, in memory: 8 MB; chosen by hand
@@ -20,7 +20,9 @@ CACHED_CHUNKS = 64  # of poses, in memory: 8 MB; chosen by hand
 class PosturePage:
     """Serves the page from `open` to `close`; `run` between them."""
 
-    def __init__(self, takes: Sequence[MotionView], make_session: Callable[[Publish], Session], table: PageTable) -> None:
+    def __init__(
+        self, takes: Sequence[MotionView], make_session: Callable[[Publish], TeachingSession], table: PageTable
+    ) -> None:
         files = page_files("zenocap.tools.teach.page")
         content: PageContent[pm.Command] = PageContent(files, pm.decode_command, PROGRAM, "--")
         self._takes = takes

@@ -26,6 +26,3 @@ LIVE_SHOWN: Final = 8  # latest postures; by hand
 # Held-out result.
 MOST_GROUPS: Final = 8  # of examples that are held out in turn, one training each; by hand
 ENOUGH_EXAMPLES: Final = 3  # that are advised for each posture; by hand
-
-# Trial.
-OVERLAP: Final = 0.5  # of the shorter one, from which a result belongs to a label; as in `benchmarks.cases.recognition`

@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
@@ -13,9 +12,11 @@ from zenocap.common.web.messages import NoticeUpdate
 from zenocap.common.web.page import NOTICE
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import read_model
+from zenocap.services.recognizer.stream import stream_setup
 from zenocap.services.recognizer.training.examples import BACKGROUND
-from zenocap.services.recognizer.training.labelling import kind_of, suggestions_in
+from zenocap.services.recognizer.training.labelling import suggestions_in
 from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.stream_evaluation import PostureAnswer, answers_of
 from zenocap.tools.teach.page import labels as lb
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page import training, trial
@@ -31,7 +32,7 @@ Publish = Callable[[str, msgspec.Struct], None]
 """Key and update, for all pages."""
 
 
-class Session:
+class TeachingSession:
     """State of the page.  `receive` and `turn` are called by one thread."""
 
     def __init__(
@@ -57,7 +58,7 @@ class Session:
         self._labels = LabelledTakes(takes, file, person)
         self._proposals = [take.proposals() for take in self._takes]
         self._model: PostureModel | None = None
-        self._found: dict[int, list[trial.Found]] = {}
+        self._found: dict[int, list[PostureAnswer]] = {}
         self._trained_on: set[Path] = set()
         self._training = pm.TrainingUpdate("none")
         self._job = BackgroundJob(lambda text: self._publish_training(pm.TrainingUpdate("failed", text)))
@@ -118,7 +119,7 @@ class Session:
             case pm.Train():
                 self._train()
             case pm.Try(take=take):
-                self._try([self._labels.checked(take)])
+                self._try(self._labels.checked(take))
             case pm.TryLive(on=on):
                 self._try_live(on)
             case pm.AskPoses():
@@ -161,15 +162,12 @@ class Session:
 
         self._job.start(job)
 
-    def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[trial.Found]]) -> None:
+    def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[PostureAnswer]]) -> None:
         self._model, self._found = result.model, found
         self._trained_on = {row.source.resolve() for row in rows}
-        postures = [pm.PostureRow(**asdict(one)) for one in result.postures]
         outdated = self._labels.rows != list(rows)
-        text = f"{self._model_path.name} is written"
-        self._publish_training(
-            pm.TrainingUpdate("done", text, 0, 0, list(result.lines), postures, self._command, outdated)
-        )  # fmt: skip
+        text, lines, postures = f"{self._model_path.name} is written", list(result.lines), list(result.postures)
+        self._publish_training(pm.TrainingUpdate("done", text, 0, 0, lines, postures, self._command, outdated))
         self._suggesting = (self._model_path.name, result.model)
         self._suggest()
         if self._live is not None and self._live.running:
@@ -177,15 +175,15 @@ class Session:
         for take in found:
             self._publish_trial(take)
 
-    def _try(self, takes: Sequence[int]) -> None:
+    def _try(self, take: int) -> None:
         self._check_idle()
         model = self._model
         if model is None:
             raise UserError("there is no model yet: allowed after Train")
 
         def job() -> Callable[[], None]:
-            found = {take: self._recognized(model, take) for take in takes}
-            return lambda: self._tried(found)
+            found = self._recognized(model, take)
+            return lambda: self._tried(take, found)
 
         self._job.start(job)
 
@@ -199,13 +197,12 @@ class Session:
             raise UserError("there is no model yet: allowed after Train")
         self._live.start(self._model)
 
-    def _tried(self, found: dict[int, list[trial.Found]]) -> None:
-        self._found |= found
-        for take in found:
-            self._publish_trial(take)
+    def _tried(self, take: int, found: list[PostureAnswer]) -> None:
+        self._found[take] = found
+        self._publish_trial(take)
 
-    def _recognized(self, model: PostureModel, take: int) -> list[trial.Found]:
-        return trial.recognized(model, self._takes[take].features(kind_of(model)))
+    def _recognized(self, model: PostureModel, take: int) -> list[PostureAnswer]:
+        return answers_of(stream_setup(model), self._takes[take].features(model.features))
 
     def _check_idle(self) -> None:
         if self.busy:
@@ -218,7 +215,7 @@ class Session:
             guesses: list[tuple[str, bool]] = [("", False)] * len(candidates)
             if self._suggesting is not None:
                 name, model = self._suggesting
-                found = suggestions_in(model, take.features(kind_of(model)), candidates)
+                found = suggestions_in(model, take.features(model.features), candidates)
                 guesses = [("", False) if guess is None else (guess.label, guess.known) for guess in found]
             takes.append(
                 [
@@ -238,7 +235,7 @@ class Session:
         compared = trial.compare(self._model, self._found[take], self._labels.labels_in(take), self._labels.end_s(take))
         trained_on = self._takes[take].source.resolve() in self._trained_on or not self._trained_on
         found = [
-            pm.FoundEntry(one.start_s, one.end_s, one.posture, round(one.confidence, 2), verdict)
+            pm.FoundEntry(one.start_s, one.end_s, one.label, round(one.confidence, 2), verdict)
             for one, verdict in compared.found
         ]
         update = pm.TrialUpdate(take, found, list(compared.missed), trial.words(compared, trained_on))

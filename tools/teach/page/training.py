@@ -9,7 +9,7 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.false_alarms import short_background
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.services.recognizer.training.cross_validation import classifier_of
+from zenocap.services.recognizer.training.cross_validation import held_out_results
 from zenocap.services.recognizer.training.example_store import store_path, write_examples
 from zenocap.services.recognizer.training.examples import (
     BACKGROUND,
@@ -22,6 +22,7 @@ from zenocap.services.recognizer.training.examples import (
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import train
+from zenocap.tools.teach.page.messages import PostureRow
 from zenocap.tools.teach.page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
 from zenocap.tools.teach.page.training_settings import PageSettings
 
@@ -39,23 +40,12 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class PostureResult:
-    """Examples of a posture, those that could be held out, and those of them that were recognized."""
-
-    posture: str
-    examples: int
-    people: int
-    tested: int
-    right: int
-
-
-@dataclass(frozen=True)
 class TrainingResult:
     """Result of a training.  lines: in words, the most important first.  postures: in the order of the model."""
 
     model: PostureModel
     lines: tuple[str, ...]
-    postures: tuple[PostureResult, ...]
+    postures: tuple[PostureRow, ...]
 
 
 def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
@@ -111,33 +101,24 @@ def stored_examples(path: Path, examples: Sequence[Example], settings: TrainingS
 def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> list[HeldOut]:
     """Results of all examples: people are held out in turn; of one person, repetitions."""
     groups = held_out_groups(ready, MOST_GROUPS)
-    found: dict[int, HeldOut] = {}
-    for done, held in enumerate(groups):
-        report(done, len(groups), "testing with held-out examples")
-        kept = ready.subset([k for k in range(len(ready.examples)) if k not in set(held)])
-        learnt = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
-        decide = classifier_of(Prepared(kept.examples, kept.sequences, learnt), settings) if learnt else None
-        for k in held:
-            posture = ready.examples[k].label
-            known = decide is not None and posture in learnt
-            answer = learnt[decide(ready.sequences[k]).best] if decide is not None and known else None
-            found[k] = HeldOut(posture, answer)
+    found = held_out_results(ready, groups, settings, lambda done, of: report(done, of, "testing with held-out examples"))
     report(len(groups), len(groups), "tested")
-    return [found.get(k, HeldOut(example.label, None)) for k, example in enumerate(ready.examples)]
+    given = {one.example: ready.labels[one.given] for one in found}
+    return [HeldOut(example.label, given.get(k)) for k, example in enumerate(ready.examples)]
 
 
-def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureResult, ...]:
+def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureRow, ...]:
     """Result of each posture."""
     found = []
     for label in ready.labels:
         own = [example for example in ready.examples if example.label == label]
         answers = [one.answer for one in held if one.posture == label and one.answer is not None]
         people = len({example.person for example in own})
-        found.append(PostureResult(label, len(own), people, len(answers), answers.count(label)))
+        found.append(PostureRow(label, len(own), people, len(answers), answers.count(label)))
     return tuple(found)
 
 
-def words(postures: Sequence[PostureResult], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
+def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
     """Lines on the held-out result, and on what is missing."""
     tested, right = sum(one.tested for one in postures), sum(one.right for one in postures)
     how = "by a model without that person" if people > 1 else "by a model without that repetition"
@@ -166,5 +147,5 @@ def words(postures: Sequence[PostureResult], held: Sequence[HeldOut], people: in
     return lines
 
 
-def _tested(postures: Sequence[PostureResult], label: str) -> int:
+def _tested(postures: Sequence[PostureRow], label: str) -> int:
     return next(one.tested for one in postures if one.posture == label)

@@ -1,41 +1,24 @@
-"""Recognition of a whole take with a model, as a stream, and its comparison with the labels."""
+"""Comparison of the postures that a model recognizes in a take with its labels."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.stream import Recognition, StreamSetup, initial_stream, push, stream_setup
-from zenocap.services.recognizer.training.example_files import Features
-from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.manifest import Row
-from zenocap.tools.teach.page.parameters import OVERLAP
+from zenocap.services.recognizer.training.stream_evaluation import PostureAnswer, PostureSpan, overlaps
 
 Verdict = Literal["right", "wrong", "unlabelled"]
-END_NS = 10_000_000_000  # after the last pose, so that everything is answered
 
 
 @dataclass(frozen=True)
-class Found:
-    """A recognized posture, seconds of the take.  confidence: 0 to 1, as of commands."""
-
-    start_s: float
-    end_s: float
-    posture: str
-    confidence: float
-
-
-@dataclass(frozen=True)
-class Trial:
+class TakeTrial:
     """Recognized postures with their verdicts, and what the model made of the labels.
 
     missed: ids of labels that no right result belongs to.  labels: number of labels with a posture of the model.
     """
 
-    found: tuple[tuple[Found, Verdict], ...]
+    found: tuple[tuple[PostureAnswer, Verdict], ...]
     missed: tuple[int, ...]
     labels: int
 
@@ -44,55 +27,31 @@ class Trial:
         return sum(one == verdict for _, one in self.found)
 
 
-def recognized(model: PostureModel, motion: Features) -> list[Found]:
-    """Postures in a motion, in the order in which a recognizer publishes them."""
-    setup = stream_setup(model)
-    stream = initial_stream(setup)
-    answers: list[Recognition] = []
-    for time_s, row in zip(motion.times_s.tolist(), motion.features, strict=True):
-        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
-        answers += [answer] if answer is not None else []
-    end_ns = round(float(motion.times_s[-1]) * 1e9) + END_NS
-    lost = np.full(motion.features.shape[1], np.nan)
-    while True:
-        stream, answer, _ = push(setup, stream, end_ns, lost)
-        if answer is None:
-            break
-        answers.append(answer)
-    return [found_of(setup, answer) for answer in answers if answer.label is not None]
-
-
-def found_of(setup: StreamSetup, answer: Recognition) -> Found:
-    """A result with its confidence."""
-    scores = answer.classification
-    score = float(scores.scores[scores.best])
-    rivals = (score, scores.margin) if len(setup.model.labels) > 1 else (score,)
-    confidence = 1.0 - math.exp(-max(min(rivals), 0.0))
-    return Found(answer.start_ns / 1e9, answer.end_ns / 1e9, answer.label or "", confidence)
-
-
-def compare(model: PostureModel, found: Sequence[Found], labels: Sequence[tuple[int, Row]], end_s: float) -> Trial:
+def compare(
+    model: PostureModel, found: Sequence[PostureAnswer], labels: Sequence[tuple[int, Row]], end_s: float
+) -> TakeTrial:
     """Compare results with the labels of the take, which ends at `end_s`.
 
     A result is right when a label of its posture overlaps it by half of the shorter one, wrong when that is only another
     label, or background; else no label is there.  Labels of postures that the model does not have are left out.
     """
-    known = [(id, row) for id, row in labels if row.posture in model.labels]
-    judged: list[tuple[Found, Verdict]] = []
+    spans = {id: PostureSpan(row.posture, row.start or 0.0, end_s if row.end is None else row.end) for id, row in labels}
+    known = [id for id, span in spans.items() if span.label in model.labels]
+    judged: list[tuple[PostureAnswer, Verdict]] = []
     explained: set[int] = set()
     for one in found:
-        under = [(id, row) for id, row in labels if _overlaps(one, row, end_s)]
-        right = [id for id, row in under if row.posture == one.posture and id not in explained]
+        under = [id for id, span in spans.items() if overlaps(span, one)]
+        right = [id for id in under if spans[id].label == one.label and id not in explained]
         if right:
             explained.add(right[0])
             judged.append((one, "right"))
         else:
             judged.append((one, "wrong" if under else "unlabelled"))
-    missed = tuple(id for id, _ in known if id not in explained)
-    return Trial(tuple(judged), missed, len(known))
+    missed = tuple(id for id in known if id not in explained)
+    return TakeTrial(tuple(judged), missed, len(known))
 
 
-def words(trial: Trial, trained_on: bool) -> list[str]:
+def words(trial: TakeTrial, trained_on: bool) -> list[str]:
     """Lines on a trial.  trained_on: the take was in the training."""
     right, wrong, unlabelled = (trial.count(verdict) for verdict in ("right", "wrong", "unlabelled"))
     lines = []
@@ -105,10 +64,3 @@ def words(trial: Trial, trained_on: bool) -> list[str]:
     if trained_on and trial.labels:
         lines.append("The model was trained on this take: a take of another day or person is the honest test.")
     return lines
-
-
-def _overlaps(one: Found, row: Row, end_s: float) -> bool:
-    begin, end = row.start or 0.0, end_s if row.end is None else row.end
-    shared = min(one.end_s, end) - max(one.start_s, begin)
-    length = one.end_s - one.start_s if row.posture == BACKGROUND else min(one.end_s - one.start_s, end - begin)
-    return shared >= OVERLAP * length > 0.0

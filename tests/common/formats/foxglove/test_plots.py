@@ -21,10 +21,7 @@ def test_a_pose_is_plotted_in_degrees_and_metres() -> None:
         "tracked": True,
         "lost": ["right_arm"],
         "stale": ["2"],
-        "viewers": [
-            {"viewer": "1", "score": 0.75, "view": "facade"},
-            {"viewer": "2", "score": 0.5, "view": "flank"},
-        ],
+        "viewers": [{"viewer": "1", "score": 0.75, "view": "facade"}, {"viewer": "2", "score": 0.5, "view": "flank"}],
         "position": {"x": 0.5, "y": 1.0, "z": -0.25},
         "angles_deg": {"navel": {"y": 30.0}, "left_elbow": {"x": -57.296}},
     }

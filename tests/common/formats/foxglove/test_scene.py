@@ -86,8 +86,6 @@ def test_a_lost_person_is_deleted() -> None:
 def test_a_tapered_part_is_a_cone_of_its_height_between_its_ends() -> None:
     """Both radii shrink by their mean factor, so either end's area is about the part's."""
     bdp = body_of_height(1.75)
-    assert bdp.tips is not None
-    assert bdp.bases is not None
     frames = part_frames(FOURTEEN_PARTS, bdp, Pose(NAVEL, FOURTEEN_PARTS.neutral))
     channel = SCENE.channel(rig="r")
     shown = Figure(FOURTEEN_PARTS, bdp).shown(frames, [], timestamp(1))

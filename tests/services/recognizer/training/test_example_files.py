@@ -6,14 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.common.body.test_inverse_kinematics import body
+from tests.common.formats.test_motion_files import RATE, written
 from tests.support.places import GOLDEN, MOTIONS
-from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.definition import Pose
-from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc, write_trc
 from zenocap.services.recognizer.features import NAMES, features_of
 from zenocap.services.recognizer.motion_rows import ANGLES, WAY, WIDTH
@@ -21,21 +17,12 @@ from zenocap.services.recognizer.training.example_files import Features, example
 from zenocap.services.recognizer.training.manifest import Row
 
 GOLDEN = GOLDEN / "arms.mcap"
-RATE = 60.0
 
 
 @pytest.fixture
 def raised(tmp_path: Path) -> Path:
     """Two seconds of a rising left arm, frames from 30 on."""
-    points = []
-    for share in np.linspace(0, 1, 120):
-        angles = TEN_PARTS.neutral.copy()
-        angles[TEN_PARTS.index["left_shoulder.z"]] += 1.2 * share
-        points.append(joint_centres(TEN_PARTS, body(TEN_PARTS), Pose(np.array([0.0, 1.0, 0.0]), angles)))
-    frames = np.arange(30, 150, dtype=np.int64)
-    names = tuple(marker.name for marker in TEN_PARTS.markers)
-    write_trc(tmp_path / "raise.trc", Trajectories(names, frames, frames / RATE, np.array(points), RATE))
-    return tmp_path / "raise.trc"
+    return written(tmp_path, count=120, first=30)
 
 
 def row(source: Path, start: float | None = None, end: float | None = None, line: int = 2) -> Row:
@@ -55,28 +42,23 @@ def test_a_row_with_start_and_end_selects_that_part_of_a_trajectory_file(raised:
 @pytest.mark.parametrize("kind", ["directions", "joint-angles"])
 def test_a_take_has_the_features_of_its_own_angles(kind: str) -> None:
     track = read_poses(GOLDEN).track()
-    chosen = "joint-angles" if kind == "joint-angles" else "directions"
-    found = read_features(GOLDEN, chosen)
+    found = read_features(GOLDEN, kind)
     assert found.rate == pytest.approx(track.rate)
     known = np.flatnonzero(track.known)
     at = track.frames[known]
-    np.testing.assert_allclose(found.features[at, ANGLES], features_of(track.anatomy, track.angles[known], chosen))
+    np.testing.assert_allclose(found.features[at, ANGLES], features_of(track.anatomy, track.angles[known], kind))
     np.testing.assert_allclose(found.features[at, WAY], track.positions[known][:, [0, 2]])
     assert np.isnan(np.delete(found.features, at, axis=0)).all()
-    (example,) = examples_of(Path("m.csv"), [row(GOLDEN)], chosen)
+    (example,) = examples_of(Path("m.csv"), [row(GOLDEN)], kind)
     assert len(example.features) == at[-1] - at[0] + 1
 
 
 def test_all_unusable_examples_are_reported_together(raised: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.bvh").write_text("HIERARCHY nonsense")
     (tmp_path / "bad.mcap").write_bytes(b"no take")
-    rows = [
-        row(raised, 5.0, 6.0, 2),
-        row(tmp_path / "bad.bvh", line=3),
-        row(tmp_path / "bad.bvh", 1.0, 2.0, line=4),
-        row(raised, 1.0, 1.01, 5),
-        row(tmp_path / "bad.mcap", line=6),
-    ]
+    bad = tmp_path / "bad.bvh"
+    rows = [row(raised, 5.0, 6.0, 2), row(bad, line=3), row(bad, 1.0, 2.0, line=4), row(raised, 1.0, 1.01, 5)]
+    rows.append(row(tmp_path / "bad.mcap", line=6))
     with pytest.raises(UserError) as failed:
         examples_of(tmp_path / "m.csv", rows, "directions")
     lines = str(failed.value).splitlines()

@@ -1,7 +1,6 @@
 """Training of the forest: deterministic, votes as scikit-learn's, held-out thresholds."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from tests.support.posture_cases import FAST_FOREST, LABELS, RATE, examples, mov
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.forest import votes_of
 from zenocap.services.recognizer.model import classify
-from zenocap.services.recognizer.model_file import packed, parse_model
 from zenocap.services.recognizer.segment_description import VALUES
 from zenocap.services.recognizer.training import forest as forest_training
 from zenocap.services.recognizer.training.cross_validation import cross_validate
@@ -21,17 +19,14 @@ from zenocap.services.recognizer.training.parameters import CUTS
 from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import train
 
-PATH = Path("some.postures")
-
 
 @pytest.mark.nightly
 def test_examples_get_the_votes_of_their_own_posture() -> None:
     ready = prepare(examples(), FAST_FOREST)
     values = descriptions_of(ready, RATE, 0)
     assert values.shape == (18, CUTS + 1, VALUES)
-    labels = np.array([LABELS.index(example.label) for example in ready.examples])
-    votes = np.array([votes_of(train_forest(values[:, 0], labels, 5, 30, 0), one) for one in values[:, 0]])
-    np.testing.assert_array_equal(votes.argmax(axis=1), labels)
+    votes = np.array([votes_of(train_forest(values[:, 0], ready.indices, 5, 30, 0), one) for one in values[:, 0]])
+    np.testing.assert_array_equal(votes.argmax(axis=1), ready.indices)
     assert votes.max(axis=1).min() >= 20
     assert (votes.sum(axis=1) == 30).all()
 
@@ -40,47 +35,9 @@ def test_examples_get_the_votes_of_their_own_posture() -> None:
 def test_a_posture_without_examples_gets_no_votes() -> None:
     ready = prepare(examples(), FAST_FOREST)
     values = descriptions_of(ready, RATE, 0)
-    labels = np.array([2 * LABELS.index(example.label) for example in ready.examples])
-    votes = votes_of(train_forest(values[:, 0], labels, 6, 30, 0), values[0, 0])
+    votes = votes_of(train_forest(values[:, 0], 2 * ready.indices, 6, 30, 0), values[0, 0])
     assert votes[[1, 3, 5, 6]].sum() == 0
     assert votes.sum() == 30
-
-
-@pytest.mark.nightly
-def test_equal_examples_give_equal_bytes_that_are_read_back() -> None:
-    one, other = (train(examples(), FAST_FOREST) for _ in range(2))
-    data = packed(PATH, one)
-    assert data == packed(PATH, other)
-    assert data != packed(PATH, train(examples(), replace(FAST_FOREST, seed=1)))
-    again = parse_model(PATH, data)
-    assert one.forest is not None
-    assert again.forest is not None
-    np.testing.assert_array_equal(one.forest.nodes, again.forest.nodes)
-    np.testing.assert_array_equal(one.forest.thresholds, again.forest.thresholds)
-
-
-@pytest.mark.nightly
-def test_unseen_people_are_recognized_and_an_untrained_movement_is_rejected() -> None:
-    model = train(examples(range(1, 7)), replace(FAST_FOREST, folds=3))
-    known = {(label, person): classify(model, movement(label, person, 0)) for label in LABELS for person in range(50, 60)}
-    assert all(model.labels[one.best] == label for (label, _), one in known.items())
-    assert sum(one.accepted for one in known.values()) >= 25
-    assert sum(classify(model, movement("stretch", person, 0)).accepted for person in range(50, 60)) <= 2
-
-
-@pytest.mark.nightly
-def test_figures_count_whole_examples() -> None:
-    for figures in train(examples(), FAST_FOREST).training.figures:
-        assert (figures.examples, figures.people, figures.held) == (6, 3, 6)
-        assert figures.held >= figures.recognised >= figures.accepted
-        assert figures.strangers >= figures.refused
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("protocol", ["paper", "subjects"])
-def test_cross_validation_recognizes_separable_postures(protocol: str) -> None:
-    outcome = cross_validate(examples(), FAST_FOREST, "paper" if protocol == "paper" else "subjects")
-    assert (outcome.right, outcome.total) == (18, 18)
 
 
 @pytest.mark.nightly
@@ -118,9 +75,8 @@ def test_background_is_rejected_although_its_movement_resembles_a_posture() -> N
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_windows_of_background_are_all_tried(count: int) -> None:
     ready = prepare(examples(), FAST_FOREST)
-    labels = np.array([LABELS.index(example.label) for example in ready.examples])
     values = descriptions_of(ready, RATE, 0)
-    data = ForestData(values, labels, len(LABELS), values[:count, 1], np.zeros((0, VALUES)))
+    data = ForestData(values, ready.indices, len(LABELS), values[:count, 1], np.zeros((0, VALUES)))
     assert len(trials_of(data, held_out_groups(ready, 2), 5, 0).background) == count
 
 

@@ -1,13 +1,15 @@
 """Streams compared with labelled spans: matches, delays, rates, and the operating curve."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.support.posture_cases import FAST_FOREST, RATE, examples, movement
 from zenocap.services.recognizer.training.example_files import Features
 from zenocap.services.recognizer.training.stream_evaluation import (
-    Answer,
-    Span,
+    PostureAnswer,
+    PostureSpan,
     StreamOutcome,
     evaluate_streams,
 )
@@ -16,17 +18,21 @@ from zenocap.services.recognizer.training.train import train
 HOUR = 1.0
 
 
-def outcome(truth: list[Span], given: list[Answer]) -> StreamOutcome:
+def answer(label: str, start_s: float, end_s: float, at_s: float, level: float) -> PostureAnswer:
+    return PostureAnswer(label, start_s, end_s, at_s, level, confidence=0.5)
+
+
+def outcome(truth: list[PostureSpan], given: list[PostureAnswer]) -> StreamOutcome:
     return StreamOutcome(("wave", "kick"), (tuple(truth),), (tuple(given),), HOUR)
 
 
 def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> None:
-    truth = [Span("wave", 1.0, 3.0), Span("kick", 5.0, 7.0)]
+    truth = [PostureSpan("wave", 1.0, 3.0), PostureSpan("kick", 5.0, 7.0)]
     given = [
-        Answer("wave", 1.2, 3.1, 3.3, 0.9),
-        Answer("wave", 2.0, 3.0, 3.4, 0.5),  # a second one of the same span
-        Answer("wave", 5.0, 7.0, 7.3, 0.6),  # another posture
-        Answer("kick", 6.5, 9.0, 9.2, 0.8),  # a quarter of the span
+        answer("wave", 1.2, 3.1, 3.3, 0.9),
+        answer("wave", 2.0, 3.0, 3.4, 0.5),  # a second one of the same span
+        answer("wave", 5.0, 7.0, 7.3, 0.6),  # another posture
+        answer("kick", 6.5, 9.0, 9.2, 0.8),  # a quarter of the span
     ]
     found = outcome(truth, given)
     every, wave, kick = found.score(), found.score("wave"), found.score("kick")
@@ -38,8 +44,8 @@ def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> Non
 
 
 def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
-    truth = [Span("wave", 1.0, 3.0), Span("kick", 5.0, 7.0)]
-    given = [Answer("wave", 1.0, 3.0, 3.3, 0.9), Answer("kick", 5.0, 7.0, 7.3, 0.6), Answer("kick", 8.0, 9.0, 9.3, 0.7)]
+    truth = [PostureSpan("wave", 1.0, 3.0), PostureSpan("kick", 5.0, 7.0)]
+    given = [answer("wave", 1.0, 3.0, 3.3, 0.9), answer("kick", 5.0, 7.0, 7.3, 0.6), answer("kick", 8.0, 9.0, 9.3, 0.7)]
     curve = [(level, score.right, score.wrong) for level, score in outcome(truth, given).curve()]
     assert curve == [(0.6, 2, 1), (0.7, 1, 1), (0.9, 1, 0)]
 
@@ -47,14 +53,12 @@ def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize("classifier", ["forest", "paper"])
 def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str) -> None:
-    from dataclasses import replace
-
     model = train(examples(range(1, 7)), replace(FAST_FOREST, classifier=classifier))  # type: ignore[arg-type]
     parts, spans, at = [], [], 0
     for k, label in enumerate(("wave", "kick", "bow", "wave")):
         rows = movement(label, 30, k)
         rest = np.repeat(rows[:1], int(1.5 * RATE), axis=0)
-        spans.append(Span(label, (at + len(rest)) / RATE, (at + len(rest) + len(rows)) / RATE))
+        spans.append(PostureSpan(label, (at + len(rest)) / RATE, (at + len(rest) + len(rows)) / RATE))
         parts += [rest, rows]
         at += len(rest) + len(rows)
     features = np.concatenate(parts)  # the last posture ends with the stream
@@ -63,10 +67,9 @@ def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str)
     assert found.score().right >= 3
     assert found.score().wrong <= 1
     assert -0.5 < found.score().delay_s(0.5) < 0.6
-    for answer in found.answers[0]:
+    for one in found.answers[0]:
         if classifier == "forest":
-            assert model.forest is not None
-            assert model.forest.thresholds.min() <= answer.level <= 1.0
-            assert round(answer.level * 100) == pytest.approx(answer.level * 100)
+            assert model.forest.thresholds.min() <= one.level <= 1.0
+            assert round(one.level * 100) == pytest.approx(one.level * 100)
         else:
-            assert answer.level >= 0.0
+            assert one.level >= 0.0

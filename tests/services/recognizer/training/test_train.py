@@ -6,41 +6,53 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.posture_cases import FAST, LABELS, examples, movement
+from tests.support.posture_cases import FAST, FAST_FOREST, LABELS, examples, movement
 from zenocap.services.recognizer.model import NO_THRESHOLD, classify
 from zenocap.services.recognizer.model_file import packed, parse_model
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.train import edges_of, reach_of, train
 
 PATH = Path("some.postures")
+of_both = pytest.mark.parametrize(
+    "settings",
+    [
+        pytest.param(FAST, marks=pytest.mark.slow, id="paper"),
+        pytest.param(FAST_FOREST, marks=pytest.mark.nightly, id="forest"),
+    ],
+)
 
 
-@pytest.mark.slow
-def test_equal_examples_settings_and_seed_give_equal_bytes() -> None:
-    one, other = (packed(PATH, train(examples(), FAST)) for _ in range(2))
-    assert one == other
-    assert one != packed(PATH, train(examples(), replace(FAST, seed=1)))
+@of_both
+def test_equal_examples_settings_and_seed_give_equal_bytes_that_are_read_back(settings: TrainingSettings) -> None:
+    one, other = (train(examples(), settings) for _ in range(2))
+    data = packed(PATH, one)
+    assert data == packed(PATH, other)
+    assert data != packed(PATH, train(examples(), replace(settings, seed=1)))
+    if settings is FAST_FOREST:
+        again = parse_model(PATH, data).forest
+        np.testing.assert_array_equal(one.forest.nodes, again.nodes)
+        np.testing.assert_array_equal(one.forest.thresholds, again.thresholds)
 
 
-@pytest.mark.slow
-def test_figures_have_the_counts_of_training_and_of_held_out_recognition() -> None:
-    model = train(examples(), FAST)
+@of_both
+def test_figures_have_the_counts_of_training_and_of_held_out_recognition(settings: TrainingSettings) -> None:
+    model = train(examples(), settings)
     assert model.training.people == ("1", "2", "3")
     assert model.training.frames == sum(len(example.features) for example in examples())
     assert model.training.settings["symbols"] == "24"
     for figures in model.training.figures:
         assert (figures.examples, figures.people, figures.held) == (6, 3, 6)
-        assert figures.held >= figures.recognised >= figures.accepted >= 5
+        assert figures.held >= figures.recognised >= figures.accepted >= (5 if settings is FAST else 0)
         assert figures.strangers >= figures.refused
 
 
-@pytest.mark.slow
-def test_an_untrained_movement_is_rejected() -> None:
-    model = train(examples(range(1, 7)), replace(FAST, folds=3))
-    known = [classify(model, movement(label, person, 0)).accepted for label in LABELS for person in range(50, 60)]
-    assert np.mean(known) > 0.85
-    unknown = [classify(model, movement("stretch", person, 0)).accepted for person in range(50, 60)]
-    assert np.mean(unknown) < 0.3
+@of_both
+def test_an_untrained_movement_is_rejected(settings: TrainingSettings) -> None:
+    model = train(examples(range(1, 7)), replace(settings, folds=3))
+    known = {(label, person): classify(model, movement(label, person, 0)) for label in LABELS for person in range(50, 60)}
+    assert sum(one.accepted for one in known.values()) >= (26 if settings is FAST else 25)
+    assert settings is FAST or all(model.labels[one.best] == label for (label, _), one in known.items())
+    assert sum(classify(model, movement("stretch", person, 0)).accepted for person in range(50, 60)) <= 2
 
 
 def test_one_example_per_posture_gives_a_model_without_thresholds() -> None:
@@ -72,11 +84,9 @@ def test_without_folds_there_are_no_thresholds() -> None:
     "changes", [{"topology": "ergodic"}, {"states": 1}, {"symbols": 8}, {"scale": "none"}, {"rate": 30.0}]
 )
 def test_every_training_setting_gives_a_model_that_separates_the_postures(changes: dict[str, object]) -> None:
-    settings: TrainingSettings = replace(FAST, folds=0, **changes)
-    model = train(examples(), settings)
-    rate = settings.rate
+    model = train(examples(), replace(FAST, folds=0, **changes))
     for label in LABELS:
-        assert model.labels[classify(model, movement(label, 40, 0, rate=rate)).best] == label
+        assert model.labels[classify(model, movement(label, 40, 0, rate=model.rate)).best] == label
 
 
 @pytest.mark.slow

@@ -16,22 +16,12 @@ needs_base = pytest.mark.skipif(BASE_MISSING is not None, reason=f"not installed
 needs_all = pytest.mark.skipif(ALL_MISSING is not None, reason=f"not installed here, or without metadata: {ALL_MISSING}")
 
 
-def licences(extras: tuple[str, ...]) -> dict[str, list[str]]:
-    """Refused parts by package."""
+@pytest.mark.slow
+@pytest.mark.parametrize("extras", [pytest.param((), marks=needs_base), pytest.param(("all",), marks=needs_all)])
+def test_every_package_has_an_allowed_licence(extras: tuple[str, ...]) -> None:
+    """Of the base install, and of all extras."""
     found = {one.name: refused(one.licence) for one in run_time_dependencies(extras).values()}
-    return {name: parts for name, parts in found.items() if parts}
-
-
-@pytest.mark.slow
-@needs_base
-def test_every_package_of_the_base_install_has_an_allowed_licence() -> None:
-    assert licences(()) == {}
-
-
-@pytest.mark.slow
-@needs_all
-def test_every_package_of_all_extras_has_an_allowed_licence() -> None:
-    assert licences(("all",)) == {}
+    assert {name: parts for name, parts in found.items() if parts} == {}
 
 
 # Wheels with libraries under the GPL without an exception: in docs/machines.md, because an image contains them.
@@ -77,10 +67,7 @@ def test_dependencies_are_followed_to_the_end() -> None:
 
 
 def test_the_bill_of_materials_is_cyclonedx() -> None:
-    found = {
-        "a": Dependency("a", "1.0", "MIT", ("b",), direct=True),
-        "b": Dependency("b", "2.0", "", (), ("libx.so.1",)),
-    }
+    found = {"a": Dependency("a", "1.0", "MIT", ("b",), direct=True), "b": Dependency("b", "2.0", "", (), ("libx.so.1",))}
     document = bill_of_materials(found, "zenocap", "0.2.0", "Apache-2.0")
     assert (document["bomFormat"], document["specVersion"], document["version"]) == ("CycloneDX", "1.6", 1)
     assert [one["bom-ref"] for one in document["components"]] == ["pkg:pypi/a@1.0", "pkg:pypi/b@2.0"]

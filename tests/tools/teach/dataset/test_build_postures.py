@@ -42,7 +42,6 @@ def test_built_in_model_recognizes_the_fifteen_postures() -> None:
     model = read_model(find_model("fifteen"))
     assert model.labels == POSTURES
     assert model.training.people == tuple(sorted(str(one) for one in people(build_postures.PEOPLE_SEED)))
-    assert model.forest is not None
     assert not any("/" in source for source in model.training.sources)
     recognized = sum(row.recognised for row in model.training.figures)
     assert recognized > 0.9 * sum(row.held for row in model.training.figures)

@@ -44,7 +44,6 @@ def test_ground_truth_takes_contain_the_true_angles(tmp_path: Path) -> None:
     assert tracked.poses == len(poses.baps) == int(one.duration_s * FPS) - 15  # without a second of empty scene
     for bap, time_s in zip(poses.baps, poses.times_s, strict=True):
         pose = one.pose_at(bap.frame / FPS)
-        assert pose is not None
         assert time_s == pytest.approx(bap.frame / FPS, abs=1e-6)
         expected = truth(one.person, pose).ten_part_pose()
         np.testing.assert_allclose(poses.pose(bap).angles, expected.angles)

@@ -12,9 +12,9 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import packed, parse_model
 from zenocap.services.recognizer.motion_rows import WIDTH
-from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import initial_stream, push, recognitions, stream_setup
+from zenocap.services.recognizer.training.background import halves_of, open_setup, windows_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example
-from zenocap.services.recognizer.training.rejection_rate import halves_of, open_setup, windows_of
 from zenocap.services.recognizer.training.train import train
 
 PATH = Path("some.postures")
@@ -37,11 +37,9 @@ def background(people: range, count: int = 12) -> list[Example]:
 def falses(model: PostureModel, people: range) -> int:
     """Windows that the model answers in everyday movement of people."""
     setup, found = stream_setup(model), 0
-    for person in people:
-        stream = initial_stream(setup)
-        for k, row in enumerate(everyday(person, 12)):
-            stream, answer, _ = push(setup, stream, round(k * setup.period_ns), row)
-            found += answer is not None and answer.label is not None
+    for rows in (everyday(person, 12) for person in people):
+        answers = recognitions(setup, [round(k * setup.period_ns) for k in range(len(rows))], rows)
+        found += sum(answer.label is not None for number, answer in answers if number < len(rows))
     return found
 
 
@@ -49,20 +47,15 @@ def falses(model: PostureModel, people: range) -> int:
 def test_the_rate_holds_in_the_background_and_is_kept_in_the_file() -> None:
     people = [*examples(range(1, 7)), *background(range(20, 24))]
     model, usual = train(people, LIMITED), train(people, FAST_FOREST)
-    assert model.forest is not None
-    assert usual.forest is not None
     alarms = model.forest.alarms
-    assert alarms is not None
     assert usual.forest.alarms is None
     assert alarms.per_hour <= 2.0 <= alarms.most_per_hour
     np.testing.assert_allclose(model.forest.thresholds, np.maximum(usual.forest.thresholds, alarms.least))
     data = packed(PATH, model)
     again = parse_model(PATH, data).forest
-    assert again is not None
-    assert again.alarms is not None
     np.testing.assert_array_equal(again.alarms.shares, alarms.shares)
     assert (again.alarms.hours, again.alarms.least) == (alarms.hours, alarms.least)
-    assert parse_model(PATH, packed(PATH, usual)).forest.alarms is None  # type: ignore[union-attr]  # a forest
+    assert parse_model(PATH, packed(PATH, usual)).forest.alarms is None
     assert falses(model, range(60, 70)) <= falses(usual, range(60, 70))
 
 

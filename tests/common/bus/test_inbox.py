@@ -187,7 +187,7 @@ def test_wake_ends_a_blocking_take() -> None:
     waiter = threading.Thread(target=lambda: results.append(inbox.take(30.0)))
     waiter.start()
     inbox.wake()
-    waiter.join(5.0)
+    waiter.join(60.0)
     assert results == [None]
 
 
@@ -197,7 +197,7 @@ def test_a_message_ends_a_blocking_take() -> None:
     waiter = threading.Thread(target=lambda: results.append(inbox.take(30.0)))
     waiter.start()
     put_bap(inbox, 1)
-    waiter.join(5.0)
+    waiter.join(60.0)
     assert [envelope.message for envelope in results if isinstance(envelope, Envelope)] == [bap(1)]
 
 

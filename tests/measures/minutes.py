@@ -1,7 +1,8 @@
 """Minutes of the targets of make: python -m tests.measures.minutes [--cases NAME,...] [--publish]
 
-Every round clones the last commit into another folder and runs the cases there, one after another.  Results are added to
-minutes.json beside this file, with the end of each part; --publish writes the table of CONTRIBUTING.md.
+The cases are run one after another in clones of the last commit: cold ones in a new clone each time, warm ones in one that
+has run `make test` before.  Results are added to minutes.json beside this file, with the end of each part; --publish writes
+the table of CONTRIBUTING.md.
 """
 
 import argparse
@@ -54,28 +55,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unknown := sorted({*cases} - {*COLD, *WARM}):
         parser.error(f"--cases {unknown[0]}: allowed: {', '.join([*COLD, *WARM])}")
     status = 0
-    for _ in range(chosen.rounds if cases else 0):
-        for row in measured(cases, load=chosen.load):
-            print(json.dumps(row), flush=True)
-            rows = [*json.loads(RESULTS.read_text()), row] if RESULTS.exists() else [row]
-            RESULTS.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
-            status = status or int(str(row["status"]))
+    for row in measured(cases, chosen.rounds, load=chosen.load):
+        print(json.dumps(row), flush=True)
+        rows = [*json.loads(RESULTS.read_text()), row] if RESULTS.exists() else [row]
+        RESULTS.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+        status = status or int(str(row["status"]))
     if chosen.publish:
         PAGE.write_text(with_table(PAGE.read_text(), json.loads(RESULTS.read_text())))
     return status
 
 
-def measured(cases: Sequence[str], *, load: bool) -> Iterator[Mapping[str, object]]:
+def measured(cases: Sequence[str], rounds: int, *, load: bool) -> Iterator[Mapping[str, object]]:
     """Run cases in clones of the last commit."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True)
-    for name in [name for name in cases if name in COLD]:
+    for name in [name for name in cases if name in COLD] * rounds:
         with clone() as folder:
             yield {"commit": commit.stdout.strip(), **timed(name, COLD[name][0], folder, load=load)}
     warm = [name for name in cases if name in WARM]
     if warm:
         with clone() as folder:
             run(("make", "test"), folder)  # fills the caches
-            for name in warm:
+            for name in warm * rounds:
                 yield {"commit": commit.stdout.strip(), **timed(name, WARM[name][0], folder, load=load)}
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from tests.support.processes import PATIENCE_S
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import Viewer
 from zenocap.services.viewer.frame import Frame
@@ -49,7 +50,8 @@ def at_once(make: Callable[[int], Image], count: int, fps: float = 30.0) -> Iter
     time.sleep(1.0)
 
 
-def until(condition: Callable[[], bool], text: str, seconds: float = 10.0) -> None:
+def until(condition: Callable[[], bool], text: str, seconds: float = PATIENCE_S) -> None:
+    """Wait for a state; text: of the error."""
     end_s = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end_s, text

@@ -1,6 +1,7 @@
 """ROS 2 output as a user runs it: replay, animator, router, example 11."""
 
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -46,12 +47,11 @@ def test_a_replayed_take_reaches_a_node_of_ros_through_zenocaps_router(tmp_path:
         )
         try:
             assert len(listener.tokens(0, 3)) == 3
-            with started(["replay", take, "--delay", "3", *network(there)], tmp_path) as player:
-                player.wait(PATIENCE_S)
-            assert player.returncode == 0, output_of(tmp_path)
-            messages = [one.message for one in listener.received(TF_MESSAGE.name, 30)]
-            figures = listener.received(MARKER_ARRAY.name, 30, lambda message: bool(message.markers[0].points))
-            line = reader.stdout.readline()
+            with started(["replay", take, "--loop", "--delay", "3", *network(there)], tmp_path) as player:
+                messages = [one.message for one in listener.received(TF_MESSAGE.name, 30)]
+                figures = listener.received(MARKER_ARRAY.name, 30, lambda message: bool(message.markers[0].points))
+                line = reader.stdout.readline()
+                assert ended(player, signal.SIGINT) == 0, output_of(tmp_path)
             assert ended(animator) == 0, output_of(tmp_path)
             listener.received(MARKER_ARRAY.name, 1, lambda message: not message.markers[0].points)  # the figure is removed
             assert listener.tokens(0, 0) == set()

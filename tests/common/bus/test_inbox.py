@@ -174,7 +174,7 @@ def test_a_message_and_a_wake_end_a_blocking_take(inbox: Inbox, end: Callable[[I
     waiter = threading.Thread(target=lambda: results.append(inbox.take(30.0)))
     waiter.start()
     end(inbox)
-    waiter.join(5.0)
+    waiter.join(60.0)
     (found,) = results
     assert (found.message if isinstance(found, Envelope) else found) == received
 

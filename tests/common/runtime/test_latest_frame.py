@@ -15,7 +15,7 @@ class Image:
 
 def read_all(frames: NewestFrame[Image]) -> None:
     frames.start()
-    frames._thread.join(5.0)
+    frames._thread.join(60.0)
 
 
 def test_the_newest_frame_is_kept_and_replaced_frames_are_counted() -> None:

@@ -300,7 +300,7 @@ def test_the_clock_offset_is_passed_on_as_it_is_published(network: LocalNetwork)
     def known() -> bool:
         return any(offsets) or monotonic() > ends
 
-    ends = monotonic() + 20
+    ends = monotonic() + 60
     assert run(viewer(), network.bus(), FastClock(), stopped=known, on_clock_offset=offsets.append) == 0
     offset = offsets[-1]
     assert offset is not None

@@ -39,10 +39,10 @@ def test_at_most_depth_items_are_computed_ahead() -> None:
 
     with Lookahead(2) as lookahead:
         source = lookahead.ahead(counted())
-        assert full.wait(10)
+        assert full.wait(60)
         assert not more.is_set()
         assert next(source) == 0
-        assert more.wait(10)
+        assert more.wait(60)
     assert len(computed) == DEPTH + 1
 
 
@@ -108,7 +108,7 @@ def test_an_iterator_whose_threads_are_gone_ends_for_its_consumer() -> None:
     busy, ended = threading.Event(), threading.Event()
 
     def blocked() -> Iterator[int]:
-        busy.wait(10)
+        busy.wait(60)
         yield 0
 
     def consume(items: Iterator[int]) -> None:
@@ -121,5 +121,5 @@ def test_an_iterator_whose_threads_are_gone_ends_for_its_consumer() -> None:
         consumer.start()
         threading.Timer(0.2, busy.set).start()
     assert len(held) == 2
-    assert ended.wait(10)
+    assert ended.wait(60)
     consumer.join()

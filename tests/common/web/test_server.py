@@ -31,7 +31,7 @@ T = TypeVar("T")
 def fetched(address: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
     request = urllib.request.Request(address, headers=headers)
     try:
-        with urllib.request.urlopen(request, timeout=10) as answer:
+        with urllib.request.urlopen(request, timeout=60) as answer:
             return answer.status, dict(answer.headers), answer.read()
     except urllib.error.HTTPError as error:
         return error.code, dict(error.headers), error.read()
@@ -61,7 +61,7 @@ async def updates_until(connection: ClientConnection, kind: str) -> list[dict[st
 
 async def updates_of(connection: ClientConnection) -> list[dict[str, object]]:
     """The next list, acknowledged."""
-    updates: list[dict[str, object]] = json.loads(await asyncio.wait_for(connection.recv(), 30))
+    updates: list[dict[str, object]] = json.loads(await asyncio.wait_for(connection.recv(), 60))
     await connection.send('{"type":"acknowledge"}')
     return updates
 

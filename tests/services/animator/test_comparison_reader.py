@@ -23,7 +23,7 @@ from zenocap.services.animator.comparison_reader import (
 )
 from zenocap.services.animator.show import TakePage, show_take
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def comparison() -> Comparison:

@@ -44,7 +44,7 @@ class Host:
         return self.camera.answer(msgspec.structs.replace(self.query, what=what, **changes))
 
     def until(self, reached: Callable[[AssignReply], bool]) -> AssignReply:
-        end_s = time.monotonic() + 20.0
+        end_s = time.monotonic() + 60.0
         while not reached(reply := self.ask("state")):
             assert time.monotonic() < end_s, reply
             time.sleep(0.02)

@@ -49,7 +49,7 @@ class Rig:
 
 
 def until(what: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 20
+    end_s = time.monotonic() + 60
     while not what():
         assert time.monotonic() < end_s
         time.sleep(0.005)

@@ -35,7 +35,7 @@ def test_a_put_is_received_by_another_session() -> None:
         connecting = ZenohOptions("peer", connect=(place,), multicast_scouting=False)
         with ZenohBus.open(connecting, "studio", RealClock()) as bus:
             sent = Mock()
-            end_s = time.monotonic() + 20.0
+            end_s = time.monotonic() + 60.0
             while not came.wait(0.1):  # until the sessions have found each other
                 assert time.monotonic() < end_s
                 put(ZenohAction(key="lab/slides/next", payload="größer"), bus.put, sent)
@@ -166,9 +166,9 @@ def test_stopping_kills_the_running_program_and_refuses_further_ones(tmp_path: P
 
     thread = threading.Thread(target=run)
     thread.start()
-    assert started.wait(10)
+    assert started.wait(60)
     runner.stop()
-    thread.join(10)
+    thread.join(60)
     assert failures == ["exit status -9"]
     with pytest.raises(ActionFailed, match="the recognizer is stopping"):
         runner.run(action, {}, Mock())
@@ -176,7 +176,7 @@ def test_stopping_kills_the_running_program_and_refuses_further_ones(tmp_path: P
 
 def has_ended(process: int) -> bool:
     """Whether a process ends within 10 s; a zombie counts as ended."""
-    end_s = time.monotonic() + 10
+    end_s = time.monotonic() + 60
     while time.monotonic() < end_s:
         try:
             state = Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0]

@@ -17,7 +17,7 @@ from zenocap.common.runtime.clock_offset import Offset
 from zenocap.services.recognizer.command_runner import CommandRunner
 from zenocap.services.recognizer.parameters import COMMANDS_WAITING, MAX_COMMAND_AGE_S
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 NOW = 1_700_000_000 * SECOND
 ZENOH: dict[str, object] = {"action": "zenoh", "key": "lab/squat", "payload": "1", "cooldown": 0}
 

@@ -36,16 +36,16 @@ def output(pylsl: ModuleType, clock: ManualClock) -> Iterator[LslOutput]:
 def inlet(pylsl: ModuleType, output: LslOutput):
     """A connected receiver; the outlet exists from the first pose on."""
     output.send(stretched("ten-parts"), None)
-    (found,) = pylsl.resolve_byprop("name", "zenocap-test", timeout=10)
+    (found,) = pylsl.resolve_byprop("name", "zenocap-test", timeout=60)
     receiver = pylsl.StreamInlet(found)
-    receiver.open_stream(timeout=10)
+    receiver.open_stream(timeout=60)
     assert output.outlet.wait_for_consumers(10)
     return receiver
 
 
 def test_joint_centres_arrive_as_named_channels(pylsl: ModuleType, output: LslOutput) -> None:
     receiver = inlet(pylsl, output)
-    info = receiver.info(timeout=10)
+    info = receiver.info(timeout=60)
     assert (info.type(), info.channel_count(), info.nominal_srate()) == ("MoCap", 45, 0.0)
     labels, units = [], set()
     channel = info.desc().child("channels").child("channel")
@@ -59,7 +59,7 @@ def test_joint_centres_arrive_as_named_channels(pylsl: ModuleType, output: LslOu
 
     actor = posed("ten-parts", np.full(25, 0.6), np.array([0.2, 1.0, -0.4]))
     output.send(actor, None)
-    sample, _ = receiver.pull_sample(timeout=10)
+    sample, _ = receiver.pull_sample(timeout=60)
     found = dict(zip(labels, sample, strict=True))
     for joint, place in centres_of(actor).items():
         np.testing.assert_allclose([found[f"{joint}_{axis}"] for axis in "XYZ"], place, atol=1e-6)
@@ -75,7 +75,7 @@ def test_samples_have_their_capture_time_and_those_of_a_replay_the_present_time(
         clock.set(stretched("ten-parts").captured_ns + age_ns)
         before = pylsl.local_clock()
         output.send(stretched("ten-parts"), None)
-        _, stamp = receiver.pull_sample(timeout=10)
+        _, stamp = receiver.pull_sample(timeout=60)
         ages.append(before - stamp)
     np.testing.assert_allclose(ages, [0, 0.25, 0], atol=0.1)
 
@@ -83,7 +83,7 @@ def test_samples_have_their_capture_time_and_those_of_a_replay_the_present_time(
 def test_samples_of_a_lost_person_are_nan(pylsl: ModuleType, output: LslOutput) -> None:
     receiver = inlet(pylsl, output)
     output.send(stretched("ten-parts", lost=("person",)), None)
-    sample, _ = receiver.pull_sample(timeout=10)
+    sample, _ = receiver.pull_sample(timeout=60)
     assert np.isnan(sample).all()
 
 

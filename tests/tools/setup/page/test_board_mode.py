@@ -49,7 +49,7 @@ def test_it_guides_and_then_calibrates_as_from_videos(cameras, monkeypatch):
     written = []
     search = SimulatedSearch(simulated(2, 18.0), end=18)
     mode = mode_of(cameras, search, monkeypatch, written)
-    until(lambda: search.second >= 18, "all seconds", 30.0)
+    until(lambda: search.second >= 18, "all seconds")
     found = update_of(mode)
     assert found["missing"] == []
     assert found["edges"][0]["enough"]
@@ -57,7 +57,7 @@ def test_it_guides_and_then_calibrates_as_from_videos(cameras, monkeypatch):
     mode.receive(lm.Calibrate())
     with pytest.raises(UserError, match="runs already"):
         mode.receive(lm.Calibrate())
-    until(lambda: update_of(mode)["result"] is not None, "the result", 60.0)
+    until(lambda: update_of(mode)["result"] is not None, "the result")
     result = update_of(mode)["result"]
     assert result["verdict"] == "poor"  # the floor is unknown
     assert any("floor" in reason for reason in result["reasons"])
@@ -83,7 +83,7 @@ def test_a_calibration_in_pieces_is_refused_with_the_name_of_the_missing_camera(
     mode = mode_of(cameras, apart, monkeypatch)
     with pytest.raises(UserError, match="not yet: cam01, cam02 has not seen the board"):
         mode.receive(lm.Calibrate())
-    until(lambda: search.second >= 20, "all seconds", 30.0)
+    until(lambda: search.second >= 20, "all seconds")
     with pytest.raises(UserError, match="cam02 is not connected with cam01"):
         mode.receive(lm.Calibrate())
     assert update_of(mode)["missing"] == ["cam02"]
@@ -98,7 +98,7 @@ def test_a_calibration_that_fails_says_why_and_the_page_goes_on(cameras, monkeyp
     search = SimulatedSearch(simulated(2, 30.0), end=30)
     mode = mode_of(cameras, search, monkeypatch)
     monkeypatch.setattr(board_mode, "calibrated_rig", failing)
-    until(lambda: search.second >= 30, "all seconds", 30.0)
+    until(lambda: search.second >= 30, "all seconds")
     mode.receive(lm.Calibrate())
     until(lambda: update_of(mode)["result"] is not None, "the result")
     assert update_of(mode)["result"]["reasons"] == ["no lens fits"]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Never, cast
+from typing import Literal
 
-from zenocap.common.table import Table, attribute
+from zenocap.common.table import Table
 from zenocap.common.topics import (
     PARTIAL_BAP,
     PARTIAL_BDP,
@@ -18,9 +17,6 @@ from zenocap.common.topics import (
     UNIVERSAL_BDP,
     Topic,
 )
-
-if TYPE_CHECKING:
-    from zenocap.common.runtime.service import Service
 
 MOST_VIEWS = 64  # of a method for any number of cameras: what a pose message can name
 
@@ -56,10 +52,6 @@ class Method:
     @property
     def has_tracker(self) -> bool:
         return self.pose_service == "tracker"
-
-    def new_pose_service(self, rig: object) -> Service[object, object, Never]:
-        """The service that publishes the poses of a `Rig`.  Raises as its factory does."""
-        return cast("Callable[[object], Service[object, object, Never]]", attribute(self.pose))(rig)
 
 
 def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "possible") -> Method:

@@ -7,10 +7,11 @@ ticks from one thread, publishes the messages it returns, and publishes its heal
 import logging
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, TypeAlias, TypeVar
+from typing import Generic, Never, TypeAlias, TypeVar, cast
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
 from zenocap.common.messages import ENDED, FrameRate, Message, Phase
+from zenocap.common.rig.methods import Method
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
 from zenocap.common.runtime.frame_rate import FrameChoice
@@ -19,6 +20,7 @@ from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.queries import PeriodicQueries
+from zenocap.common.table import attribute
 from zenocap.common.topics import Topic, topic_of
 
 logger = logging.getLogger(__name__)
@@ -84,6 +86,11 @@ class Service(Generic[Setup, State, F]):
 
 class TooManyFailures(Exception):
     """The step failed `max_failures` times in a row."""
+
+
+def new_pose_service(method: Method, rig: object) -> Service[object, object, Never]:
+    """The service that publishes the poses of a `Rig` of a method.  Raises as the method's factory does."""
+    return cast("Callable[[object], Service[object, object, Never]]", attribute(method.pose))(rig)
 
 
 class Stepper(Generic[Setup, State, F]):

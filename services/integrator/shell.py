@@ -19,7 +19,7 @@ from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorde
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.service import Service, Subscription, run
+from zenocap.common.runtime.service import Service, Subscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     CAMERA_DELAYS,
@@ -150,7 +150,7 @@ def run_integrator(
     method = method_of(rig.method)
     if method.pose_service != "integrator":
         return _run(timekeeper_service(rig), rig, options, take, stopped, parameters, must_log)
-    service = method.new_pose_service(rig)
+    service = new_pose_service(method, rig)
     service.load()
     return _run(service, rig, options, take, stopped, parameters, must_log)
 

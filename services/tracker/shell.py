@@ -20,7 +20,7 @@ from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
-from zenocap.common.runtime.service import Service, Subscription, run
+from zenocap.common.runtime.service import Service, Subscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     CAMERA,
@@ -38,7 +38,7 @@ from zenocap.services.tracker.filter.particles import REFINEMENTS
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.states import METHODS, Options, Setup, State
+from zenocap.services.tracker.states import METHODS, Options, Setup, State, Turn
 from zenocap.services.tracker.step import awaiting_person, counts, describe, initial_state, pending, phase_of, step
 
 logger = logging.getLogger(__name__)
@@ -94,7 +94,7 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
         filter=rig.tracker.filter,
         front=rig.tracker.front or None,
         heading=None if rig.tracker.heading is UNSET else math.radians(rig.tracker.heading),
-        turns=tuple(rig.tracker.turns or ()),
+        turns=tuple(Turn(one.captured_ns, one.front) for one in rig.tracker.turns or ()),
     )
     if options.front is not None and options.front not in {viewer.id for viewer in rig.viewers}:
         raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
@@ -129,7 +129,7 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
     """Run until `stopped`; returns the exit status.  Raises BusError, UserError, OSError and ValueError at start."""
     use_one_thread()
     clock = RealClock()
-    service = method_of(rig.method).new_pose_service(rig)
+    service = new_pose_service(method_of(rig.method), rig)
     service.load()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "tracker", ID, clock.now_ns()))

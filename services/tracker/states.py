@@ -11,7 +11,6 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
-from zenocap.common.recording.setup_file import RecordedTurn
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import FrameSet, Synchronizer
@@ -29,12 +28,20 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 
 @dataclass(frozen=True)
+class Turn:
+    """The user's decision that at a capture time the person faces along `front` (3,), a unit vector in the world, rather
+    than away from it."""
+
+    captured_ns: int
+    front: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Options:
     """Options.  points: contour rays per frame set.  iterations: of the refinement.  seed: of all random numbers.
 
     filter: where the default differs from the paper.  front: viewer whose camera the person faces at the start, or
-    heading: direction of the front then, radians about +Y from +Z; None: as the feet show.  turns: later decisions, that
-    at a capture time the person faces along a unit vector in the world, rather than away from it.
+    heading: direction of the front then, radians about +Y from +Z; None: as the feet show.  turns: later decisions.
     """
 
     method: Method = "hybrid"
@@ -46,7 +53,7 @@ class Options:
     filter: FilterOptions = DEFAULT_FILTER
     front: str | None = None
     heading: float | None = None
-    turns: tuple[RecordedTurn, ...] = ()
+    turns: tuple[Turn, ...] = ()
 
 
 @dataclass(frozen=True)

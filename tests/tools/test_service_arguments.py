@@ -9,7 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.rig.services import SERVICES
+from zenocap.common.rig.services import OF_RIGS
 from zenocap.tools.cli.main import command_at
 from zenocap.tools.cli.viewer import _assigned_command
 from zenocap.tools.option_groups import expanded
@@ -57,8 +57,8 @@ def test_a_command_line_names_service_rig_and_viewer() -> None:
 
 
 def test_every_service_takes_the_arguments_of_services() -> None:
-    for kind in SERVICES:
-        assert "ServiceArguments" in command_at(kind.name).__annotations__.values(), kind.name
+    for name in OF_RIGS:
+        assert "ServiceArguments" in command_at(name).__annotations__.values(), name
 
 
 def test_the_viewer_of_an_assignment_connects_where_its_host_does_and_to_it() -> None:

@@ -12,7 +12,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, ServiceKey, kinds_of
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.rig.two_view import Additions
-from zenocap.common.runtime.service import Service, Stepper
+from zenocap.common.runtime.service import Service, Stepper, new_pose_service
 from zenocap.services.integrator import shell as integrator_shell
 from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.recognizer.step import Setup as RecognizerSetup
@@ -33,7 +33,7 @@ def members(rig: Rig) -> list[Service[object, object, Frame]]:
 
     Raises as the services of the rig's method, `people_of` and `model_of` do.
     """
-    services: list[object] = [method_of(rig.method).new_pose_service(rig)]
+    services: list[object] = [new_pose_service(method_of(rig.method), rig)]
     services += [service_of(rig, viewer, people_of(viewer, threaded=False)) for viewer in rig.viewers]
     if rig.recognizer is not None:
         services.append(recognizer_shell.recognizer_service(rig, recognizer_shell.model_of(rig)))

@@ -5,6 +5,7 @@ import pytest
 from zenocap.common.rig.methods import METHODS, Method, method_of, tracker_methods
 from zenocap.common.rig.rig import demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.services import SERVICES, services_of
+from zenocap.common.runtime.service import new_pose_service
 from zenocap.common.table import attribute
 from zenocap.services.viewer.shell import service_of
 
@@ -15,7 +16,7 @@ def test_a_rig_of_each_method_has_its_services(name: str) -> None:
     method = method_of(rig.method)
     assert method.name == name
     assert (method.pose_service, "main") in services_of(rig)
-    assert method.new_pose_service(rig).name == method.pose_service
+    assert new_pose_service(method, rig).name == method.pose_service
     for viewer in rig.viewers:
         assert service_of(rig, viewer).name == "viewer"
     assert (rig.tracker is not None) == (method.table == "tracker")

@@ -20,7 +20,6 @@ from tests.support.tracker_scenes import frames_of, rays_alone
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.recording.setup_file import RecordedTurn
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import no_pose
@@ -35,7 +34,7 @@ from zenocap.services.tracker.initialization.decisions import (
     turned_as_decided,
 )
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
-from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState
+from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState, Turn
 from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 
@@ -130,7 +129,7 @@ def test_opposite_pose_fills_the_same_space() -> None:
 
 def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that_way() -> None:
     back = tuple((-STANDING.rotation[:, 2]).tolist())
-    config = with_options(SETUP, turns=(RecordedTurn(captured_ns=7, front=back),))
+    config = with_options(SETUP, turns=(Turn(captured_ns=7, front=back),))
     outcome = no_pose(SETUP, lost=False)
     for phase, captured_ns, is_turned in (
         (tracking(STANDING), 7, True),

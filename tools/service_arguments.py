@@ -1,4 +1,4 @@
-"""Options of every command that opens a session, and of every service: read from a command line, and written into one."""
+"""Options of commands that open a session, and of services: read, and written into a command line."""
 
 from __future__ import annotations
 

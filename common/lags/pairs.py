@@ -1,4 +1,4 @@
-"""Offsets of cameras from the comparison of pairs: search, certainty, and weighted least squares over all pairs.
+"""Camera offsets from pairs: search, certainty, weighted least squares over all pairs.
 
 The lag of a pair (a, b) is the time at which the video of b begins minus that at which the video of a begins.
 """

@@ -1,4 +1,4 @@
-"""Comparison of cameras in parts of bounded length, for the steps of a service, with the result of the whole."""
+"""Comparison of cameras in parts of bounded length, for steps of a service."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Tangent planes of silhouettes about the baseline of two cameras, and the lag at which those of both cameras agree.
+"""Tangent planes of silhouettes about the baseline of two cameras, and the lag of best agreement.
 
 The two planes through the centres of two cameras that touch the person touch the silhouettes of both views: at equal times
 their angles about the baseline are equal (frontier points).  [Sinha & Pollefeys 2010, Camera network calibration and

@@ -1,4 +1,4 @@
-"""Account of a rig's messages: how many each service sent, and how many of them the logs received.  O(1) a message.
+"""Account of a rig's messages: sent by each service, received by the logs.  O(1) a message.
 
 The healths of a process say how many messages of each topic it has sent before them (`sent.TOPIC`; without those of LATCHED
 topics, which are sent again).  A session's messages arrive in the order in which they were sent: between two healths as

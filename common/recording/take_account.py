@@ -1,4 +1,4 @@
-"""Account of a take: what the services of its rig sent, what its log received, and what is in the file."""
+"""Account of a take: messages sent by the rig, received by the log, and stored."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping

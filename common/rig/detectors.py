@@ -1,4 +1,4 @@
-"""The table of detectors: what finds people in an image, and the model files that it needs, which are not shipped."""
+"""Table of detectors of people in images, and their model files, which are not shipped."""
 
 import hashlib
 import os

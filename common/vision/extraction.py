@@ -1,4 +1,4 @@
-"""From a frame to the silhouette of one person: subtraction, the person's region, refinement of its mask."""
+"""Silhouette of one person in a frame: subtraction, the person's region, refinement of its mask."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""What the images of one camera tell about focus, exposure, noise and the constancy of the light.
+"""Focus, exposure, noise and constancy of light, from the images of one camera.
 
 All are of images (height, width, 3) uint8 and in levels of 255, unless they are relative.
 """

@@ -1,4 +1,4 @@
-"""Refinement of a person's mask: clothes that resemble shadow, cracks, holes, and edges at partial coverage."""
+"""Refinement of a person's mask: clothes like shadow, cracks, holes, edges at partial coverage."""
 
 from typing import NamedTuple
 

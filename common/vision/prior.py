@@ -1,4 +1,4 @@
-"""Decision on every pixel near a tracked person: what the background model shows, where the body is expected, smoothness.
+"""Decision by pixel near a tracked person: background model, expected body, smoothness.
 
 A few mean-field passes of a binary field.  The data term is the silhouette found without the body and the labels of the
 subtraction.  The prior is the distance from the expected outline: without effect on the outline itself, so that within the

@@ -1,4 +1,4 @@
-"""A sudden change of the light: the background model multiplied by a smooth map of gains that explains the frame."""
+"""Sudden change of the light: background model times a smooth map of gains."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Correction of a foreground by a semantic mask: where a network found a person, where surely none, per pixel.
+"""Correction of a foreground by a network's mask: person, surely none, unknown; by pixel.
 
 After RT-SBS (Cioppa, Van Droogenbroeck and Braham 2020): where the network is sure, its result replaces that of the
 subtraction; elsewhere, and at the edge of the person, the subtraction is kept.  The network is slow.  Between two of its

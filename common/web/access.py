@@ -1,4 +1,4 @@
-"""Who may connect to a port: number of connections without a handshake, hosts, origins of web pages, tokens.
+"""Access to a port: connections without a handshake, hosts, origins of web pages, tokens.
 
 A connection without a handshake costs its peer nothing and this process a descriptor: a thousand of them would use up the
 table of open files.  The oldest one therefore makes room for a new one, so that a page still opens while they come.

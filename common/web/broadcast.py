@@ -1,4 +1,4 @@
-"""Distribution of updates to any number of pages: the latest update of every key for each page, at the page's own pace.
+"""Distribution of updates to pages: the latest of every key, at each page's own pace.
 
 An update replaces one with the same key that is still waiting for a page, and further updates are sent to a page only
 after its acknowledgement.  A slow page therefore skips frames without delay, and queues do not grow.

@@ -1,4 +1,4 @@
-"""What a page server serves: files, answers that are made, sockets, and the commands of its page."""
+"""Content of a page server: files, computed answers, sockets, commands."""
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field

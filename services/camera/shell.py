@@ -1,5 +1,4 @@
-"""The camera host: announces the cameras of its machine, films them at the command of `zenocap film`, and runs viewers with
-them that `zenocap up` assigns; without a rig file."""
+"""Camera host: announces the cameras of its machine, films them, and runs viewers with them."""
 
 import logging
 import secrets

@@ -1,4 +1,4 @@
-"""All tables of what a user can choose: own rows load and have their names; packages add rows, and replace none."""
+"""Tables of what a user can choose: own rows load; packages add rows, and replace none."""
 
 import sys
 from collections.abc import Iterator

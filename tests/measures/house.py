@@ -1,4 +1,4 @@
-"""Lines, files, complexity, repeated lines and words of a checkout: python -m tests.measures.house [CHECKOUT ...]
+"""Lines, files, complexity and words of a checkout: python -m tests.measures.house [CHECKOUT ...]
 
 Several checkouts are columns of one table, for example the state before a change and after it.  A function's branches are
 those of ruff's C901.  Lines are repeated where six and more in a row stand also elsewhere, but for space.

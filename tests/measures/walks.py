@@ -1,4 +1,4 @@
-"""Returns to files already left, when one value is followed through the calls: python -m tests.measures.walks [--calls]
+"""Returns to files already left, along the calls: python -m tests.measures.walks [--calls]
 
 A walk enters a file by a call from another file.  It returns when that file was entered before: a straight pipeline has no
 returns.  A call in a loop, or of a view like the one before, counts once.  Calls of kernels from Python count, calls within

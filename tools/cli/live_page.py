@@ -1,4 +1,4 @@
-"""What commands with a live page of cameras share: its options, and its run."""
+"""Options and run of the commands with a live page of cameras."""
 
 from __future__ import annotations
 

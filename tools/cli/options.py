@@ -1,4 +1,4 @@
-"""What commands share: arguments, exit statuses, and user errors printed as one line."""
+"""Shared arguments, exit statuses, and user errors printed as one line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of long work on standard error: a bar on a terminal, elsewhere a line every ten seconds, or JSON lines."""
+"""Progress of long work on standard error: a bar on a terminal, else lines, or JSON lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first step of the guided set-up: the cameras of this machine, of other machines, and of the network."""
+"""First step of the guided set-up: cameras of this machine, of others, and of the network."""
 
 from __future__ import annotations
 

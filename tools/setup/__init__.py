@@ -1,1 +1,1 @@
-"""Set-up of rigs: calibration, cameras, page, synchronization, certificates, checks, models; its steps and their state."""
+"""Set-up: calibration, cameras, page, synchronization, certificates, checks, models, guided steps."""

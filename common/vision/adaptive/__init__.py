@@ -1,4 +1,4 @@
-"""Background model that lives: learns where people were, follows the light, and takes up what was moved.
+"""Adaptive background model: learns behind people, follows light, takes up moved objects.
 
 Every frame visits one row of `STRIDE`: a pixel that shows the background moves the mean, and every pixel has a candidate,
 the colour that it shows, with the time since when.  Every `STRIDE` frames the regions that differ are judged:

@@ -1,4 +1,4 @@
-"""Verdicts on the regions that differ from the adaptive model: the person, uncovered, put down, moved beside the person.
+"""Verdicts on regions that differ from the adaptive model: person, uncovered, put down, moved.
 
 See `zenocap.common.vision.adaptive`.
 """

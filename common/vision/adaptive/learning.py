@@ -1,4 +1,4 @@
-"""What the adaptive model learns pixel by pixel: visits of rows, and candidates that become the mean."""
+"""Learning of the adaptive model by pixel: visits of rows, and candidates that become the mean."""
 
 import numpy as np
 

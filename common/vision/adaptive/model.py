@@ -1,4 +1,4 @@
-"""The adaptive model of a room: background, candidates, and what is known of the person; its start from first frames."""
+"""Adaptive model of a room: background, candidates, people; its start from first frames."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The adaptive model between two runs of a viewer: a file of its arrays, and the check before it is taken up again.
+"""Adaptive model between two runs of a viewer: a file of its arrays, and the check before reuse.
 
 The file is a NumPy archive (.npz, not compressed) with `version`, `rig`, `viewer`, `source`, `mean`, `weight`, `noise` and
 `halo`.  Its mean is a picture of the room: only its owner may read it.

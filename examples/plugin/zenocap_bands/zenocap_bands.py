@@ -1,4 +1,4 @@
-"""Coloured wrist bands, green on the right and magenta on the left: which arm is which, without a model file."""
+"""Coloured wrist bands, green right and magenta left: which arm is which, without a model file."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""OpenSim storage files (.sto) of joint centres: `zenocap export walk.mcap -o walk.sto`, and the truth of `evaluate`."""
+"""OpenSim storage files (.sto) of joint centres, for `zenocap export` and `evaluate`."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The two-view method for people who stand upright: `method = "upright"` in a rig file.  The torso does not lean."""
+"""Two-view method for people who stand upright: `method = "upright"`.  The torso does not lean."""
 
 from dataclasses import replace
 from typing import Never

@@ -1,4 +1,4 @@
-"""Takes that are dropped on a page: one at a time, received on a socket of its own, refused before anything is stored.
+"""Takes dropped on a page: one at a time, on a socket of their own, refused before anything is stored.
 
 The page sends the bytes of the file as messages of at most MAX_DROPPED_PIECE bytes; the answer is one line, "" for a take
 that is opened.  What cannot be a take is refused by its name, its size and its first bytes.

@@ -1,4 +1,4 @@
-"""Updates of a page: which part of the state has changed and is due, encoded as the page reads it.  Pure.
+"""Updates of a page: parts of the state that have changed and are due, encoded.  Pure.
 
 Poses are sent on arrival; silhouettes, services and set-up checks at the rates of `zenocap.services.animator.parameters`.
 """

@@ -1,4 +1,4 @@
-"""Movement without postures: negative examples for the forest, and its thresholds for a rate of false postures."""
+"""Movement without postures: negative examples for the forest, and its thresholds."""
 
 from collections.abc import Sequence
 from dataclasses import replace

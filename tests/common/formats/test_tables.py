@@ -1,4 +1,4 @@
-"""CSV as the csv module reads it; Parquet and NPZ with its values, and units, axes and smoothing as metadata."""
+"""CSV as the csv module reads it; Parquet and NPZ with its values and metadata."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""What commands of `zenocap calibrate` that write a file share."""
+"""Output of the commands of `zenocap calibrate` that write a file."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence

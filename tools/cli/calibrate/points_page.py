@@ -1,4 +1,4 @@
-"""The live page of `zenocap calibrate scene` and `lines`: points are placed in the pictures of the cameras."""
+"""Live page of `zenocap calibrate scene` and `lines`: points placed in the cameras' pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that train a posture model, with all examples or with further ones: posture train, posture add."""
+"""Commands that train a posture model: posture train, posture add."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Closing statement on the messages of a rig: sent ones = those in the takes + lost ones by cause + unlogged ones."""
+"""Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""Cameras of this machine, network streams and named sources; and films whose videos are still on their machines."""
+"""Cameras of this machine, network streams, named sources, and films still on other machines."""

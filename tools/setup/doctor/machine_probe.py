@@ -1,4 +1,4 @@
-"""Observations of this machine: sources, disk, ports, endpoints, certificates, and input files of the services."""
+"""Observations of this machine: sources, disk, ports, endpoints, certificates, input files."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""The model file of `people` out of a wheel of mediapipe: fetched by pip's own download, or given as a file."""
+"""Model file of `people` out of a wheel of mediapipe: fetched by pip, or given as a file."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The measures of a camera as rows for people: value, whether it is good, and what to do where it is not.
+"""Measures of a camera as rows for people: value, whether it is good, and what to do.
 
 Limits and texts of the faults that a running viewer reports too are the viewer's.
 """

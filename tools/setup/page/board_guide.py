@@ -1,4 +1,4 @@
-"""What was seen of a board so far, and what to show next: coverage, tilts, and which cameras saw it together."""
+"""Guide to the next view of a board: coverage, tilts, cameras that saw it together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""The page that guides a person with a printed board until the cameras can be calibrated, and calibrates them."""
+"""Page that guides a person with a printed board, and calibrates the cameras."""
 
 import threading
 import time

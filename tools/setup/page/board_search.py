@@ -1,4 +1,4 @@
-"""The search of a board in the images of live cameras: short stretches of images, as calibration needs them.
+"""Search of a board in short stretches of images of live cameras.
 
 The speed of the corners, from which delays follow, needs neighbouring images; all images of all cameras are more than a
 machine can search.  In every BURST_PERIOD_S, the images of the last KEPT_S are searched in the cameras that see the board.

@@ -1,4 +1,4 @@
-"""Messages between the live page of the cameras and its server, as JSON; `static/*.js` is the other side."""
+"""Messages between the live page of cameras and its server, as JSON; other side: `static/*.js`."""
 
 from typing import Annotated, Literal, TypeAlias
 

@@ -1,4 +1,4 @@
-"""Messages of the page on which points are placed in pictures; `static/points_panel.js` is the other side."""
+"""Messages of the page of points in pictures; other side: `static/points_panel.js`."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Changes of the points in pictures: added, moved, renamed, removed; placed in a picture; measured quantities."""
+"""Changes of points in pictures: added, moved, renamed, removed, placed, measured."""
 
 from collections.abc import Mapping
 from dataclasses import replace

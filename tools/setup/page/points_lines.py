@@ -1,4 +1,4 @@
-"""Three objects that are placed in the pictures of two cameras: the calibration of the paper.  [Two-view 4.1]"""
+"""Three objects placed in the pictures of two cameras: the paper's calibration.  [Two-view 4.1]"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The page on which points are placed in the pictures of all cameras; a thread solves the cameras meanwhile."""
+"""Page of points in the pictures of all cameras; a thread solves the cameras meanwhile."""
 
 import logging
 import threading

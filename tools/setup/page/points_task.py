@@ -1,4 +1,4 @@
-"""What the page of points works on: points, picks and measures at one moment, and what follows from them."""
+"""Task of the page of points: points, picks and measures at one moment, and the result."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

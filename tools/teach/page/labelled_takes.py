@@ -1,4 +1,4 @@
-"""The open takes and their labels, saved at once: commands that change them, and the update that shows them."""
+"""Open takes and their labels, saved at once: commands that change them, and their update."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Labels of takes as rows of a manifest, with undo; a change that is refused leaves everything as it was."""
+"""Labels of takes as rows of a manifest, with undo; a refused change leaves everything as it was."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Recognition of a running rig's poses with the model of the page; the rig's own recognizer is not touched."""
+"""Recognition of a running rig's poses with the page's model, beside the rig's own recognizer."""
 
 import threading
 import time

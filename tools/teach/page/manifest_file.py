@@ -1,4 +1,4 @@
-"""The manifest of a page: read once, written after every change, and never over what another program has written."""
+"""Manifest of a page: written after every change, never over what another program has written."""
 
 import os
 from collections.abc import Sequence

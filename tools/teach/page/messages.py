@@ -1,4 +1,4 @@
-"""Messages between the page of postures and its server, as JSON; `static/*.js` is the other side.  Times are seconds."""
+"""Messages between the page of postures and its server, as JSON; times are seconds."""
 
 from typing import Annotated, Literal, TypeAlias
 

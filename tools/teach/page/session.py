@@ -1,4 +1,4 @@
-"""What the page does: commands that change labels, training and trials in a thread, and the updates that follow."""
+"""Session of the page: commands that change labels, training and trials in a thread, updates."""
 
 import shlex
 from collections.abc import Callable, Sequence

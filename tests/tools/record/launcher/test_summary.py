@@ -1,4 +1,4 @@
-"""The summary of `up`: the takes, and what became of all messages, from the files and the last healths."""
+"""Summary of `up`: the takes and all messages, from the files and the last healths."""
 
 import io
 from collections.abc import Callable

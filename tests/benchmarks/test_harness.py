@@ -211,6 +211,7 @@ def test_a_wrong_marker_is_named_with_its_page(marker: str, problem: str) -> Non
     assert problem in str(error.value)
 
 
+@pytest.mark.slow  # two processes are started
 def test_publishing_stores_the_figures_and_writes_the_pages(folder: Path) -> None:
     assert program.main(["doubled", "--publish"]) == 0
     (page,) = pages.pages()
@@ -249,7 +250,7 @@ def test_missing_inputs_skip_a_case(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(_Table, "row", lambda _, name: replace(KIND, inputs=lambda _: ("clips/none",)))
-    assert program.main(["doubled", "--publish"]) == 0
+    assert program.main(["doubled"]) == 0
     assert "doubled: small: skipped: clips/none missing" in capsys.readouterr().out
     assert calls == []
 

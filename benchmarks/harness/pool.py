@@ -1,7 +1,7 @@
 """Runs of cases in several processes; what is kept for the same sources and inputs is not run again."""
 
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -23,30 +23,35 @@ class Done:
 
 def runs(kind: Kind, cases: Sequence[Case], jobs: int = 1, fresh: bool = False) -> Iterator[Done]:
     """Results in the order of completion, kept ones first.  jobs: processes; one for what is timed.  fresh: keep none."""
-    waiting = []
+    waiting, columns = [], frozenset(column.name for column in kind.columns)
     for one in cases:
         found = None if fresh else cache.read(kind, one)
         if found is None:
-            waiting.append((kind, one, fresh))
+            waiting.append((kind.run, columns, one))
         else:
             yield Done(one, found)
     if kind.timed or jobs <= 1 or len(waiting) <= 1:
-        yield from map(_run, waiting)
+        yield from _kept(kind, map(_run, waiting), fresh)
         return
     with get_context("spawn").Pool(jobs, _use_one_core) as pool:
-        yield from pool.imap_unordered(_run, waiting)
+        yield from _kept(kind, pool.imap_unordered(_run, waiting), fresh)
 
 
-def _run(task: tuple[Kind, Case, bool]) -> Done:
-    kind, one, fresh = task
+def _kept(kind: Kind, found: Iterator[Done], fresh: bool) -> Iterator[Done]:
+    for done in found:
+        if not fresh and not done.problem:
+            cache.write(kind, done.case, done.figures)
+        yield done
+
+
+def _run(task: tuple[Callable[[Case], Figures], frozenset[str], Case]) -> Done:
+    run, columns, one = task
     try:
-        figures = {name: float(value) for name, value in kind.run(one).items()}
-        if unknown := set(figures) - {column.name for column in kind.columns}:
-            raise ValueError(f"{kind.name}: figures without a column: {', '.join(sorted(unknown))}")
+        figures = {name: float(value) for name, value in run(one).items()}
+        if unknown := set(figures) - columns:
+            raise ValueError(f"figures without a column: {', '.join(sorted(unknown))}")
     except Exception:  # a case that fails does not end the others
         return Done(one, {}, traceback.format_exc())
-    if not fresh:
-        cache.write(kind, one, figures)
     return Done(one, figures)
 
 

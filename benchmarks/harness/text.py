@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from benchmarks.harness.results import Heading, Results, Row
 
 NONE = "–"
+WIDEST = 1000  # characters
 
 
 def cell(row: Row, heading: Heading) -> str:
@@ -70,12 +72,15 @@ def sources(rows: Sequence[Row]) -> list[str]:
 
 
 def show(results: Results, rows: Sequence[Row], console: Console) -> None:
-    """Print the table."""
-    table = Table(title=results.kind, caption=results.about, title_justify="left", caption_justify="left")
+    """Print the table, on longer lines than the terminal's where it is wider."""
+    table = Table(title=results.kind, title_justify="left")
     shown = [one for one in results.columns if any(cell(row, one) for row in rows)]
     table.add_column(results.rows)
     for one in shown:
         table.add_column(title(one), justify="right")
     for row in rows:
         table.add_row(row.case, *(cell(row, one) for one in shown))
+    console.print(results.about)
+    options = console.options.update(max_width=WIDEST)
+    console.width = max(console.width, Measurement.get(console, options, table).maximum)
     console.print(table)

@@ -98,7 +98,8 @@ def run(one: Case) -> Figures:
             found["mesh"] = accuracy(track, clip.truth, Selection()).mpjpe_mm
     if gap or one.film == JUMP:
         found["recovered"] = _recovered(path, clip, gap)
-    return found | (_mediapipe(one.film) if one.option("views", 7) == 7 else {})
+    whole = one.option("views", 7) == 7 and not one.option("size", "")
+    return found | (_mediapipe(one.film) if whole else {})
 
 
 def tracked(one: Case) -> TrackedPath:
@@ -268,7 +269,7 @@ BEAM = Kind(
     "A real recording, `real_beam4`, four cameras, a second person and furniture that was moved; distance to OpenPose, "
     "triangulated, and angles against OpenSim's inverse kinematics of the same key points.",
     run,
-    (*ERRORS, *DEGREES),
+    COLUMNS,
     {
         f"{start}, prior {prior}": one.with_options(prior=prior)
         for start, one in {
@@ -286,7 +287,7 @@ RECOVERY = Kind(
     "recovery",
     "Frames until the mean error is below 50 mm after ten frames in which no view shows the person.",
     run,
-    (*ERRORS, COLUMNS[len(ERRORS) + 1 + len(DEGREES)]),
+    COLUMNS,
     {
         f"{clip}, {views} views, place {gap + 1}": case(clip, views=views, gap=gap)
         for clip in SEVEN

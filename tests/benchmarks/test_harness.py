@@ -211,6 +211,7 @@ def test_a_wrong_marker_is_named_with_its_page(marker: str, problem: str) -> Non
     assert problem in str(error.value)
 
 
+@pytest.mark.slow  # two processes are started
 def test_publishing_stores_the_figures_and_writes_the_pages(folder: Path) -> None:
     assert program.main(["doubled", "--publish"]) == 0
     (page,) = pages.pages()

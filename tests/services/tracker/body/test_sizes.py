@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.support.anatomies import each_anatomy
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.services.tracker.body.average_body import average_body
@@ -10,11 +11,11 @@ from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.body.sizes import (  # fmt: skip
     COUNT,
     CYLINDERS,
-    FACTORS,
     LONG,
     OFFSETS,
     SHARED,
     SHORT,
+    SIZE_NAMES,
     SIZES,
     SPREADS,
     TIPS,
@@ -23,19 +24,16 @@ from zenocap.services.tracker.body.sizes import (  # fmt: skip
     values_of,
 )
 
-ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
-NAMES = ["stature", *(factor.name for factor in FACTORS)]
-
 
 def grown(anatomy: Anatomy, name: str, times: float = 1.3) -> tuple[Bdp, Bdp]:
     """Average body, and the same with one factor."""
     logs = np.zeros(COUNT)
-    logs[NAMES.index(name)] = np.log(times)
+    logs[SIZE_NAMES.index(name)] = np.log(times)
     average = average_body(anatomy, 1.75)
     return scaled(anatomy, average, np.zeros(COUNT)), scaled(anatomy, average, logs)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_zero_logs_leave_the_body_unchanged(anatomy: Anatomy) -> None:
     average = average_body(anatomy, 1.75)
     same, _ = grown(anatomy, "stature", 1.0)
@@ -43,7 +41,7 @@ def test_zero_logs_leave_the_body_unchanged(anatomy: Anatomy) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_stature_scales_everything(anatomy: Anatomy) -> None:
     _, taller = grown(anatomy, "stature", 1.2)
     other = average_body(anatomy, 1.2 * 1.75)
@@ -51,12 +49,12 @@ def test_stature_scales_everything(anatomy: Anatomy) -> None:
     assert taller.offsets == pytest.approx(other.offsets)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
-@pytest.mark.parametrize("name", NAMES[1:])
+@each_anatomy
+@pytest.mark.parametrize("name", SIZE_NAMES[1:])
 def test_factor_multiplies_its_entries_and_nothing_else(anatomy: Anatomy, name: str) -> None:
     before, after = grown(anatomy, name)
     rows = entries_of(anatomy)
-    mine = rows[:, 0] == NAMES.index(name)
+    mine = rows[:, 0] == SIZE_NAMES.index(name)
     old, new = values_of(anatomy, before), values_of(anatomy, after)
     at = [tuple(row) for row in rows[mine, 1:].tolist()]
     theirs = np.array([tuple(row) in at for row in rows[:, 1:].tolist()], dtype=bool)
@@ -86,11 +84,11 @@ def test_ten_parts_remain_cylinders() -> None:
     rng = np.random.default_rng(0)
     body = scaled(TEN_PARTS, average_body(TEN_PARTS, 1.75), rng.normal(scale=SPREADS))
     assert body.tips == pytest.approx(body.sizes[:, 1:])
-    assert set(CYLINDERS) | set(SHARED) <= set(NAMES)
+    assert set(CYLINDERS) | set(SHARED) <= set(SIZE_NAMES)
     assert not set(CYLINDERS) & set(SHARED)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_limb_joints_remain_at_the_ends_of_the_parts(anatomy: Anatomy) -> None:
     body = scaled(anatomy, average_body(anatomy, 1.75), np.random.default_rng(1).normal(scale=SPREADS))
     index = anatomy.index

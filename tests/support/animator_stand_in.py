@@ -9,6 +9,7 @@ import cv2
 import msgspec
 import numpy as np
 
+from tests.support.built_messages import silhouette
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -21,7 +22,6 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.topics import topic_of
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page_bridge import PageBridge
@@ -102,11 +102,6 @@ def mask_of(camera: Camera, pose: Pose) -> Floats:
     for _, corners in part_outlines(TEN_PARTS, body(), pose, camera):
         cv2.fillConvexPoly(mask, np.round(corners).astype(np.int32), 1)
     return mask
-
-
-def silhouette(viewer: str, frame: int, now_ns: int, mask: Floats) -> m.Silhouette:
-    region, data = pack(mask)
-    return m.Silhouette(frame=frame, captured_ns=now_ns, viewer=viewer, size=mask.shape[::-1], region=region, data=data)
 
 
 def sighting(viewer: str, frame: int, now_ns: int) -> m.Sighting:

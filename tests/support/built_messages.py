@@ -4,7 +4,9 @@ from copy import deepcopy
 from typing import TypeVar
 
 from zenocap.common import messages as m
+from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.vision.mask_codec import pack
 
 M = TypeVar("M", bound=m.Message)
 
@@ -43,3 +45,11 @@ def camera_message(camera: Camera, **given: object) -> m.CameraInfo:
         "translation": camera.translation.ravel().tolist(),
     }  # fmt: skip
     return built(m.CameraInfo, **(fields | given))
+
+
+def silhouette(viewer: str, frame: int, captured_ns: int, mask: Mask) -> m.Silhouette:
+    """mask: (height, width)."""
+    region, data = pack(mask)
+    return m.Silhouette(
+        frame=frame, captured_ns=captured_ns, viewer=viewer, size=mask.shape[::-1], region=region, data=data
+    )

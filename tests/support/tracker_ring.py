@@ -1,20 +1,26 @@
 """The simulated person seen by a ring of small cameras, for tests of the tracker."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from tests.support.simulated_cameras import look
-from zenocap.common.arrays import Mask
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
+from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
-from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.initialization.localization import detect_t_pose
+from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.parameters import T_POSE_HOLD
+from zenocap.services.tracker.states import Options, Outcome, Setup, TrackState
+from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.simulation.body.person import Person, person
-from zenocap.simulation.body.pose import PersonPose, Placement, place
-from zenocap.simulation.motion.timeline import t_pose
+from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.timeline import motion_timeline, t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 SIZE = (240, 180)
@@ -48,6 +54,27 @@ def t_pose_at(seed: int, x: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Pe
     return place(t_pose(simulated_person(seed)), Placement(x, z, yaw))
 
 
+def standing_at(seed: int, x: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> PersonPose:
+    """Arms down, metres and radians."""
+    return place(neutral(simulated_person(seed)), Placement(x, z, yaw))
+
+
+def in_motion(seed: int, count: int, kind: str = "walking", from_s: float = 0.0) -> list[PersonPose]:
+    """Poses of a motion, 30 a second, from some time after its start."""
+    timeline = motion_timeline(simulated_person(seed), kind, 0)
+    return [timeline.pose_at(timeline.motion_from_s + from_s + k / 30) for k in range(count)]
+
+
+def hip_error(seed: int, position: Floats | tuple[float, float, float], pose: PersonPose) -> float:
+    """Distance of a position to the true hips, metres."""
+    return float(np.linalg.norm(np.array(position) - truth(simulated_person(seed), pose).joints["Hip"]))
+
+
+def ahead(yaw: float) -> Floats:
+    """(3,) the direction of a heading."""
+    return np.array([np.sin(yaw), 0.0, np.cos(yaw)])
+
+
 def rendered_masks(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> dict[str, Mask]:
     """Masks by viewer, (height, width); empty ones without a pose."""
     if pose is None:
@@ -59,6 +86,30 @@ def seen(cameras: Mapping[str, Camera], masks: Sequence[Mask | None], points: in
     """Evidence of the masks."""
     contours, silhouettes = extract_outlines(masks, list(cameras.values()), points)
     return evidence_of(contours, silhouettes)[0]
+
+
+def shown(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> Evidence:
+    """Evidence of the person in a pose; of an empty scene without one."""
+    return seen(cameras, list(rendered_masks(cameras, seed, pose).values()))
+
+
+def fit_of(setup: Setup, evidence: Evidence) -> TPoseFit | str:
+    """The T-pose in the evidence of one frame set."""
+    weights = residual_weights(setup, T_POSE_HOLD)
+    return fit_t_poses(setup.anatomy, [evidence], [detect_t_pose(evidence.rays)], weights)
+
+
+def played(
+    setup: Setup, seed: int, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
+) -> tuple[TrackState, list[Outcome], list[str]]:
+    """Final state, outcomes and health texts of tracking a simulated person, in frame sets from number `start` on."""
+    state = initial_state(setup) if state is None else state
+    outcomes, texts = [], []
+    for k, pose in enumerate(poses, start):
+        state, outcome = track(setup, state, k * FRAME_NS, rendered_masks(setup.cameras, seed, pose))
+        outcomes.append(outcome)
+        texts.append(describe(state))
+    return state, outcomes, texts
 
 
 _SIMULATED_CAMERAS: dict[tuple[int, int], SimulatedCamera] = {}

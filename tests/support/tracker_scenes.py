@@ -6,20 +6,39 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 from zenocap.common.arrays import Floats, Floats32
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of, model_of
+from zenocap.services.tracker.body.jacobian import ROOT
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.evidence.field import no_distance_field
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part
 from zenocap.services.tracker.hull.contour_rays import ContourRays
 from zenocap.services.tracker.parameters import CONTACT_SHIFT_M
 
+STATURE_M = 1.75
 CAMERAS = 6
 CAP = 0.7  # share of a free part's axis beyond which rays go around its end
 DEPTH_M = 0.4  # of a surviving interval, before and behind the tangent point
+NO_RAYS = np.zeros((11, 0), np.float32)
+
+each_anatomy = pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
+
+
+def average_model(anatomy: Anatomy) -> BodyModel:
+    return model_of(anatomy, average_body(anatomy, STATURE_M))
+
+
+MODEL = average_model(FOURTEEN_PARTS)
+PARTS = len(MODEL.parent)
+DOF = ROOT + len(MODEL.low)
 
 
 @dataclass(frozen=True)
@@ -83,6 +102,11 @@ def upright(anatomy: Anatomy = FOURTEEN_PARTS, seed: int = 0, spread: float = 0.
     return RootedPose(np.array([rng.uniform(-0.5, 0.5), 0.95, rng.uniform(-0.5, 0.5)]), rotation, values)
 
 
+def in_t_pose(anatomy: Anatomy, position: Floats, yaw: float = 0.0) -> RootedPose:
+    values = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
+    return RootedPose(np.asarray(position, dtype=np.float64), turn(np.array([0.0, yaw, 0.0])), values)
+
+
 def moved(pose: RootedPose, rng: np.random.Generator, metres: float, radians: float) -> RootedPose:
     """A pose nearby: standard deviations of position, and of orientation and coordinates."""
     return RootedPose(
@@ -111,6 +135,13 @@ def tangent_rays(model: BodyModel, pose: RootedPose, count: int, seed: int = 0, 
     ).rows
 
 
+def contact_of(model: BodyModel, frame: Floats, part: int, rays: Floats32, ray: int = 0) -> Floats:
+    """(CONTACT_LENGTH,) by the compiled function."""
+    found = np.empty(CONTACT_LENGTH)
+    contact_on_part(model, frame, part, rays, ray, found)
+    return found
+
+
 def rays_alone(rays: Floats32) -> Evidence:
     """Evidence without silhouettes."""
     return Evidence(rays, no_distance_field())
@@ -136,8 +167,18 @@ def _tangent(
     return [*ray.tolist(), float(camera)]
 
 
-def positions_of(model: BodyModel, pose: RootedPose) -> Floats:
-    """(2 p, 3) both ends of every part's axis, metres: points for a pose's error."""
+def apart(model: BodyModel, one: RootedPose, other: RootedPose) -> Floats:
+    """(2 p,) distances of both ends of every part's axis, metres: the error of a pose."""
+    return np.linalg.norm(_ends(model, one) - _ends(model, other), axis=1)
+
+
+def carried_by(model: BodyModel, part: int) -> list[int]:
+    """A part and those that carry it, up to the root."""
+    return [part, *carried_by(model, int(model.parent[part]))] if part >= 0 else []
+
+
+def _ends(model: BodyModel, pose: RootedPose) -> Floats:
+    """(2 p, 3) metres."""
     frames = frames_of(model, pose)
     base = frames[:, :, 3] + np.einsum("pij,pj->pi", frames[:, :, :3], model.bases)
     return np.concatenate([base, base + model.lengths[:, None] * frames[:, :, 1]])

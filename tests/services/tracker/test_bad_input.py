@@ -7,20 +7,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.support.built_messages import camera_message
-from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
-from tests.support.two_view_run import envelope
+from tests.support.built_messages import camera_message, silhouette
+from tests.support.tracker_ring import FRAME_NS, hip_error, in_motion, rendered_masks, ring, setup, t_pose_at
+from tests.support.tracker_steps import pass_to, track_each
 from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
-from zenocap.common.bus.protocol import Tick
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.states import State
-from zenocap.simulation.body.pose import PersonPose, neutral
+from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.rotation import rx
-from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.motion.timeline import motion_timeline
 
 pytestmark = pytest.mark.slow
 
@@ -33,9 +29,7 @@ FrameChoice = Callable[[int], int | None]  # the frame whose mask the bad view s
 
 @lru_cache
 def poses() -> tuple[PersonPose, ...]:
-    walking = motion_timeline(simulated_person(SEED), "walking", 0)
-    moving = [walking.pose_at(walking.motion_from_s + k / 30) for k in range(SHORT.stop - STANDING)]
-    return (*[t_pose_at(SEED)] * STANDING, *[pose or neutral(simulated_person(SEED)) for pose in moving])
+    return (*[t_pose_at(SEED)] * STANDING, *in_motion(SEED, SHORT.stop - STANDING))
 
 
 @lru_cache
@@ -43,30 +37,18 @@ def masks() -> tuple[Mapping[str, Mask], ...]:
     return tuple(rendered_masks(CAMERAS, SEED, pose) for pose in poses())
 
 
-def silhouette(viewer: str, frame: int, mask: Mask) -> m.Silhouette:
-    region, data = pack(mask)
-    size = (mask.shape[1], mask.shape[0])
-    return m.Silhouette(
-        frame=frame, captured_ns=(100 + frame) * FRAME_NS, viewer=viewer, size=size, region=region, data=data
-    )
-
-
 def play(
     cameras: Mapping[str, Camera], shown: Callable[[int, str], Mask | None], frames: range = ALL
 ) -> tuple[State, list[m.Message], set[str]]:
     """Final state, all messages, and every finding.  shown: mask of a frame and viewer, or None."""
-    config = setup(cameras)
-    state, published, findings = tracker.initial_state(config), list[m.Message](), set[str]()
+    config, state, published, findings = setup(cameras), None, list[m.Message](), set[str]()
     for frame in frames:
-        for viewer in cameras:
-            mask = shown(frame, viewer)
-            if mask is None:
-                continue
-            state, more = tracker.step(config, state, envelope(silhouette(viewer, frame, mask)))
-            published += more
-            while tracker.pending(state):
-                state, more = tracker.step(config, state, Tick(0))
-                published += more
+        masks = {viewer: shown(frame, viewer) for viewer in cameras}
+        silhouettes = (
+            silhouette(viewer, frame, (100 + frame) * FRAME_NS, mask) for viewer, mask in masks.items() if mask is not None
+        )
+        state, more = track_each(config, state, silhouettes)
+        published += more
         findings |= set(state.findings)
     return state, published, findings
 
@@ -84,8 +66,7 @@ def error(published: list[m.Message], last: range = ALL[-22:-2]) -> float:
     """Mean distance of the hips over the last frames, metres."""
     found = {message.frame: message for message in published if isinstance(message, m.TrackerPose) and not message.lost}
     assert all(frame in found for frame in last)
-    hips = {frame: truth(simulated_person(SEED), poses()[frame]).joints["Hip"] for frame in last}
-    return float(np.mean([np.linalg.norm(np.array(found[frame].position) - hips[frame]) for frame in last]))
+    return float(np.mean([hip_error(SEED, found[frame].position, poses()[frame]) for frame in last]))
 
 
 def turned(camera: Camera) -> Camera:
@@ -166,7 +147,5 @@ def test_mask_of_another_size_is_counted_and_excluded() -> None:
 
 
 def test_viewer_with_another_calibration_is_reported_with_real_views() -> None:
-    camera = moved(CAMERAS[BAD])
-    info = camera_message(camera, viewer=BAD)
-    state, _ = tracker.step(setup(CAMERAS), tracker.initial_state(setup(CAMERAS)), envelope(info))
+    state, _ = pass_to(setup(CAMERAS), None, [camera_message(moved(CAMERAS[BAD]), viewer=BAD)])
     assert list(state.calibrations) == [BAD]

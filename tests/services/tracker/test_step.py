@@ -4,13 +4,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.built_messages import built
-from tests.support.tracker_stand_in import BDP, FRAME_NS, POINTS, POSE, SIZE, SPREAD, StandInTrack, stand_in, tracker_setup
+from tests.support import built_messages
+from tests.support.built_messages import built, camera_message
+from tests.support.tracker_stand_in import BDP, FRAME_NS, POINTS, POSE, SIZE, SPREAD, stand_in, tracker_setup
+from tests.support.tracker_steps import pass_to, track_each, track_queued
 from tests.support.two_view_run import envelope
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -18,7 +21,6 @@ from zenocap.common.bus.protocol import Alive, Tick
 from zenocap.common.codec import decode, encode
 from zenocap.common.conversion import angles_of, bdp_of, points_of
 from zenocap.common.synchronizer import GONE_AFTER
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.parameters import MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
 from zenocap.services.tracker.states import State, with_detail
@@ -28,6 +30,7 @@ VIEWERS = tuple(SETUP.cameras)
 PERSON = np.zeros((SIZE[1], SIZE[0]), np.uint8)
 PERSON[30:90, 70:90] = 1
 EMPTY = np.zeros_like(PERSON)
+LARGE = np.zeros((240, 320), np.uint8)
 
 
 @pytest.fixture(autouse=True)
@@ -37,9 +40,7 @@ def core() -> Iterator[None]:
 
 
 def test_the_detail_under_overload_is_an_input_that_reduces_points_and_particles() -> None:
-    state, _ = tracker.step(
-        SETUP, tracker.initial_state(SETUP), envelope(m.TrackerDetail(frame=0, captured_ns=1, share=0.5))
-    )
+    state, _ = pass_to(SETUP, None, [m.TrackerDetail(frame=0, captured_ns=1, share=0.5)])
     reduced = with_detail(SETUP, state.detail).options
     assert (reduced.points, reduced.particles) == (SETUP.options.points // 2, SETUP.options.particles // 2)
     assert with_detail(SETUP, 1.0) is SETUP
@@ -49,28 +50,22 @@ def test_silhouettes_are_paired_within_half_of_the_reduced_period() -> None:
     """Two cameras 0.9 frame periods apart, of which every second frame is processed."""
     for keep, complete in ((1, 10), (2, 0)):
         rate = m.FrameRate(frame=0, captured_ns=1, keep=keep, of=2, from_ns=1, phase_ns=0, fps=15.0)
-        state, _ = tracker.step(SETUP, tracker.initial_state(SETUP), envelope(rate))
-        for frame in range(0, 22, 2):
-            for number, viewer in enumerate(VIEWERS):
-                late_ns = FRAME_NS * 9 // 10 if number == len(VIEWERS) - 1 else 0
-                state, _ = tracker.step(SETUP, state, envelope(silhouette(viewer, frame, offset_ns=late_ns)))
+        late = [
+            silhouette(viewer, frame, offset_ns=FRAME_NS * 9 // 10 if viewer == VIEWERS[-1] else 0)
+            for frame in range(0, 22, 2) for viewer in VIEWERS
+        ]  # fmt: skip
+        state, _ = pass_to(SETUP, None, [rate, *late])
         assert state.pairs.complete >= complete
         assert (state.pairs.complete > 0) == (complete > 0)
 
 
 def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
     late = VIEWERS[-1]
-    delays = m.CameraDelays(
-        frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms={late: 2 * FRAME_NS / 1e6}
-    )
-    following = replace(SETUP, follow_delays=True)
-    for setup, message, whole in ((following, None, False), (following, delays, True), (SETUP, delays, False)):
-        state = tracker.initial_state(setup)
-        if message is not None:
-            state, _ = tracker.step(setup, state, envelope(message))
-        for frame in range(6):
-            for viewer in VIEWERS:  # the times of one viewer are two frame periods too late
-                state, _ = tracker.step(setup, state, envelope(silhouette(viewer, frame + 2 * (viewer == late))))
+    following, delayed = replace(SETUP, follow_delays=True), [delays(2 * FRAME_NS / 1e6)]
+    # The times of one viewer are two frame periods too late.
+    seen = [silhouette(viewer, frame + 2 * (viewer == late)) for frame in range(6) for viewer in VIEWERS]
+    for setup, before, whole in ((following, [], False), (following, delayed, True), (SETUP, delayed, False)):
+        state, _ = pass_to(setup, None, [*before, *seen])
         frames = {viewer: seen.frame for viewer, seen in state.ready[-1].items.items()}
         assert (late in frames) == whole
         if whole:
@@ -78,16 +73,16 @@ def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
 
 
 def test_the_tracker_is_told_when_the_times_of_a_view_are_corrected_anew() -> None:
-    following = replace(SETUP, follow_delays=True)
-    state, counts = tracker.initial_state(following), []
+    state, counts = None, []
     for late_ms in (20.0, 20.0, 40.0):
-        delays = m.CameraDelays(
-            frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms={VIEWERS[-1]: late_ms}
-        )
-        state, _ = tracker.step(following, state, envelope(delays))
-        assert isinstance(state.track, StandInTrack)
+        state, _ = pass_to(replace(SETUP, follow_delays=True), state, [delays(late_ms)])
         counts.append(state.track.corrected)
     assert counts == [1, 1, 2]
+
+
+def delays(late_ms: float) -> m.CameraDelays:
+    applied_ms = {VIEWERS[-1]: late_ms}
+    return m.CameraDelays(frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms=applied_ms)
 
 
 def losses(state: State) -> dict[str, int]:
@@ -96,36 +91,19 @@ def losses(state: State) -> dict[str, int]:
 
 
 def silhouette(viewer: str, frame: int, mask: np.ndarray = PERSON, offset_ns: int = 0) -> m.Silhouette:
-    region, data = pack(mask)
-    size = (mask.shape[1], mask.shape[0])
-    captured_ns = (100 + frame) * FRAME_NS + offset_ns
-    return m.Silhouette(frame=frame, captured_ns=captured_ns, viewer=viewer, size=size, region=region, data=data)
+    return built_messages.silhouette(viewer, frame, (100 + frame) * FRAME_NS + offset_ns, mask)
 
 
 def instant(frame: int, viewers: tuple[str, ...] = VIEWERS, mask: np.ndarray = PERSON) -> list[m.Message]:
     return [silhouette(viewer, frame, mask) for viewer in viewers]
 
 
-def play(messages: list[m.Message], state: State | None = None, *, busy: bool = False) -> tuple[State, list[m.Message]]:
-    """busy: no Tick until the end."""
-    state = state or tracker.initial_state(SETUP)
-    published: list[m.Message] = []
-    for message in messages:
-        state, more = tracker.step(SETUP, state, envelope(message))
-        published += more
-        if not busy:
-            state, more = process_pending(state)
-            published += more
-    state, more = process_pending(state)
-    return state, published + more
+def instants(numbers: range, viewers: tuple[str, ...] = VIEWERS) -> list[m.Message]:
+    return [message for frame in numbers for message in instant(frame, viewers)]
 
 
-def process_pending(state: State) -> tuple[State, list[m.Message]]:
-    published: list[m.Message] = []
-    while tracker.pending(state):
-        state, more = tracker.step(SETUP, state, Tick(1))
-        published += more
-    return state, published
+def play(messages: list[m.Message], state: State | None = None) -> tuple[State, list[m.Message]]:
+    return track_each(SETUP, state, messages)
 
 
 def poses(published: list[m.Message]) -> list[m.TrackerPose]:
@@ -137,12 +115,11 @@ def frames(published: list[m.Message]) -> list[int]:
 
 
 def shown(state: State) -> list[tuple[str, ...]]:
-    assert isinstance(state.track, StandInTrack)
     return [views for _, views in state.track.seen]
 
 
 def test_body_is_published_once_and_a_pose_per_frame_set() -> None:
-    state, published = play([message for k in range(4) for message in instant(k)])
+    state, published = play(instants(range(4)))
     kinds = [type(message) for message in published if not isinstance(message, m.ScenePoints)]
     assert kinds == [m.TrackerBdp, *[m.TrackerPose] * 4]
     body = decode(encode(published[0]), m.TrackerBdp).body
@@ -182,12 +159,12 @@ def test_views_are_in_the_rigs_order() -> None:
 def test_view_may_leave_and_return() -> None:
     two = VIEWERS[:2]
     gone = 3 + GONE_AFTER + 4
-    before = [message for k in range(3) for message in instant(k)]
-    without = [message for k in range(3, gone) for message in instant(k, two)]
+    before = instants(range(3))
+    without = instants(range(3, gone), two)
     state, published = play([*before, *without])
     assert frames(published) == list(range(gone))
     assert tracker.describe(state) == "tracking, without viewer 3"
-    state, more = play([message for k in range(gone, gone + 3) for message in instant(k)], state)
+    state, more = play(instants(range(gone, gone + 3)), state)
     assert frames(more) == list(range(gone, gone + 3))
     assert shown(state)[-1] == VIEWERS
     assert tracker.describe(state) == "tracking"
@@ -205,7 +182,7 @@ def test_late_view_delays_one_frame() -> None:
 
 
 def test_single_view_is_counted_without_a_pose() -> None:
-    state, published = play([message for k in range(8) for message in instant(k, ("2",))])
+    state, published = play(instants(range(8), ("2",)))
     assert poses(published) == []
     assert tracker.counts(state)["alone"] >= 7
     assert tracker.describe(state) == "waiting for a second view; viewer 1 and 3 missing"
@@ -213,20 +190,19 @@ def test_single_view_is_counted_without_a_pose() -> None:
 
 def test_overload_drops_the_oldest_frame_sets() -> None:
     count = 10
-    state, published = play([message for k in range(count) for message in instant(k)], busy=True)
+    state, _ = pass_to(SETUP, None, instants(range(count)))
+    state, published = track_queued(SETUP, state)
     assert frames(published) == list(range(count - MAX_QUEUED_FRAME_SETS, count))
     assert losses(state) == {"dropped_instants": count - MAX_QUEUED_FRAME_SETS}
 
 
 def test_damaged_silhouettes_exclude_their_view() -> None:
-    bad = silhouette("1", 0)
-    bad = m.Silhouette(frame=0, captured_ns=bad.captured_ns, viewer="1", size=SIZE, region=bad.region, data=b"no zlib")
-    large = silhouette("2", 1, np.zeros((240, 320), np.uint8))
-    state, published = play([bad, *instant(0, ("2", "3")), large, *instant(1, ("1", "3"))])
+    bad = msgspec.structs.replace(silhouette("1", 0), data=b"no zlib")
+    state, published = play([bad, *instant(0, ("2", "3")), silhouette("2", 1, LARGE), *instant(1, ("1", "3"))])
     assert frames(published) == [0, 1]
     assert shown(state) == [("2", "3"), ("1", "3")]
     assert losses(state) == {"damaged": 2}
-    state, published = play([bad, silhouette("2", 0, np.zeros((240, 320), np.uint8)), silhouette("3", 0)])
+    state, published = play([bad, silhouette("2", 0, LARGE), silhouette("3", 0)])
     assert published == []
     assert losses(state) == {"damaged": 2, "alone": 1}
 
@@ -242,8 +218,7 @@ def test_failing_frame_set_is_counted_and_reported() -> None:
 
 
 def test_inconsistent_views_are_in_the_health_text() -> None:
-    messages = [silhouette("1", 0), silhouette("2", 0), silhouette("3", 0, EMPTY)]
-    state, published = play(messages)
+    state, published = play([silhouette("1", 0), silhouette("2", 0), silhouette("3", 0, EMPTY)])
     assert poses(published)[0].views == ["1", "2"]
     assert tracker.describe(state) == "tracking; view 3 is empty"
 
@@ -263,21 +238,17 @@ def test_clock_offsets_are_corrected_and_reported() -> None:
     assert "clock" not in tracker.describe(state)
 
 
-def camera_message(viewer: str, focal: float = 1.0) -> m.CameraInfo:
+def camera_of(viewer: str, focal: float = 1.0) -> m.CameraInfo:
     camera = SETUP.cameras[viewer]
-    return m.CameraInfo(
-        frame=0, captured_ns=1, viewer=viewer, name=camera.name, size=camera.size,
-        matrix=(focal * camera.matrix).ravel().tolist(), distortions=[], rotation=camera.rotation.ravel().tolist(),
-        translation=camera.translation.ravel().tolist(),
-    )  # fmt: skip
+    return camera_message(camera, viewer=viewer, matrix=(focal * camera.matrix).ravel().tolist())
 
 
 def test_viewer_with_another_calibration_is_reported() -> None:
-    state, _ = play([*instant(0), *(camera_message(viewer) for viewer in VIEWERS)])
+    state, _ = play([*instant(0), *(camera_of(viewer) for viewer in VIEWERS)])
     assert tracker.describe(state) == "tracking"
-    state, _ = play([camera_message("2", 1.01)], state)
+    state, _ = play([camera_of("2", 1.01)], state)
     assert tracker.describe(state).startswith("tracking; viewer 2 has another calibration than this rig file")
-    state, _ = play([camera_message("2")], state)
+    state, _ = play([camera_of("2")], state)
     assert tracker.describe(state) == "tracking"
 
 
@@ -319,13 +290,12 @@ def test_same_events_give_the_same_bytes() -> None:
 @settings(max_examples=100, deadline=None)
 def test_tracker_without_overload_drops_nothing(events: list[tuple[str, int]]) -> None:
     """As offline: every frame set is tracked before the next message."""
-    messages: list[m.Message] = [silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"]
-    state, _ = play(messages)
+    state, _ = play([silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"])
     assert "dropped_instants" not in tracker.counts(state)
 
 
 def test_scene_points_are_published_at_most_ten_times_a_second() -> None:
-    _, published = play([message for frame in range(7) for message in instant(frame)])
+    _, published = play(instants(range(7)))
     clouds = [message for message in published if isinstance(message, m.ScenePoints)]
     assert [cloud.frame for cloud in clouds] == [0, 2, 4, 6]  # of 15 frames a second
     assert all(later.captured_ns - one.captured_ns >= POINTS_PERIOD_NS for one, later in pairwise(clouds))

@@ -7,72 +7,63 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
-from zenocap.common.arrays import Mask
+from tests.support.tracker_ring import (
+    FRAME_NS,
+    hip_error,
+    in_motion,
+    played,
+    rendered_masks,
+    ring,
+    setup,
+    simulated_person,
+    standing_at,
+    t_pose_at,
+)
+from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.rig.tracker import PRESETS, find_prior
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import LOST_FRAMES
 from zenocap.services.tracker.prior.file import read_prior
-from zenocap.services.tracker.states import Lost, Method, Options, Outcome, Setup, TrackState
-from zenocap.services.tracker.tracking import describe, initial_state, resume, track
-from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
-from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.motion.timeline import motion_timeline
+from zenocap.services.tracker.states import Method, Options, Outcome, Setup, TrackState
+from zenocap.services.tracker.tracking import initial_state, resume, track
+from zenocap.simulation.body.pose import PersonPose
 
 CAMERAS = ring(4)
 SEED = 3
+Played = tuple[TrackState, list[Outcome], list[str]]
 
 
-def run(
-    config: Setup, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
-) -> tuple[TrackState, list[Outcome], list[str]]:
-    """Track the simulated person through frame sets from number `start` on."""
-    state = initial_state(config) if state is None else state
-    outcomes, texts = [], []
-    for k, pose in enumerate(poses, start):
-        masks: dict[str, Mask] = rendered_masks(CAMERAS, SEED, pose)
-        state, outcome = track(config, state, k * FRAME_NS, masks)
-        outcomes.append(outcome)
-        texts.append(describe(state))
-    return state, outcomes, texts
+def run(config: Setup, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0) -> Played:
+    return played(config, SEED, poses, state, start)
 
 
-def hip_error(outcome: Outcome, pose: PersonPose) -> float:
-    """Metres."""
-    assert outcome.pose is not None
-    return float(np.linalg.norm(outcome.pose.position - truth(simulated_person(SEED), pose).joints["Hip"]))
+def error(outcome: Outcome, pose: PersonPose) -> float:
+    return hip_error(SEED, outcome.pose.position, pose)
 
 
 @pytest.fixture(scope="module")
-def started() -> tuple[TrackState, list[Outcome], list[str]]:
+def started() -> Played:
     return run(setup(CAMERAS), [None, *[t_pose_at(SEED)] * 5])
 
 
 @pytest.mark.slow
-def test_person_is_awaited_measured_and_tracked(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_person_is_awaited_measured_and_tracked(started: Played) -> None:
     _, _, texts = started
-    assert texts == [
-        "waiting for a person",
-        "measuring the body (1 of 4)",
-        "measuring the body (2 of 4)",
-        "measuring the body (3 of 4)",
-        "tracking",
-        "tracking",
-    ]
+    measuring = [f"measuring the body ({count} of 4)" for count in (1, 2, 3)]
+    assert texts == ["waiting for a person", *measuring, "tracking", "tracking"]
 
 
-def test_body_is_published_when_measured(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_body_is_published_when_measured(started: Played) -> None:
     _, outcomes, _ = started
     assert [k for k, outcome in enumerate(outcomes) if outcome.body is not None] == [4]
     assert [k for k, outcome in enumerate(outcomes) if outcome.pose is not None] == [4, 5]
-    assert hip_error(outcomes[5], t_pose_at(SEED)) < 0.06
+    assert error(outcomes[5], t_pose_at(SEED)) < 0.06
 
 
 def test_health_text_names_the_missing_step() -> None:
-    standing = neutral(simulated_person(SEED))
-    _, outcomes, texts = run(setup(CAMERAS), [standing])
+    _, outcomes, texts = run(setup(CAMERAS), [standing_at(SEED)])
     assert texts[0].startswith("no T-pose: hold both arms out sideways")
     assert outcomes[0].pose is None
     assert not outcomes[0].lost
@@ -84,70 +75,65 @@ def test_motion_restarts_the_measurement() -> None:
 
 
 @pytest.mark.slow
-def test_two_runs_of_one_seed_are_equal(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_two_runs_of_one_seed_are_equal(started: Played) -> None:
     state, _, _ = started
-    walking = motion_timeline(simulated_person(SEED), "walking", 0)
-    poses = [walking.pose_at(walking.motion_from_s + k / 30) for k in range(4)]
-    _, one, _ = run(setup(CAMERAS), poses, state, 6)
-    _, other, _ = run(setup(CAMERAS), poses, state, 6)
+    (_, one, _), (_, other, _) = (run(setup(CAMERAS), in_motion(SEED, 4), state, 6) for _ in range(2))
     for a, b in zip(one, other, strict=True):
-        assert a.pose is not None
-        assert b.pose is not None
         np.testing.assert_array_equal(a.pose.angles, b.pose.angles)
         np.testing.assert_array_equal(a.spread, b.spread)
 
 
-def test_another_seed_gives_another_cloud(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_another_seed_gives_another_cloud(started: Played) -> None:
     state, _, _ = started
     _, one, _ = run(setup(CAMERAS), [t_pose_at(SEED)], state, 6)
     _, other, _ = run(setup(CAMERAS, seed=1), [t_pose_at(SEED)], state, 6)
     assert not np.array_equal(one[0].spread, other[0].spread)
 
 
-def test_tracking_continues_after_ten_empty_frame_sets(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_tracking_continues_after_ten_empty_frame_sets(started: Played) -> None:
     state, _, _ = started
     _, outcomes, _ = run(setup(CAMERAS), [*[None] * 10, *[t_pose_at(SEED, x=0.05)] * 2], state, 6)
     assert all(outcome.lost and outcome.pose is None for outcome in outcomes[:10])
-    assert hip_error(outcomes[-1], t_pose_at(SEED, x=0.05)) < 0.06
+    assert error(outcomes[-1], t_pose_at(SEED, x=0.05)) < 0.06
 
 
 def test_a_person_who_leaves_is_searched_for_and_found_at_another_position(
-    started: tuple[TrackState, list[Outcome], list[str]],
+    started: Played,
 ) -> None:
     state, _, _ = started
     state, gone, texts = run(setup(CAMERAS), [None] * 61, state, 6)
     assert texts[-1] == "searching for the person"
     assert gone[-1].lost
-    back = place(neutral(simulated_person(SEED)), Placement(-0.5, 0.4, 0.6))
+    back = standing_at(SEED, -0.5, 0.4, 0.6)
     _, outcomes, texts = run(setup(CAMERAS), [back] * 2, state, 67)
     assert texts[-1] == "tracking"
-    assert hip_error(outcomes[-1], back) < 0.08
+    assert error(outcomes[-1], back) < 0.08
     assert outcomes[0].body is None  # it is the same person
 
 
 @pytest.mark.slow
-def test_a_person_at_a_suddenly_different_position_is_found(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_a_person_at_a_suddenly_different_position_is_found(started: Played) -> None:
     state, _, _ = started
-    there = place(neutral(simulated_person(SEED)), Placement(0.9, -0.6, -0.4))
+    there = standing_at(SEED, 0.9, -0.6, -0.4)
     _, outcomes, texts = run(setup(CAMERAS), [there] * 4, state, 6)
     assert texts[-1] == "tracking"
-    assert hip_error(outcomes[-1], there) < 0.08
+    assert error(outcomes[-1], there) < 0.08
 
 
 def test_known_height_needs_no_initial_posture() -> None:
-    here = place(neutral(simulated_person(SEED)), Placement(0.3, 0.2, 0.5))
+    here = standing_at(SEED, 0.3, 0.2, 0.5)
     _, outcomes, texts = run(setup(CAMERAS, person_height=simulated_person(SEED).height), [here] * 3)
     assert texts[0] == "tracking"
     assert outcomes[0].body is not None
-    assert hip_error(outcomes[-1], here) < 0.08
+    assert error(outcomes[-1], here) < 0.08
 
 
-def test_a_missing_viewer_is_not_used(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
+def test_a_missing_viewer_is_not_used(started: Played) -> None:
     state, _, _ = started
     masks = rendered_masks(CAMERAS, SEED, t_pose_at(SEED))
     _, outcome = track(setup(CAMERAS), state, 6 * FRAME_NS, {viewer: masks[viewer] for viewer in ("1", "2", "4")})
     assert outcome.views == ("1", "2", "4")
-    assert hip_error(outcome, t_pose_at(SEED)) < 0.06
+    assert error(outcome, t_pose_at(SEED)) < 0.06
 
 
 @pytest.mark.nightly
@@ -160,29 +146,25 @@ def test_preset_paper_tracks_a_walking_person_and_never_relocalizes(method: Meth
     config = Setup(anatomy, CAMERAS, FRAME_NS, prior, options)
     state, _, texts = run(config, [t_pose_at(SEED)] * 5)
     assert texts[-1] == "tracking"
-    walking = motion_timeline(simulated_person(SEED), "walking", 0)
-    poses = [walking.pose_at(walking.motion_from_s + k / 30) for k in range(3)]
-    state, outcomes, _ = run(config, [t_pose_at(SEED, x=0.03), *poses], state, 5)
-    assert hip_error(outcomes[0], t_pose_at(SEED, x=0.03)) < 0.08
+    state, outcomes, _ = run(config, [t_pose_at(SEED, x=0.03), *in_motion(SEED, 3)], state, 5)
+    assert error(outcomes[0], t_pose_at(SEED, x=0.03)) < 0.08
     assert all(outcome.pose is not None and outcome.body is None for outcome in outcomes)
-    away = place(neutral(simulated_person(SEED)), Placement(-1.5, 1.0, 0.6))
+    away = standing_at(SEED, -1.5, 1.0, 0.6)
     _, outcomes, texts = run(config, [away] * (LOST_FRAMES + 1), state, 9)
     assert texts[-1] == "tracking, the body does not fit the scene"
     assert not any(outcome.lost for outcome in outcomes)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
+@each_anatomy
 def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
     one = replace(setup(ring(2)), anatomy=anatomy)
-    pose = Pose(np.zeros(3), anatomy.neutral)
-    state = resume(one, initial_state(one), average_body(anatomy, 1.62), pose, 0)
-    assert isinstance(state.phase, Lost)
+    state = resume(one, initial_state(one), average_body(anatomy, 1.62), Pose(np.zeros(3), anatomy.neutral), 0)
     assert state.phase.person.stature == pytest.approx(1.62)
 
 
 @pytest.mark.slow
 def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(
-    started: tuple[TrackState, list[Outcome], list[str]],
+    started: Played,
 ) -> None:
     _, outcomes, _ = started
     assert outcomes[-1].limb_features is not None

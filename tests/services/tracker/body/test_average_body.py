@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
-
-ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
 
 
 def heights(anatomy: Anatomy, stature: float) -> Floats:
@@ -24,7 +23,7 @@ def heights(anatomy: Anatomy, stature: float) -> Floats:
     return np.array([(ends - deep).min(), (ends + deep).max()])
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 @pytest.mark.parametrize("stature", [1.5, 1.75, 2.0])
 def test_average_body_spans_its_height(anatomy: Anatomy, stature: float) -> None:
     low, top = heights(anatomy, stature)
@@ -32,14 +31,14 @@ def test_average_body_spans_its_height(anatomy: Anatomy, stature: float) -> None
     assert top == pytest.approx(stature, rel=0.02)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_all_sizes_scale_with_the_height(anatomy: Anatomy) -> None:
     small, tall = average_body(anatomy, 1.0), average_body(anatomy, 1.8)
     assert tall.sizes == pytest.approx(1.8 * small.sizes)
     assert tall.offsets == pytest.approx(1.8 * small.offsets)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_body_is_symmetric(anatomy: Anatomy) -> None:
     body = average_body(anatomy, 1.75)
     for name in anatomy.parts:

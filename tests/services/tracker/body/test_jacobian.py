@@ -5,18 +5,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tracker_scenes import frames_of, tangent_rays, touch, upright
+from tests.support.tracker_scenes import (
+    DOF,
+    MODEL,
+    PARTS,
+    average_model,
+    carried_by,
+    each_anatomy,
+    frames_of,
+    tangent_rays,
+    touch,
+    upright,
+)
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step, joint_screws, normal_equations
 
 pytestmark = pytest.mark.slow
 
-MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
-DOF = ROOT + len(MODEL.low)
-PARTS = len(MODEL.parent)
 seeds = st.integers(0, 10_000)
 
 
@@ -33,20 +40,11 @@ def screws_at(model: BodyModel, pose: RootedPose) -> tuple[Floats, Ints]:
     return screws, owner
 
 
-def carries(model: BodyModel, part: int, carried: int) -> bool:
-    """Whether `carried` is `part` or one of its descendants."""
-    while carried >= 0:
-        if carried == part:
-            return True
-        carried = int(model.parent[carried])
-    return False
-
-
-@pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
+@each_anatomy
 @pytest.mark.parametrize("seed", range(3))
 def test_screws_equal_finite_differences(anatomy: Anatomy, seed: int) -> None:
     """Every point of every part, by finite differences of `apply_step` and `forward_kinematics`."""
-    model, pose, tiny = model_of(anatomy, average_body(anatomy, 1.75)), upright(anatomy, seed), 1e-6
+    model, pose, tiny = average_model(anatomy), upright(anatomy, seed), 1e-6
     screws, owner = screws_at(model, pose)
     local = np.array([0.05, 0.2, -0.03])
     before = frames_of(model, pose)[:, :, :3] @ local + frames_of(model, pose)[:, :, 3]
@@ -55,7 +53,7 @@ def test_screws_equal_finite_differences(anatomy: Anatomy, seed: int) -> None:
         moving = ((there - back)[:, :, :3] @ local + (there - back)[:, :, 3]) / (2 * tiny)
         for part in range(len(model.parent)):
             velocity = screws[k, :3] + np.cross(screws[k, 3:], before[part] - pose.position)
-            expected = velocity if carries(model, int(owner[k]), part) else np.zeros(3)
+            expected = velocity if owner[k] in carried_by(model, part) else np.zeros(3)
             assert moving[part] == pytest.approx(expected, abs=1e-6)
 
 
@@ -68,8 +66,7 @@ def test_normal_equations_equal_dense_sums(seed: int) -> None:
     matrices, gradients = roots @ roots.transpose(0, 2, 1), rng.normal(size=(PARTS, 6))
     expected_a, expected_b = np.zeros((DOF, DOF)), np.zeros(DOF)
     for part in range(PARTS):
-        acting = np.array([carries(MODEL, int(owner[k]), part) for k in range(DOF)])
-        jacobian = np.where(acting[:, None], screws, 0.0)
+        jacobian = np.where(np.isin(owner, carried_by(MODEL, part))[:, None], screws, 0.0)
         expected_a += jacobian @ matrices[part] @ jacobian.T
         expected_b += jacobian @ gradients[part]
     a, b = np.empty((DOF, DOF)), np.empty(DOF)
@@ -86,12 +83,8 @@ def test_target_gradient_is_the_precision_times_the_step_back(seed: int) -> None
     step = rng.normal(scale=0.05, size=DOF)
     target = stepped(MODEL, pose, step)
     precision, gradient = rng.uniform(1, 10, DOF), np.ones(DOF)
-    add_target_gradient(
-        MODEL, frames_of(MODEL, pose), pose,
-        target, precision, gradient,
-    )  # fmt: skip
-    free = np.all((target.values > MODEL.low) & (target.values < MODEL.high))
-    assert free
+    add_target_gradient(MODEL, frames_of(MODEL, pose), pose, target, precision, gradient)
+    assert np.all((target.values > MODEL.low) & (target.values < MODEL.high))
     assert gradient == pytest.approx(1.0 + precision * step, abs=1e-8)
 
 
@@ -131,8 +124,7 @@ def test_gaps_change_along_a_step_as_the_screws_predict(seed: int) -> None:
     for i in range(rays.shape[1]):
         part = i % PARTS
         before, after = (touch(MODEL, frames[part], part, rays[:, i]) for frames in (here, there))
-        acting = np.array([carries(MODEL, int(owner[k]), part) for k in range(DOF)])
-        velocity = (screws * (acting * step)[:, None]).sum(axis=0)
+        velocity = (step * np.isin(owner, carried_by(MODEL, part))) @ screws
         motion = velocity[:3] + np.cross(velocity[3:], before.point - pose.position)
         errors.append(after.gap - before.gap + before.shrinks @ motion)
         sizes.append(motion @ before.shrinks)

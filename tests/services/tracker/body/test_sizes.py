@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.services.tracker.body.average_body import average_body
@@ -23,7 +24,6 @@ from zenocap.services.tracker.body.sizes import (  # fmt: skip
     values_of,
 )
 
-ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
 NAMES = ["stature", *(factor.name for factor in FACTORS)]
 
 
@@ -35,7 +35,7 @@ def grown(anatomy: Anatomy, name: str, times: float = 1.3) -> tuple[Bdp, Bdp]:
     return scaled(anatomy, average, np.zeros(COUNT)), scaled(anatomy, average, logs)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_zero_logs_leave_the_body_unchanged(anatomy: Anatomy) -> None:
     average = average_body(anatomy, 1.75)
     same, _ = grown(anatomy, "stature", 1.0)
@@ -43,7 +43,7 @@ def test_zero_logs_leave_the_body_unchanged(anatomy: Anatomy) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_stature_scales_everything(anatomy: Anatomy) -> None:
     _, taller = grown(anatomy, "stature", 1.2)
     other = average_body(anatomy, 1.2 * 1.75)
@@ -51,7 +51,7 @@ def test_stature_scales_everything(anatomy: Anatomy) -> None:
     assert taller.offsets == pytest.approx(other.offsets)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 @pytest.mark.parametrize("name", NAMES[1:])
 def test_factor_multiplies_its_entries_and_nothing_else(anatomy: Anatomy, name: str) -> None:
     before, after = grown(anatomy, name)
@@ -90,7 +90,7 @@ def test_ten_parts_remain_cylinders() -> None:
     assert not set(CYLINDERS) & set(SHARED)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_limb_joints_remain_at_the_ends_of_the_parts(anatomy: Anatomy) -> None:
     body = scaled(anatomy, average_body(anatomy, 1.75), np.random.default_rng(1).normal(scale=SPREADS))
     index = anatomy.index

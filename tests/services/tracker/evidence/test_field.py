@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import upright
-from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from tests.support.tracker_scenes import DOF, MODEL, NO_RAYS, upright
 from zenocap.common.camera.pinhole import Camera
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit
 from zenocap.services.tracker.evidence.field import DistanceField, distance_field, no_distance_field, outside_at
 from zenocap.services.tracker.evidence.residuals import Weights
@@ -17,8 +14,6 @@ from zenocap.services.tracker.hull.contour_rays import extract_outlines
 FOCAL, AWAY, RADIUS_PX = 600.0, 4.0, 60
 MATRIX = np.array([[FOCAL, 0.0, 319.5], [0.0, FOCAL, 239.5], [0.0, 0.0, 1.0]])
 CAMERA = Camera("1", (640, 480), MATRIX, np.zeros(4), np.diag([1.0, -1.0, -1.0]), np.array([0.0, 1.0, AWAY]))
-MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
-NO_RAYS = np.zeros((11, 0), np.float32)
 
 
 def disc_distance_field() -> DistanceField:
@@ -52,11 +47,10 @@ def test_body_outside_a_silhouette_is_refined_towards_it() -> None:
     """Without rays, by the distance field only."""
     pose = upright()
     pose.position[0] = 1.0
-    weights = Weights(0.01, 3.0, np.full(6 + len(MODEL.low), 1.0), 0.25)
-    before = misfit(MODEL, Evidence(NO_RAYS, disc_distance_field()), 3.0, pose)
+    weights = Weights(0.01, 3.0, np.full(DOF, 1.0), 0.25)
+    evidence = Evidence(NO_RAYS, disc_distance_field())
+    before = misfit(MODEL, evidence, 3.0, pose)
     assert before > 0.05
     assert misfit(MODEL, Evidence(NO_RAYS, no_distance_field()), 3.0, pose) == 0.0
-    target = pose.copy()
-    refine(MODEL, Evidence(NO_RAYS, disc_distance_field()), weights, 10, pose, target)
-    after = misfit(MODEL, Evidence(NO_RAYS, disc_distance_field()), 3.0, pose)
-    assert after < 0.8 * before
+    refine(MODEL, evidence, weights, 10, pose, pose.copy())
+    assert misfit(MODEL, evidence, 3.0, pose) < 0.8 * before

@@ -3,14 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import frames_of, rays_alone, tangent_rays, upright
+from tests.support.tracker_scenes import NO_RAYS, average_model, frames_of, in_t_pose, rays_alone, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.definition import Pose
-from zenocap.common.body.proportions import t_pose_angles
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.filter.closest_points import (
     CLOSEST_LENGTH,
     corresponding_part,
@@ -20,7 +15,8 @@ from zenocap.services.tracker.filter.closest_points import (
 )
 from zenocap.services.tracker.parameters import NORMAL_MODULATION
 
-MODEL = model_of(TEN_PARTS, average_body(TEN_PARTS, 1.75))
+MODEL = average_model(TEN_PARTS)
+T_POSE = in_t_pose(TEN_PARTS, [0.1, 0.9, -0.2])  # arms far from the other parts, legs parallel
 ARM = TEN_PARTS.index["right_lower_arm"]
 LIMIT = 0.15
 
@@ -32,13 +28,13 @@ def ray_through(point: Floats, normal: Floats) -> Floats:
     return np.concatenate([point - 2.0 * direction, direction, normal, [1.9, 2.1]])
 
 
-def arm_scene(pose: RootedPose) -> Floats32:
-    """Four points beside the middle of a forearm.
+def arm_scene() -> Floats32:
+    """Four points beside the middle of a forearm in the T-pose.
 
     20 mm outside with the surface's normal, 20 mm outside with the opposite one, 10 mm inside with a perpendicular one,
     and 400 mm outside with the surface's normal.
     """
-    frame = frames_of(MODEL, pose)[ARM]
+    frame = frames_of(MODEL, T_POSE)[ARM]
     middle = frame[:, 3] + frame[:, 1] * 0.5 * MODEL.lengths[ARM]
     out, along = frame[:, 0], frame[:, 1]
     taper = 0.5 * (MODEL.radii[ARM, 0] + MODEL.radii[ARM, 2])
@@ -46,28 +42,20 @@ def arm_scene(pose: RootedPose) -> Floats32:
     return np.array([ray_through(middle + (taper + away) * out, normal) for away, normal in cases], np.float32).T.copy()
 
 
-def t_pose() -> RootedPose:
-    """Arms far from the other parts, legs parallel."""
-    values = coordinates_of(TEN_PARTS).of_pose(Pose(np.zeros(3), t_pose_angles(TEN_PARTS)))
-    return RootedPose(np.array([0.1, 0.9, -0.2]), np.eye(3), values)
-
-
 def test_printed_distance_of_four_points_beside_an_arm() -> None:
     """By hand, epsilon = 0.5: md = 0.5, 1.5, 1; the fourth is truncated."""
     assert NORMAL_MODULATION == 0.5
-    pose = t_pose()
-    rays = arm_scene(pose)
+    frames, rays = frames_of(MODEL, T_POSE), arm_scene()
     expected = (0.5 * 0.02) ** 2 + (1.5 * 0.02) ** 2 + 0.01**2
-    three = mean_modulated_square(MODEL, frames_of(MODEL, pose), rays[:, :3].copy(), LIMIT, True)
+    three = mean_modulated_square(MODEL, frames, rays[:, :3].copy(), LIMIT, True)
     assert three == pytest.approx(expected / 3, rel=1e-3)
-    four = mean_modulated_square(MODEL, frames_of(MODEL, pose), rays, LIMIT, True)
+    four = mean_modulated_square(MODEL, frames, rays, LIMIT, True)
     assert four == pytest.approx((expected + min(0.5 * 0.4, LIMIT) ** 2) / 4, rel=1e-3)
-    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, pose) == pytest.approx(four)
+    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, T_POSE) == pytest.approx(four)
 
 
 def test_a_scene_without_points_has_no_distance() -> None:
-    pose = upright(TEN_PARTS, 0)
-    assert modulated_misfit(MODEL, rays_alone(np.empty((11, 0), np.float32)), LIMIT, True, pose) == 0.0
+    assert modulated_misfit(MODEL, rays_alone(NO_RAYS), LIMIT, True, T_POSE) == 0.0
 
 
 @pytest.mark.slow
@@ -81,7 +69,7 @@ def test_the_printed_distance_grows_with_the_displacement() -> None:
 
 def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_normal() -> None:
     """A point between both upper legs: nearer to the right one, whose surface faces the other way."""
-    frames = frames_of(MODEL, t_pose())
+    frames = frames_of(MODEL, T_POSE)
     right, left = TEN_PARTS.index["right_upper_leg"], TEN_PARTS.index["left_upper_leg"]
     between = frames[left, :, 3] - frames[right, :, 3]
     gap = float(np.linalg.norm(between))

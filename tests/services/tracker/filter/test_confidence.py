@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.tracker_ring import rendered_masks, ring, seen, setup, t_pose_at
-from zenocap.services.tracker.body.average_body import average_body
+from tests.support.tracker_ring import fit_of, ring, setup, shown, t_pose_at
+from tests.support.tracker_scenes import average_model
 from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.filter.confidence import (
     FEATURES,
@@ -18,12 +18,8 @@ from zenocap.services.tracker.filter.confidence import (
     limb_features,
     smoothed_features,
 )
-from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
-from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
 from zenocap.services.tracker.initialization.relocalization import search_postures
-from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
-from zenocap.services.tracker.parameters import T_POSE_HOLD
 
 CAMERAS = ring(4)
 ANATOMY = setup(CAMERAS).anatomy
@@ -55,11 +51,8 @@ def test_running_mean_starts_with_the_first_frame_and_follows() -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize("limb", range(len(LIMBS)))
 def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_others(limb: int) -> None:
-    evidence = seen(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
-    one = detect_t_pose(evidence.rays)
-    assert isinstance(one, TPose)
-    fit = fit_t_poses(ANATOMY, [evidence], [one], residual_weights(setup(CAMERAS), T_POSE_HOLD))
-    assert isinstance(fit, TPoseFit)
+    evidence = shown(CAMERAS, 3, t_pose_at(3))
+    fit = fit_of(setup(CAMERAS), evidence)
     model, pose = model_of(ANATOMY, fit.measured.body), fit.poses[0]
     usual, clear = limb_support(ANATOMY, model, evidence, pose), np.zeros(len(LIMBS))
     right = limb_confidence(limb_features(ANATOMY, model, evidence, pose, usual, 0.8, clear))
@@ -70,15 +63,11 @@ def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_o
     assert found[limb] == found[2 * (limb // 2) : 2 * (limb // 2) + 2].min()
 
 
-@pytest.mark.nightly
 def test_limb_is_ambiguous_when_a_pose_with_another_place_of_it_fits_as_well() -> None:
-    one = detect_t_pose(seen(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values())).rays)
-    assert isinstance(one, TPose)
-    model = model_of(ANATOMY, average_body(ANATOMY, one.stature))
     pose = search_postures(ANATOMY)[0]
     other = pose.copy()
     other.values[limbs_of(ANATOMY)[0].ball] += 0.5
-    distances = limb_distances(ANATOMY, model, [pose, other], pose)
+    distances = limb_distances(ANATOMY, average_model(ANATOMY), [pose, other], pose)
     np.testing.assert_allclose(distances[0], 0.0, atol=1e-12)
     np.testing.assert_allclose(distances[1, 1:], 0.0, atol=1e-12)
     assert distances[1, 0] > 0.1

@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tracker_scenes import frames_of, moved, tangent_rays, upright
+from tests.support.tracker_scenes import NO_RAYS, average_model, carried_by, frames_of, moved, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.body.jacobian import ROOT
 from zenocap.services.tracker.evidence.rays import Weights
 from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, closest_point
@@ -17,7 +15,7 @@ from zenocap.services.tracker.filter.force_printed import group_forces, refine_a
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.parameters import FORCE_TRUNCATION_M, NORMAL_MODULATION
 
-MODEL = model_of(TEN_PARTS, average_body(TEN_PARTS, 1.75))
+MODEL = average_model(TEN_PARTS)
 PARTS = len(TEN_PARTS.parts)
 LIMBS = [k for k, part in enumerate(TEN_PARTS.parts) if "arm" in part or "leg" in part]
 FREE = Weights(0.01, 0.15, np.full(ROOT + len(MODEL.low), 1.0), 0.25)
@@ -77,11 +75,10 @@ def test_forces_and_moments_are_summed_over_groups(linear: bool, closest: bool, 
             continue
         rho = min(max(cosine, 0.0) * distance, FORCE_TRUNCATION_M) ** (1 if linear else 2)
         force = rho * (point - on_model) / np.linalg.norm(point - on_model)
-        while part >= 0:
-            forces[part] += force
-            moments[part] += np.cross(on_model - frames[part, :, 3], force)
-            numbers[part] += 1
-            part = int(MODEL.parent[part])
+        for carrier in carried_by(MODEL, part):
+            forces[carrier] += force
+            moments[carrier] += np.cross(on_model - frames[carrier, :, 3], force)
+            numbers[carrier] += 1
     found = np.empty((PARTS, 3)), np.empty((PARTS, 3)), np.empty(PARTS)
     parts = np.random.default_rng(2).integers(0, PARTS, rays.shape[1])
     group_forces(MODEL, frames, rays, 0.15, linear, closest, parts, *found)
@@ -94,7 +91,7 @@ def test_pose_without_scene_is_unchanged() -> None:
     """There is no force."""
     pose = upright(TEN_PARTS, 1, spread=0.1)
     there = pose.copy()
-    refine_as_printed(MODEL, np.empty((11, 0), np.float32), FREE, True, True, 5, there)
+    refine_as_printed(MODEL, NO_RAYS, FREE, True, True, 5, there)
     assert np.array_equal(there.position, pose.position)
     assert there.values == pytest.approx(pose.values)
     assert there.rotation == pytest.approx(pose.rotation)

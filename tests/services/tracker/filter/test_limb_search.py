@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import rays_alone, tangent_rays, upright
-from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
+from tests.support.tracker_scenes import DOF, MODEL, each_anatomy, rays_alone, tangent_rays, turn, upright
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import misfit
 from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.limb_search import UsualSupport, limb_support, limbs_of, search_limbs
@@ -16,28 +14,19 @@ from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
 from zenocap.services.tracker.parameters import LIMB_MAX_SWING
 
 NAMES = coordinates_of(FOURTEEN_PARTS).names
-MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
-WEIGHTS = Weights(0.01, 0.15, np.full(6 + len(NAMES), 1.0 / 0.4**2), 0.25)
+WEIGHTS = Weights(0.01, 0.15, np.full(DOF, 1.0 / 0.4**2), 0.25)
 USUAL = np.array([0.08, 0.08, 0.12, 0.12])
 
 
-def raised() -> RootedPose:
-    """The right arm raised sideways."""
-    pose = upright(FOURTEEN_PARTS, 1, spread=0.0)
-    pose.values[NAMES.index("right_shoulder.3")] -= 1.3
-    return pose
-
-
-def lost() -> RootedPose:
-    """The same with the right arm hanging."""
-    return upright(FOURTEEN_PARTS, 1, spread=0.0)
+LOST = upright(seed=1, spread=0.0)
+RAISED = LOST.copy()  # the same with the right arm raised sideways
+RAISED.values[NAMES.index("right_shoulder.3")] -= 1.3
 
 
 def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, support: float = 0.9) -> tuple[Cloud, Cloud]:
     """Particles before and after a search, all at one pose but the last, which is the worst."""
     n = 5
-    worst = tracked.values + 0.4
-    values = np.array([tracked.values] * (n - 1) + [worst])
+    values = np.array([tracked.values] * (n - 1) + [tracked.values + 0.4])
     before = Cloud(
         np.tile(tracked.position, (n, 1)), np.tile(tracked.rotation, (n, 1, 1)), values, np.zeros(n, int), np.full(n, 0.2)
     )
@@ -49,23 +38,22 @@ def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, su
     return before, after
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
+@each_anatomy
 def test_four_limbs_with_placements_within_reach(anatomy: Anatomy) -> None:
-    limbs, turned = limbs_of(anatomy), np.empty((3, 3))
+    limbs = limbs_of(anatomy)
     assert [anatomy.parts[limb.parts[0]] for limb in limbs] == [
         "right_upper_arm", "left_upper_arm", "right_upper_leg", "left_upper_leg"
     ]  # fmt: skip
     for limb, most in zip(limbs, [LIMB_MAX_SWING["shoulder"]] * 2 + [LIMB_MAX_SWING["hip"]] * 2, strict=True):
         assert len(limb.placements) >= 100
         for vector in limb.placements[:, :3]:
-            vector_to_matrix(vector, turned)
-            assert np.arccos(np.clip(turned[1, 1], -1.0, 1.0)) <= most + 1e-6  # of the part's axis
+            assert np.arccos(np.clip(turn(vector)[1, 1], -1.0, 1.0)) <= most + 1e-6  # of the part's axis
 
 
 @pytest.mark.slow
 def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
-    rays = tangent_rays(MODEL, raised(), 500)
-    there, gone = (limb_support(FOURTEEN_PARTS, MODEL, rays_alone(rays), pose) for pose in (raised(), lost()))
+    scene = rays_alone(tangent_rays(MODEL, RAISED, 500))
+    there, gone = (limb_support(FOURTEEN_PARTS, MODEL, scene, pose) for pose in (RAISED, LOST))
     assert there.min() > 0.03
     assert gone[0] < 0.5 * there[0]
     assert gone[2:] == pytest.approx(there[2:], abs=0.02)
@@ -73,20 +61,20 @@ def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
 
 @pytest.mark.nightly
 def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
-    before, after = searched(raised(), lost())
+    before, after = searched(RAISED, LOST)
     assert np.array_equal(after.values[:4], before.values[:4])
     arm = [k for k, name in enumerate(NAMES) if name.startswith("right_shoulder")]
-    assert after.values[4, arm] == pytest.approx(raised().values[arm], abs=0.35)
+    assert after.values[4, arm] == pytest.approx(RAISED.values[arm], abs=0.35)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("misfits", "support"), [(True, 0.9), (False, 9.0)], ids=["lost body", "little of the scene"])
 def test_no_limb_is_searched_while_the_body_does_not_fit(misfits: bool, support: float) -> None:
-    before, after = searched(raised(), lost(), misfits=misfits, support=support)
+    before, after = searched(RAISED, LOST, misfits=misfits, support=support)
     assert np.array_equal(after.values, before.values)
 
 
 @pytest.mark.nightly
 def test_nothing_is_searched_while_every_limb_is_supported() -> None:
-    before, after = searched(raised(), raised())
+    before, after = searched(RAISED, RAISED)
     assert np.array_equal(after.values, before.values)

@@ -7,13 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.prior_cases import known_prior
-from tests.support.tracker_scenes import moved, rays_alone, tangent_rays, turn, upright
-from zenocap.common.arrays import Floats, Floats32
-from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.jacobian import ROOT
+from tests.support.tracker_scenes import DOF, MODEL, moved, rays_alone, tangent_rays, turn, upright
+from zenocap.common.arrays import Floats
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import misfit
 from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -35,12 +31,11 @@ from zenocap.services.tracker.filter.particles import (  # fmt: skip
 )
 from zenocap.services.tracker.prior.sampling import assign, propose
 
-MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
 D = len(MODEL.low)
-WEIGHTS = Weights(0.01, 0.15, np.full(ROOT + D, 5.0), 0.25)
+WEIGHTS = Weights(0.01, 0.15, np.full(DOF, 5.0), 0.25)
 TRUE = upright(seed=0, spread=0.2)
 RAYS = tangent_rays(MODEL, TRUE, 200, 0)
-VELOCITY = np.random.default_rng(5).normal(scale=0.02, size=ROOT + D)
+VELOCITY = np.random.default_rng(5).normal(scale=0.02, size=DOF)
 DEVIATIONS = np.concatenate([np.full(3, 0.02), np.full(3, 0.05), np.full(D, 0.1)])
 PRIOR_TABLES = known_prior().compiled
 seeds = st.integers(0, 10_000)
@@ -57,19 +52,13 @@ def cloud_around(pose: RootedPose, n: int, seed: int = 0) -> Cloud:
 
 
 def advanced(
-    cloud: Cloud,
-    draws: Samples,
-    iterations: int,
-    *,
-    prior: bool,
-    refinement: Refinement = "gauss-newton",
-    rays: Floats32 = RAYS,
+    cloud: Cloud, draws: Samples, iterations: int, *, prior: bool, refinement: Refinement = "gauss-newton"
 ) -> tuple[Cloud, Floats]:
     n = len(cloud.weights)
     out = Cloud(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, D)), np.zeros(n, np.int64), np.empty(n))
     errors = np.empty(n)
     propose_particles(MODEL, PRIOR_TABLES if prior else NO_PRIOR, prior, cloud, draws, VELOCITY, DEVIATIONS, out)
-    refine_particles(RefinementScene(MODEL, rays_alone(rays), WEIGHTS), refinement, iterations, out, errors)
+    refine_particles(RefinementScene(MODEL, rays_alone(RAYS), WEIGHTS), refinement, iterations, out, errors)
     if prior and iterations:
         assign_regions(PRIOR_TABLES, out)
     return out, errors
@@ -164,10 +153,9 @@ def test_particles_equal_the_plain_oracle(prior: bool, iterations: int) -> None:
 def test_first_particle_follows_the_velocity() -> None:
     cloud = cloud_around(TRUE, 6)
     out, _ = advanced(cloud, draw_samples(cloud, 1.0, 3, np.random.default_rng(2)), 0, prior=True)
-    best, rotation = int(np.argmax(cloud.weights)), np.empty((3, 3))
-    vector_to_matrix(VELOCITY[3:6], rotation)
+    best = int(np.argmax(cloud.weights))
     assert out.positions[0] == pytest.approx(cloud.positions[best] + VELOCITY[:3])
-    assert out.rotations[0] == pytest.approx(rotation @ cloud.rotations[best])
+    assert out.rotations[0] == pytest.approx(turn(VELOCITY[3:6]) @ cloud.rotations[best])
     assert out.values[0] == pytest.approx(np.clip(cloud.values[best] + VELOCITY[6:], MODEL.low, MODEL.high))
 
 
@@ -194,9 +182,7 @@ def test_result_is_independent_of_the_number_of_threads(refinement: Refinement) 
         numba.set_num_threads(threads)
     for out, errors in results[1:]:
         assert np.array_equal(errors, results[0][1])
-        assert np.array_equal(out.positions, results[0][0].positions)
-        assert np.array_equal(out.rotations, results[0][0].rotations)
-        assert np.array_equal(out.values, results[0][0].values)
-        assert np.array_equal(out.regions, results[0][0].regions)
+        for name in ("positions", "rotations", "values", "regions"):
+            assert np.array_equal(getattr(out, name), getattr(results[0][0], name))
     other = draw_samples(cloud, 0.5, 3, np.random.default_rng(5))
     assert not np.array_equal(advanced(cloud, other, 3, prior=True)[1], results[0][1])

@@ -8,103 +8,94 @@ import msgspec
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
+from tests.support.tracker_ring import (
+    FRAME_NS,
+    ahead,
+    hip_error,
+    played,
+    rendered_masks,
+    ring,
+    setup,
+    simulated_person,
+    standing_at,
+    t_pose_at,
+)
 from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import START_AFTER_NS
-from zenocap.services.tracker.states import Lost, Outcome, Setup, Tracking, TrackState
+from zenocap.services.tracker.states import Lost, Outcome, Tracking, TrackState
 from zenocap.services.tracker.tracking import describe, initial_state, phase_of, remeasure, track
-from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
-from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.body.pose import PersonPose
 
-CAMERAS = ring(4)
+SETUP = setup(ring(4))
 SEED = 3
 AFTER = START_AFTER_NS // FRAME_NS + 1  # frame sets until a track starts
-STANDING = place(neutral(simulated_person(SEED)), Placement(0.3, -0.2, 0.7))
+STANDING = standing_at(SEED, 0.3, -0.2, 0.7)
+Played = tuple[TrackState, list[Outcome], list[str]]
 
 
-def run(
-    config: Setup, poses: Iterable[PersonPose | None], state: TrackState, start: int = 0
-) -> tuple[TrackState, list[Outcome]]:
-    outcomes = []
-    for k, pose in enumerate(poses, start):
-        state, outcome = track(config, state, k * FRAME_NS, rendered_masks(CAMERAS, SEED, pose))
-        outcomes.append(outcome)
-    return state, outcomes
+def run(poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0) -> Played:
+    return played(SETUP, SEED, poses, state, start)
 
 
 @pytest.fixture(scope="module")
-def standing() -> tuple[TrackState, list[Outcome]]:
-    config = setup(CAMERAS)
-    return run(config, [None, *[STANDING] * (AFTER + 3)], initial_state(config))
+def standing() -> Played:
+    return run([None, *[STANDING] * (AFTER + 3)])
 
 
 @pytest.mark.nightly
-def test_standing_person_is_tracked_with_an_average_body_within_two_seconds(
-    standing: tuple[TrackState, list[Outcome]],
-) -> None:
-    state, outcomes = standing
+def test_standing_person_is_tracked_with_an_average_body_within_two_seconds(standing: Played) -> None:
+    state, outcomes, texts = standing
     first = next(k for k, outcome in enumerate(outcomes) if outcome.pose is not None)
     assert (first - 1) * FRAME_NS < 2e9
-    body, pose = outcomes[first].body, outcomes[-1].pose
-    assert body is not None
-    assert pose is not None
-    height = simulated_person(SEED).height
-    average = average_body(setup(CAMERAS).anatomy, 1.0)
-    assert body.sizes[0, 0] / average.sizes[0, 0] == pytest.approx(height, rel=0.08)
-    true = truth(simulated_person(SEED), STANDING)
-    assert np.linalg.norm(pose.position - true.joints["Hip"]) < 0.08
-    assert describe(state).startswith("tracking with average proportions: hold the T-pose to measure the body")
+    of_1_m = average_body(SETUP.anatomy, 1.0)
+    height = outcomes[first].body.sizes[0, 0] / of_1_m.sizes[0, 0]
+    assert height == pytest.approx(simulated_person(SEED).height, rel=0.08)
+    assert hip_error(SEED, outcomes[-1].pose.position, STANDING) < 0.08
+    assert texts[-1].startswith("tracking with average proportions: hold the T-pose to measure the body")
     assert phase_of(state) is Phase.TRACKING
 
 
 @pytest.mark.nightly
-def test_heading_is_that_of_the_feet(standing: tuple[TrackState, list[Outcome]]) -> None:
-    state, _ = standing
-    assert isinstance(state.phase, Tracking)
-    assert state.phase.estimate.rotation[:, 2] @ np.array([np.sin(0.7), 0.0, np.cos(0.7)]) > 0.9
+def test_heading_is_that_of_the_feet(standing: Played) -> None:
+    assert standing[0].phase.estimate.rotation[:, 2] @ ahead(0.7) > 0.9
 
 
 @pytest.mark.nightly
-def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: tuple[TrackState, list[Outcome]]) -> None:
-    state, outcomes = standing
-    config = setup(CAMERAS)
-    state, outcomes = run(config, [t_pose_at(SEED)] * 6, state, len(outcomes))
-    assert isinstance(state.phase, Tracking)
+def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: Played) -> None:
+    state, outcomes, _ = standing
+    state, outcomes, texts = run([t_pose_at(SEED)] * 6, state, len(outcomes))
     assert state.phase.person.measuring is None
-    assert "average" not in describe(state)
+    assert "average" not in texts[-1]
     assert sum(outcome.body is not None for outcome in outcomes) >= 1
     assert all(outcome.pose is not None for outcome in outcomes)  # tracking goes on while the body is measured
 
 
 @pytest.mark.nightly
 def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
-    config = setup(CAMERAS)
-    options = replace(config.options, filter=msgspec.structs.replace(config.options.filter, start="t-pose"))
-    only = replace(config, options=options)
-    for one, state in ((only, initial_state(only)), (config, remeasure(config))):
-        after, outcomes = run(one, [STANDING] * (AFTER + 2), state)
+    only_t_pose = msgspec.structs.replace(SETUP.options.filter, start="t-pose")
+    only = replace(SETUP, options=replace(SETUP.options, filter=only_t_pose))
+    for one, state in ((only, None), (SETUP, remeasure(SETUP))):
+        _, outcomes, texts = played(one, SEED, [STANDING] * (AFTER + 2), state)
         assert all(outcome.pose is None for outcome in outcomes)
-        assert describe(after).startswith("no T-pose")
+        assert texts[-1].startswith("no T-pose")
 
 
 @pytest.mark.nightly
 def test_person_who_leaves_before_the_start_starts_the_time_again() -> None:
-    config = setup(CAMERAS)
-    state, outcomes = run(config, [*[STANDING] * (AFTER - 1), None, *[STANDING] * (AFTER - 1)], initial_state(config))
+    _, outcomes, texts = run([*[STANDING] * (AFTER - 1), None, *[STANDING] * (AFTER - 1)])
     assert all(outcome.pose is None for outcome in outcomes)
-    assert describe(state).startswith("no T-pose")
+    assert texts[-1].startswith("no T-pose")
 
 
 @pytest.mark.nightly
-def test_average_body_is_kept_while_the_person_is_away(standing: tuple[TrackState, list[Outcome]]) -> None:
-    state, outcomes = standing
-    config = setup(CAMERAS)
-    state, _ = run(config, [None] * 61, state, len(outcomes))
+def test_average_body_is_kept_while_the_person_is_away(standing: Played) -> None:
+    state, outcomes, _ = standing
+    state, _, _ = run([None] * 61, state, len(outcomes))
     assert isinstance(state.phase, Lost)
-    state, back = run(config, [STANDING] * 3, state, len(outcomes) + 61)
+    state, back, _ = run([STANDING] * 3, state, len(outcomes) + 61)
     assert isinstance(state.phase, Tracking)
     assert state.phase.person.measuring is not None
     assert back[-1].pose is not None
@@ -121,30 +112,24 @@ def box(camera: Camera, width: float, height: float, depth: float) -> Mask:
 @pytest.mark.parametrize("size", [(0.5, 1.2, 0.5), (0.9, 2.0, 0.05), (0.6, 1.7, 0.6)], ids=["box", "door", "wardrobe"])
 @pytest.mark.parametrize("views", [2, 4])
 def test_furniture_never_starts(size: tuple[float, float, float], views: int) -> None:
-    cameras = ring(views)
-    config = setup(cameras)
-    state = initial_state(config)
+    config = setup(ring(views))
+    state, masks = initial_state(config), {viewer: box(camera, *size) for viewer, camera in config.cameras.items()}
     for k in range(2 * AFTER + 4):
-        state, outcome = track(
-            config, state, k * FRAME_NS, {viewer: box(camera, *size) for viewer, camera in cameras.items()}
-        )
+        state, outcome = track(config, state, k * FRAME_NS, masks)
         assert outcome.pose is None
     assert describe(state).startswith("no T-pose")
 
 
 def test_empty_room_never_starts() -> None:
-    config = setup(CAMERAS)
-    state, outcomes = run(config, [None] * (AFTER + 2), initial_state(config))
+    _, outcomes, texts = run([None] * (AFTER + 2))
     assert all(outcome.pose is None for outcome in outcomes)
-    assert describe(state) == "waiting for a person"
+    assert texts[-1] == "waiting for a person"
 
 
 @pytest.mark.nightly
 def test_clock_that_is_set_back_starts_the_time_again() -> None:
-    config = setup(CAMERAS)
-    state = initial_state(config)
-    masks = rendered_masks(CAMERAS, SEED, STANDING)
+    state, masks = initial_state(SETUP), rendered_masks(SETUP.cameras, SEED, STANDING)
     hour_ns = 3_600_000_000_000
     for captured_ns in (hour_ns, *(k * FRAME_NS for k in range(AFTER + 1))):
-        state, outcome = track(config, state, captured_ns, masks)
+        state, outcome = track(SETUP, state, captured_ns, masks)
     assert outcome.pose is not None

@@ -3,25 +3,29 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import frames_of, moved, tangent_rays, upright
+from tests.support.tracker_scenes import (
+    NO_RAYS,
+    contact_of,
+    each_anatomy,
+    frames_of,
+    in_t_pose,
+    moved,
+    tangent_rays,
+    upright,
+)
 from zenocap.common.arrays import Floats, Floats32
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.proportions import t_pose_angles
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.definition import Bdp
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
-from zenocap.services.tracker.body.sizes import COUNT, FACTORS, SPREADS, entries_of, scaled, values_of
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, nearest_of
+from zenocap.services.tracker.body.sizes import COUNT, SPREADS, entries_of, scaled, values_of
+from zenocap.services.tracker.evidence.rays import nearest_of
 from zenocap.services.tracker.evidence.residuals import robust_weight
 from zenocap.services.tracker.initialization.body_fitting import FitSample, fit_body, fit_equations
 from zenocap.services.tracker.parameters import FIT_RESIDUAL_LIMIT_M, FIT_RESIDUAL_SCALE_M
 
 pytestmark = pytest.mark.slow
-
-ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
-NAMES = ["stature", *(factor.name for factor in FACTORS)]
 
 
 def equations_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32) -> tuple[Floats, Floats, float, float]:
@@ -34,14 +38,8 @@ def equations_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32) 
     return a, b, squares, number
 
 
-def found_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32, part: int) -> Floats:
-    model, found = model_of(anatomy, body), np.empty(CONTACT_LENGTH)
-    contact_on_part(model, frames_of(model, pose)[part], part, rays, 0, found)
-    return found
-
-
 @pytest.mark.nightly
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) -> None:
     """Ray by ray, by finite differences of the contact; it slides on the surface, which the equations leave out."""
     body, pose = scaled(anatomy, average_body(anatomy, 1.75), np.zeros(COUNT)), upright(anatomy, 1, spread=0.2)
@@ -51,7 +49,7 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
     wrong = []
     for i, part in enumerate(parts.tolist()):
         ray = np.ascontiguousarray(rays[:, i : i + 1])
-        found = found_of(anatomy, body, pose, ray, part)
+        found = contact_of(model, frames_of(model, pose)[part], part, ray)
         if abs(found[1]) < 1e-4 or not 0.1 < found[5] < 0.9:
             continue
         a, b, squares, number = equations_of(anatomy, body, pose, ray)
@@ -63,13 +61,10 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
         for k in range(COUNT + dof):
             gaps = []
             for sign in (1.0, -1.0):
-                other, there = body, pose.copy()
-                if k < COUNT:
-                    other = scaled(anatomy, body, sign * tiny * np.eye(COUNT)[k])
-                else:
-                    step = sign * tiny * np.eye(dof)[k - COUNT]
-                    apply_step(model, frames_of(model, pose), step, there)
-                gaps.append(float(found_of(anatomy, other, there, ray, part)[1]))
+                step, there = sign * tiny * np.eye(COUNT + dof)[k], pose.copy()
+                other = model_of(anatomy, scaled(anatomy, body, step[:COUNT]))
+                apply_step(model, frames_of(model, pose), step[COUNT:], there)
+                gaps.append(contact_of(other, frames_of(other, there)[part], part, ray)[1])
             plain[k] = -(gaps[0] - gaps[1]) / (2 * tiny)
         wrong.append(np.abs(row - plain).max() / np.abs(plain).max())
     assert len(wrong) > 20
@@ -80,9 +75,7 @@ def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) 
 def samples_of(anatomy: Anatomy, body: Bdp, many: int) -> list[FitSample]:
     """T-pose and other poses of a body, each started from nearby."""
     model, rng = model_of(anatomy, body), np.random.default_rng(7)
-    stretched = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
-    true = [RootedPose(np.array([0.1, 0.95, 0.0]), np.eye(3), stretched)]
-    true += [upright(anatomy, seed, spread=0.3) for seed in range(1, many)]
+    true = [in_t_pose(anatomy, [0.1, 0.95, 0.0]), *(upright(anatomy, seed, spread=0.3) for seed in range(1, many))]
     return [
         FitSample(tangent_rays(model, pose, 400, n), start, start.values, 0.5)
         for n, pose in enumerate(true)
@@ -91,7 +84,7 @@ def samples_of(anatomy: Anatomy, body: Bdp, many: int) -> list[FitSample]:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_sizes_of_a_body_are_recovered(anatomy: Anatomy) -> None:
     average = average_body(anatomy, 1.75)
     logs = np.random.default_rng(3).normal(scale=0.7 * SPREADS)
@@ -106,9 +99,8 @@ def test_sizes_of_a_body_are_recovered(anatomy: Anatomy) -> None:
 
 
 def test_fit_without_rays_keeps_the_average() -> None:
-    anatomy = FOURTEEN_PARTS
-    start = upright(anatomy, 0)
-    sample = FitSample(np.empty((11, 0), np.float32), start, start.values, 0.3)
-    measured = fit_body(anatomy, average_body(anatomy, 1.75), [sample], np.full(COUNT, 0.1), 5)
+    start = upright()
+    sample = FitSample(NO_RAYS, start, start.values, 0.3)
+    measured = fit_body(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75), [sample], np.full(COUNT, 0.1), 5)
     assert measured.logs == pytest.approx(np.zeros(COUNT), abs=1e-3)
     assert measured.poses[0].position == pytest.approx(start.position)

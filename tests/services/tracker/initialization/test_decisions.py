@@ -15,14 +15,13 @@ from tests.services.tracker.initialization.test_heading import (
     standing,
     tracking,
 )
-from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
-from tests.support.tracker_scenes import frames_of, rays_alone
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, simulated_person, standing_at, t_pose_at
+from tests.support.tracker_scenes import each_anatomy, frames_of, rays_alone
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.recording.setup_file import RecordedTurn
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.initialization.decisions import (
     by_decision,
@@ -35,9 +34,7 @@ from zenocap.services.tracker.initialization.decisions import (
     turned_as_decided,
 )
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
-from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState
-from zenocap.services.tracker.tracking import describe, initial_state, track
-from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
+from zenocap.services.tracker.states import Options, Setup
 
 SEED, YAW = 3, 0.5
 
@@ -46,18 +43,10 @@ def with_options(config: Setup, **changes: object) -> Setup:
     return replace(config, options=replace(config.options, **changes))
 
 
-def run(config: Setup, poses: list[PersonPose]) -> TrackState:
-    state = initial_state(config)
-    for k, pose in enumerate(poses):
-        state, _ = track(config, state, k * FRAME_NS, rendered_masks(config.cameras, SEED, pose))
-    return state
-
-
 def test_front_is_towards_the_camera_or_along_the_heading() -> None:
     config = setup(ring(4))
     assert decided_front(config, np.zeros(3)) is None
     front = decided_front(with_options(config, front="2"), np.array([0.5, 0.9, 0.2]))
-    assert front is not None
     towards = config.cameras["2"].centre - [0.5, 0.0, 0.2]
     np.testing.assert_allclose(front, [*(towards * [1, 0, 1] / np.hypot(towards[0], towards[2]))])
     for degrees, along in ((0.0, [0, 0, 1]), (90.0, [1, 0, 0]), (-90.0, [-1, 0, 0]), (180.0, [0, 0, -1])):
@@ -71,12 +60,10 @@ def test_front_is_towards_the_camera_or_along_the_heading() -> None:
 def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> None:
     """Also against the feet: the pictures show them in the other direction for 180 degrees."""
     config = with_options(setup(ring(4)), heading=YAW + np.radians(turned + 60.0))
-    state = run(config, [t_pose_at(SEED, yaw=YAW)] * (T_POSE_FRAMES + 25))
-    assert isinstance(state.phase, Tracking)
-    along = np.array([np.sin(YAW), 0.0, np.cos(YAW)]) * np.cos(np.radians(turned))
-    assert state.phase.estimate.rotation[:, 2] @ along > 0.9
+    state, _, texts = played(config, SEED, [t_pose_at(SEED, yaw=YAW)] * (T_POSE_FRAMES + 25))
+    assert state.phase.estimate.rotation[:, 2] @ ahead(YAW + np.radians(turned)) > 0.9
     assert state.phase.decided_ns is not None
-    assert describe(state) == "tracking"
+    assert texts[-1] == "tracking"
 
 
 @pytest.mark.nightly
@@ -84,11 +71,8 @@ def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> N
 @pytest.mark.parametrize("height", [None, simulated_person(SEED).height])
 def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float, height: float | None) -> None:
     config = with_options(setup(ring(4), height), heading=YAW + np.radians(turned))
-    person = place(neutral(simulated_person(SEED)), Placement(0.3, -0.2, YAW))
-    state = run(config, [person] * (START_AFTER_NS // FRAME_NS + 6))
-    assert isinstance(state.phase, Tracking)
-    along = np.array([np.sin(YAW), 0.0, np.cos(YAW)]) * np.cos(np.radians(turned))
-    assert state.phase.estimate.rotation[:, 2] @ along > 0.8
+    state, _, _ = played(config, SEED, [standing_at(SEED, 0.3, -0.2, YAW)] * (START_AFTER_NS // FRAME_NS + 6))
+    assert state.phase.estimate.rotation[:, 2] @ ahead(YAW + np.radians(turned)) > 0.8
     assert state.phase.decided_ns is not None
 
 
@@ -101,30 +85,26 @@ def test_the_feet_do_not_overrule_the_decision_at_the_start_and_only_clearly_lat
     assert least_toes(decided, 10 + DECIDED_NS) == -HEADING_TOES
 
 
-@pytest.mark.parametrize("anatomy", [FOURTEEN_PARTS, TEN_PARTS], ids=lambda anatomy: anatomy.name)
+@each_anatomy
 def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
-    body = average_body(anatomy, 1.75)
-    values = standing(anatomy).values
-    names = coordinates_of(anatomy).names
-    values[names.index("right_elbow.x")] += 0.8
-    pose = RootedPose(STANDING.position, STANDING.rotation, values)
+    body, pose = average_body(anatomy, 1.75), standing(anatomy)
+    pose.values[coordinates_of(anatomy).names.index("right_elbow.x")] += 0.8
     other = exchanged_limbs(anatomy, body, pose)
     assert other.rotation[:, 2] @ pose.rotation[:, 2] < -0.95
     at = {one.name: k for k, one in enumerate(anatomy.markers)}
     here, there = (joint_centres(anatomy, body, one.pose(anatomy)) for one in (pose, other))
     there += here[at["Hip"]] - there[at["Hip"]]
     for name in ("Elbow", "Wrist", "Knee", "Ankle"):
-        np.testing.assert_allclose(there[at[f"L{name}"]], here[at[f"R{name}"]], atol=0.06)
-        np.testing.assert_allclose(there[at[f"R{name}"]], here[at[f"L{name}"]], atol=0.06)
+        for one, opposite in ("LR", "RL"):
+            np.testing.assert_allclose(there[at[one + name]], here[at[opposite + name]], atol=0.06)
 
 
 def test_opposite_pose_fills_the_same_space() -> None:
     person = tracking(STANDING).person
     found = opposite_pose(SETUP, person, rays_alone(rays()), STANDING)
     assert not faces(found, STANDING.rotation[:, 2])
-    ends = [frames_of(MODEL, one)[[k for k, name in enumerate(FOURTEEN_PARTS.parts) if name in names], :, 3]
-            for one, names in ((STANDING, ("right_lower_arm",)), (found, ("left_lower_arm",)))]  # fmt: skip
-    assert np.linalg.norm(ends[0] - ends[1]) < 0.08
+    right, left = (FOURTEEN_PARTS.index[f"{side}_lower_arm"] for side in ("right", "left"))
+    assert np.linalg.norm(frames_of(MODEL, STANDING)[right, :, 3] - frames_of(MODEL, found)[left, :, 3]) < 0.08
     assert person.body is BODY
 
 

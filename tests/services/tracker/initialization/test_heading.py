@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from tests.support.tracker_ring import ring, setup
-from tests.support.tracker_scenes import rays_alone, tangent_rays, turn
+from tests.support.tracker_scenes import MODEL, STATURE_M, average_model, in_t_pose, rays_alone, tangent_rays
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.definition import Pose
-from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.common.body.proportions import HIP_HEIGHT
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
@@ -22,9 +20,7 @@ from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
 from zenocap.services.tracker.states import TrackedPerson, Tracking
 from zenocap.services.tracker.tracking import describe, initial_state
 
-STATURE_M = 1.75
 BODY = average_body(FOURTEEN_PARTS, STATURE_M)
-MODEL = model_of(FOURTEEN_PARTS, BODY)
 
 
 @cache
@@ -34,16 +30,15 @@ def rays() -> Floats32:
 
 def standing(anatomy: Anatomy) -> RootedPose:
     """In the T-pose, facing between +Z and +X."""
-    values = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
-    return RootedPose(np.array([0.1, HIP_HEIGHT * STATURE_M, 0.2]), turn(np.array([0.0, 0.5, 0.0])), values)
+    return in_t_pose(anatomy, [0.1, HIP_HEIGHT * STATURE_M, 0.2], yaw=0.5)
 
 
 STANDING = standing(FOURTEEN_PARTS)
-SETUP = replace(setup(ring(4)), anatomy=FOURTEEN_PARTS)
+SETUP = setup(ring(4))
 
 
 def reversed_of(pose: RootedPose) -> RootedPose:
-    return RootedPose(pose.position.copy(), pose.rotation @ np.diag([-1.0, 1.0, -1.0]), pose.values.copy())
+    return pose._replace(rotation=pose.rotation @ np.diag([-1.0, 1.0, -1.0]))
 
 
 def tracking(pose: RootedPose, known: bool = False) -> Tracking:
@@ -53,14 +48,9 @@ def tracking(pose: RootedPose, known: bool = False) -> Tracking:
 
 @pytest.mark.parametrize("anatomy", [FOURTEEN_PARTS, TEN_PARTS], ids=["feet", "no feet"])
 def test_feet_reach_forward_and_for_a_reversed_pose_backwards(anatomy: Anatomy) -> None:
-    model = model_of(anatomy, average_body(anatomy, STATURE_M))
-    pose = standing(anatomy)
-    ahead = foot_reach(anatomy, model, rays(), pose, STATURE_M)
-    behind = foot_reach(anatomy, model, rays(), reversed_of(pose), STATURE_M)
-    assert ahead is not None
-    assert behind is not None
-    assert ahead > 0.03
-    assert behind < -0.03
+    model, pose = average_model(anatomy), standing(anatomy)
+    assert foot_reach(anatomy, model, rays(), pose, STATURE_M) > 0.03
+    assert foot_reach(anatomy, model, rays(), reversed_of(pose), STATURE_M) < -0.03
 
 
 def test_without_feet_in_the_scene_nothing_changes() -> None:
@@ -84,16 +74,14 @@ def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
         phase, frames = with_toes(FOURTEEN_PARTS, phase, rays()), frames + 1
         assert frames < 15
     assert not phase.person.heading_known
-    outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays_alone(rays()))
+    after, _ = check_reversed_heading(SETUP, phase, no_pose(SETUP, lost=False), 0, rays_alone(rays()))
     assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
     assert after.toes > REVERSED_TOES
 
 
 def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_feet_farther_back() -> None:
     phase = replace(tracking(STANDING), toes=0.9 * REVERSED_TOES)
-    outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays_alone(rays()))
+    after, _ = check_reversed_heading(SETUP, phase, no_pose(SETUP, lost=False), 0, rays_alone(rays()))
     assert after.estimate is phase.estimate
     assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still reported as uncertain
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.tracker_ring import rendered_masks, ring, seen, simulated_person, t_pose_at
+from tests.support.tracker_ring import ring, shown, simulated_person, t_pose_at
+from tests.support.tracker_scenes import NO_RAYS
 from zenocap.common.arrays import Floats32
 from zenocap.services.tracker.hull.contour_rays import FAR, NEAR, midpoints
 from zenocap.services.tracker.initialization.localization import Column, find_column, rays_in_column, reliability
@@ -14,15 +15,13 @@ CAMERAS = ring(4)
 
 
 def rays_at(x: float, z: float) -> Floats32:
-    rays = seen(CAMERAS, list(rendered_masks(CAMERAS, 1, t_pose_at(1, x, z)).values())).rays
-    return rays
+    return shown(CAMERAS, 1, t_pose_at(1, x, z)).rays
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.7, -0.4)])
 def test_column_is_where_most_layers_are_occupied(place: tuple[float, float]) -> None:
     column = find_column(rays_at(*place))
-    assert column is not None
     assert np.linalg.norm(column.centre - place) < 0.1
     assert column.top - column.low == pytest.approx(simulated_person(1).height, rel=0.08)
 
@@ -33,14 +32,12 @@ def test_low_clutter_does_not_move_the_column() -> None:
     heap = rays[:, rng.integers(0, rays.shape[1], 3 * rays.shape[1])].copy()
     heap[:3] = (np.array([1.5, 0.1, 1.0])[:, None] + rng.uniform(-0.3, 0.3, (3, heap.shape[1]))).astype(np.float32)
     heap[NEAR : FAR + 1] = 0.0
-    column = find_column(np.concatenate([rays, heap], axis=1))
-    assert column is not None
-    assert np.linalg.norm(column.centre) < 0.1
+    assert np.linalg.norm(find_column(np.concatenate([rays, heap], axis=1)).centre) < 0.1
 
 
 def test_few_rays_give_no_column() -> None:
     assert find_column(rays_at(0.0, 0.0)[:, :20]) is None
-    assert find_column(np.empty((11, 0), np.float32)) is None
+    assert find_column(NO_RAYS) is None
 
 
 def test_long_interval_is_less_reliable() -> None:

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import moved, tangent_rays, upright
+from tests.support.tracker_scenes import DOF, moved, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Bdp
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.jacobian import ROOT
 from zenocap.services.tracker.body.sizes import COUNT, SPREADS, entries_of, scaled, values_of
 from zenocap.services.tracker.initialization.body_fitting import fit_equations
 from zenocap.services.tracker.initialization.online_shape import (
@@ -41,12 +40,10 @@ def postures(body: Bdp, many: int) -> list[tuple[RootedPose, Floats32]]:
 def normal(shape: ShapeEstimate, pose: RootedPose, rays: Floats32) -> tuple[Floats, Floats]:
     """Normal equations of one posture in sizes and pose, prior of the pose included."""
     body = scaled(ANATOMY, shape.average, shape.logs)
-    dof = ROOT + len(pose.values)
-    a, b = np.zeros((COUNT + dof, COUNT + dof)), np.zeros(COUNT + dof)
+    a, b = np.zeros((COUNT + DOF, COUNT + DOF)), np.zeros(COUNT + DOF)
     fit_equations(model_of(ANATOMY, body), entries_of(ANATOMY), values_of(ANATOMY, body), pose, rays, a, b)
     a, b = a * EFFECTIVE / rays.shape[1], b * EFFECTIVE / rays.shape[1]
-    held = np.repeat(POSTURE_DEVIATION, [3, 3, dof - ROOT])
-    a[COUNT:, COUNT:] += np.diag(1.0 / held**2)
+    a[COUNT:, COUNT:] += np.diag(1.0 / np.repeat(POSTURE_DEVIATION, [3, 3, DOF - 6]) ** 2)
     return a, b
 
 
@@ -57,13 +54,12 @@ def test_sequential_postures_equal_one_joint_solve() -> None:
     shape = initial_shape(AVERAGE, 0.5 * LOGS)
     for pose, rays in seen:
         shape = updated_shape(ANATOMY, shape, rays, pose, EFFECTIVE)
-    dof = ROOT + len(seen[0][0].values)
-    whole, gradient = np.zeros((COUNT + 3 * dof, COUNT + 3 * dof)), np.zeros(COUNT + 3 * dof)
+    whole, gradient = np.zeros((COUNT + 3 * DOF, COUNT + 3 * DOF)), np.zeros(COUNT + 3 * DOF)
     whole[:COUNT, :COUNT] = np.diag(1.0 / SPREADS**2)
     gradient[:COUNT] = -shape.logs / SPREADS**2  # towards the average, from the body in use
     for n, (pose, rays) in enumerate(seen):
         a, b = normal(shape, pose, rays)
-        rows = np.r_[0:COUNT, COUNT + n * dof : COUNT + (n + 1) * dof]
+        rows = np.r_[0:COUNT, COUNT + n * DOF : COUNT + (n + 1) * DOF]
         whole[np.ix_(rows, rows)] += a
         gradient[rows] += b
     step = np.linalg.solve(whole, gradient)[:COUNT]
@@ -90,9 +86,7 @@ def test_sizes_converge_to_the_persons() -> None:
     shape = initial_shape(AVERAGE)
     for pose, rays in postures(BODY, 8):
         shape = updated_shape(ANATOMY, shape, rays, pose)
-    better = improved_body(ANATOMY, shape)
-    assert better is not None
-    known, body = better
+    known, body = improved_body(ANATOMY, shape)
     assert np.array_equal(body.sizes, scaled(ANATOMY, AVERAGE, known.logs).sizes)
     before, after = np.abs(AVERAGE.offsets - BODY.offsets).sum(), np.abs(body.offsets - BODY.offsets).sum()
     assert after < 0.6 * before

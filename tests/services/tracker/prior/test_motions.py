@@ -8,6 +8,7 @@ import pytest
 from tests.common.body.test_inverse_kinematics import body, random_pose
 from tests.support.places import CLIPS, GOLDEN, MOTIONS
 from tests.support.pose_tracks import moving
+from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
@@ -22,14 +23,8 @@ from zenocap.services.tracker.prior.motions import actor_motion, motion_of, read
 
 GOLDEN = GOLDEN / "arms.mcap"
 CLIP = CLIPS / "walk7"
-BOTH = (TEN_PARTS, FOURTEEN_PARTS)
+COORDINATES = coordinates_of(TEN_PARTS)
 FASTEST = 30.0  # rad/s
-
-
-def centres(anatomy: Anatomy, coordinates: Floats, root: Floats) -> dict[str, Floats]:
-    pose = Pose(np.zeros(3), coordinates_of(anatomy).angles(coordinates, root))
-    points = joint_centres(anatomy, body(anatomy), pose)
-    return {marker.name: point for marker, point in zip(anatomy.markers, points, strict=True)}
 
 
 @pytest.mark.nightly
@@ -52,12 +47,11 @@ def test_another_kind_of_motion_is_refused() -> None:
 
 def test_bvh_round_trip_keeps_the_motion(tmp_path: Path) -> None:
     track = moving(6)
-    poses = [random_pose(TEN_PARTS, seed) for seed in range(6)]
-    track.angles[:] = [pose.angles for pose in poses]
+    track.angles[:] = [random_pose(TEN_PARTS, seed).angles for seed in range(6)]
     write_bvh(tmp_path / "mine.bvh", track)
     motion = read_motion(tmp_path / "mine.bvh", TEN_PARTS)
     assert (motion.name, motion.rate) == ("mine", 30.0)
-    assert motion.coordinates.shape == (6, coordinates_of(TEN_PARTS).dimension)
+    assert motion.coordinates.shape == (6, COORDINATES.dimension)
 
 
 def trc(folder: Path, anatomy: Anatomy = TEN_PARTS, count: int = 90) -> tuple[Path, Floats]:
@@ -111,7 +105,7 @@ def test_error_names_the_invalid_motion_file(tmp_path: Path) -> None:
 @pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 @pytest.mark.parametrize("name", ["cmu_02_01", "cmu_02_03", "cmu_02_05", "cmu_07_03", "cmu_10_01"])
 def test_motion_capture_has_no_jumps_and_no_rest_pose(name: str, anatomy: Anatomy) -> None:
     motion = read_motion(MOTIONS / f"{name}.bvh", anatomy)
@@ -138,7 +132,7 @@ def test_walk_has_plausible_angles_from_bvh_and_ground_truth() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 def test_take_has_its_motion_in_either_anatomy(anatomy: Anatomy) -> None:
     motion = read_motion(GOLDEN, anatomy)
     known = np.isfinite(motion.coordinates).all(axis=1)
@@ -155,7 +149,8 @@ def test_take_in_its_own_anatomy_has_the_poses_of_its_messages() -> None:
     track = read_poses(GOLDEN).track()
     motion = read_motion(GOLDEN, TEN_PARTS)
     for row in np.flatnonzero(track.known)[::7]:
-        values = motion.coordinates[track.frames[row]]
-        expected = centres(TEN_PARTS, coordinates_of(TEN_PARTS).of_pose(track.pose(int(row))), np.eye(3))
-        for name, point in centres(TEN_PARTS, values, np.eye(3)).items():
-            np.testing.assert_allclose(point, expected[name], atol=1e-6, err_msg=name)
+        found, expected = (
+            joint_centres(TEN_PARTS, body(TEN_PARTS), Pose(np.zeros(3), COORDINATES.angles(values, np.eye(3))))
+            for values in (motion.coordinates[track.frames[row]], COORDINATES.of_pose(track.pose(int(row))))
+        )
+        np.testing.assert_allclose(found, expected, atol=1e-6)

@@ -1,50 +1,49 @@
 """Preparation of motion for training."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.support.prior_cases import COORDINATES, D
+from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.services.tracker.prior.sequences import finite_runs, held_out, mirrored, resampled, rms_velocities
 
+SWAP = {"left": "right", "right": "left"}
 SEEDS = st.integers(0, 2**32 - 1)
-BOTH = pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
 
 
 def origins(anatomy: Anatomy, values: Floats) -> Floats:
     """(parts, 3) start and end of every part of a symmetric body, root unrotated."""
-    coordinates = coordinates_of(anatomy)
     count = len(anatomy.joints)
     offsets = np.zeros((count, 3))
     for k, joint in enumerate(anatomy.joints):
         side = {"l": 1.0, "r": -1.0}.get(joint.name[0] if "_" in joint.name and joint.name != "neck_base" else "", 0.0)
         offsets[k] = (0.15 * side, 0.3, 0.02)
-    angles = coordinates.angles(values, np.eye(3))
+    angles = coordinates_of(anatomy).angles(values, np.eye(3))
     frames = part_frames(anatomy, Bdp(np.ones((count, 3)), offsets), Pose(np.zeros(3), angles))
     return np.concatenate([frames[:, :, 3], frames[:, :, 3] + frames[:, :, 1]])
 
 
-@BOTH
+@each_anatomy
 @pytest.mark.parametrize("seed", range(5))
 def test_mirrored_pose_is_the_body_in_a_mirror(anatomy: Anatomy, seed: int) -> None:
     coordinates = coordinates_of(anatomy)
     values = np.random.default_rng(seed).normal(scale=0.3, size=coordinates.dimension)
-    index = {part: k for k, part in enumerate(anatomy.parts)}
-    swap = {"left": "right", "right": "left"}
-    order = [
-        index[part.replace(part.split("_")[0], swap.get(part.split("_")[0], part.split("_")[0]))] for part in anatomy.parts
-    ]
+    order = [anatomy.index[re.sub("left|right", lambda side: SWAP[side[0]], part)] for part in anatomy.parts]
     places = origins(anatomy, values).reshape(2, -1, 3)[:, order].reshape(-1, 3)
     assert np.allclose(origins(anatomy, mirrored(coordinates, values[None])[0]), places * [-1, 1, 1], atol=1e-9)
 
 
-@BOTH
+@each_anatomy
 @given(seed=SEEDS)
 def test_mirroring_twice_is_the_identity(anatomy: Anatomy, seed: int) -> None:
     coordinates = coordinates_of(anatomy)
@@ -53,27 +52,24 @@ def test_mirroring_twice_is_the_identity(anatomy: Anatomy, seed: int) -> None:
 
 
 def test_resampling_keeps_the_instants_that_both_rates_have() -> None:
-    coordinates = coordinates_of(FOURTEEN_PARTS)
-    poses = np.random.default_rng(0).normal(scale=0.3, size=(61, coordinates.dimension))
-    assert np.allclose(resampled(coordinates, poses, 120.0, 60.0), poses[::2], atol=1e-9)
-    assert np.allclose(resampled(coordinates, poses, 60.0, 120.0)[::2], poses, atol=1e-9)
-    assert resampled(coordinates, poses, 120.0, 50.0).shape == (26, coordinates.dimension)
-    assert resampled(coordinates, poses, 60.0, 60.0) is poses
+    poses = np.random.default_rng(0).normal(scale=0.3, size=(61, D))
+    assert np.allclose(resampled(COORDINATES, poses, 120.0, 60.0), poses[::2], atol=1e-9)
+    assert np.allclose(resampled(COORDINATES, poses, 60.0, 120.0)[::2], poses, atol=1e-9)
+    assert resampled(COORDINATES, poses, 120.0, 50.0).shape == (26, D)
+    assert resampled(COORDINATES, poses, 60.0, 60.0) is poses
 
 
 def test_between_two_poses_a_ball_joint_takes_the_shortest_turn() -> None:
-    coordinates = coordinates_of(FOURTEEN_PARTS)
-    poses = np.zeros((2, coordinates.dimension))
+    poses = np.zeros((2, D))
     poses[0, :3], poses[1, :3] = [3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]  # a small turn through pi
-    middle = resampled(coordinates, poses, 1.0, 2.0)[1]
+    middle = resampled(COORDINATES, poses, 1.0, 2.0)[1]
     assert Rotation.from_rotvec(middle[:3]).magnitude() == pytest.approx(np.pi)
 
 
 def test_rotation_past_pi_is_continuous() -> None:
-    coordinates = coordinates_of(FOURTEEN_PARTS)
-    poses = np.zeros((41, coordinates.dimension))
+    poses = np.zeros((41, D))
     poses[:, 3] = np.linspace(2.5, 4.5, 41)
-    assert np.allclose(resampled(coordinates, poses, 60.0, 90.0)[:, 3], np.linspace(2.5, 4.5, 61))
+    assert np.allclose(resampled(COORDINATES, poses, 60.0, 90.0)[:, 3], np.linspace(2.5, 4.5, 61))
 
 
 def test_runs_are_split_at_frames_without_a_pose() -> None:

@@ -6,10 +6,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 
 from zenocap.common.arrays import Floats, Floats32
-from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import t_pose_angles
@@ -28,8 +27,6 @@ CAMERAS = 6
 CAP = 0.7  # share of a free part's axis beyond which rays go around its end
 DEPTH_M = 0.4  # of a surviving interval, before and behind the tangent point
 NO_RAYS = np.zeros((11, 0), np.float32)
-
-each_anatomy = pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
 
 
 def average_model(anatomy: Anatomy) -> BodyModel:

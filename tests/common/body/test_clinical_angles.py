@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tests.common.body.test_inverse_kinematics import body, named_centres, random_pose
+from tests.support.anatomies import each_anatomy, mirrored
 from tests.support.angle_cases import posed
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.clinical_angles import (
     ANGLES,
@@ -18,10 +20,10 @@ from zenocap.common.body.clinical_angles import (
     joint_rotations,
     with_rigid_trunk,
 )
+from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.body.rotations import unit
 
-BOTH = (TEN_PARTS, FOURTEEN_PARTS)
 BENT_KNEES = {"right_knee.x": -30.0, "left_knee.x": -30.0}
 BENT_ELBOWS = {"right_elbow.x": 30.0, "left_elbow.x": 30.0}
 # Change of the model's joint angles, and the clinical angles that follow; all others stay 0.
@@ -86,13 +88,17 @@ BY_ANATOMY = [
 ]
 
 
+def found_of(anatomy: Anatomy, changes: dict[str, float]) -> dict[str, Floats]:
+    return clinical_angles(joint_rotations(anatomy, posed(anatomy, changes)))
+
+
 @pytest.mark.parametrize(
     ("anatomy", "name", "changes", "expected"), BY_ANATOMY, ids=lambda v: v if isinstance(v, str) else ""
 )
 def test_a_joint_turned_alone_changes_its_angles_by_as_much(
     anatomy: Anatomy, name: str, changes: dict[str, float], expected: dict[str, float]
 ) -> None:
-    found = clinical_angles(joint_rotations(anatomy, posed(anatomy, changes)))
+    found = found_of(anatomy, changes)
     assert set(expected) <= set(found)
     for angle, (value,) in found.items():
         if np.isfinite(value) or angle in expected:
@@ -100,7 +106,7 @@ def test_a_joint_turned_alone_changes_its_angles_by_as_much(
 
 
 def test_the_neutral_pose_has_no_angles_and_no_axial_rotation() -> None:
-    found = clinical_angles(joint_rotations(FOURTEEN_PARTS, posed(FOURTEEN_PARTS, {})))
+    found = found_of(FOURTEEN_PARTS, {})
     assert list(found) == [angle.name for angle in ANGLES]
     undefined = {name for name, (value,) in found.items() if np.isnan(value)}
     assert undefined == {
@@ -110,15 +116,14 @@ def test_the_neutral_pose_has_no_angles_and_no_axial_rotation() -> None:
 
 
 def test_ten_parts_have_no_angles_of_pelvis_and_ankles() -> None:
-    missing = {angle.name for angle in ANGLES} - set(clinical_angles(joint_rotations(TEN_PARTS, posed(TEN_PARTS, {}))))
+    missing = {angle.name for angle in ANGLES} - set(found_of(TEN_PARTS, {}))
     trunk = {"trunk_flexion", "trunk_bending", "trunk_rotation", "pelvis_tilt", "pelvis_obliquity"}
     assert missing == trunk | {"ankle_dorsiflexion_r", "ankle_dorsiflexion_l"}
 
 
 def test_an_axial_rotation_needs_a_flexed_hinge() -> None:
     for flexion, defined in ((LEAST_FLEXION_DEG - 1, False), (LEAST_FLEXION_DEG + 1, True)):
-        angles = posed(TEN_PARTS, {"right_knee.x": -flexion, "right_elbow.x": flexion})
-        found = clinical_angles(joint_rotations(TEN_PARTS, angles))
+        found = found_of(TEN_PARTS, {"right_knee.x": -flexion, "right_elbow.x": flexion})
         assert np.isfinite(found["hip_rotation_r"][0]) == defined
         assert np.isfinite(found["shoulder_rotation_r"][0]) == defined
 
@@ -126,7 +131,7 @@ def test_an_axial_rotation_needs_a_flexed_hinge() -> None:
 def test_flexion_of_an_arm_stretched_sideways_is_not_defined() -> None:
     nearest = 90.0 - FROM_LOCK_DEG
     for adduction, defined in ((nearest - 1, True), (nearest + 1, False), (179 - nearest, False), (181 - nearest, True)):
-        found = clinical_angles(joint_rotations(TEN_PARTS, posed(TEN_PARTS, {"right_shoulder.z": -adduction})))
+        found = found_of(TEN_PARTS, {"right_shoulder.z": -adduction})
         assert np.isfinite(found["shoulder_flexion_r"][0]) == defined
         assert found["shoulder_elevation_r"][0] == pytest.approx(adduction)
 
@@ -138,9 +143,8 @@ def test_unknown_rows_stay_unknown() -> None:
 
 
 def test_an_elbow_that_flexes_backward_equals_one_turned_by_half_a_turn() -> None:
-    backward = joint_rotations(TEN_PARTS, posed(TEN_PARTS, {"right_elbow.x": -50, "right_shoulder.y": 30}))
-    forward = joint_rotations(TEN_PARTS, posed(TEN_PARTS, {"right_elbow.x": 50, "right_shoulder.y": -150}))
-    one, other = clinical_angles(backward), clinical_angles(forward)
+    one = found_of(TEN_PARTS, {"right_elbow.x": -50, "right_shoulder.y": 30})
+    other = found_of(TEN_PARTS, {"right_elbow.x": 50, "right_shoulder.y": -150})
     assert one["elbow_flexion_r"][0] == pytest.approx(50.0)
     for name, values in one.items():
         np.testing.assert_allclose(values, other[name], atol=1e-9, err_msg=name)
@@ -152,8 +156,14 @@ def test_an_anatomy_without_a_trunk_is_an_error() -> None:
         joint_rotations(bare, np.zeros((1, 3)))
 
 
+def assert_equal_turns(found: Floats, expected: Floats, name: str) -> None:
+    """Degrees, equal but for whole turns; unknown where they are expected to be."""
+    turns = (found - expected + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(turns, np.where(np.isnan(expected), np.nan, 0.0), atol=1e-6, err_msg=name)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 @given(seed=st.integers(0, 10_000), heading=st.floats(-7.0, 7.0))
 @settings(deadline=None, max_examples=40)
 def test_a_rotation_about_the_vertical_changes_no_angle(anatomy: Anatomy, seed: int, heading: float) -> None:
@@ -162,35 +172,24 @@ def test_a_rotation_about_the_vertical_changes_no_angle(anatomy: Anatomy, seed: 
     turned[0, anatomy.index["navel.y"]] += heading
     one, other = (clinical_angles(joint_rotations(anatomy, poses)) for poses in (angles, turned))
     for name, values in one.items():
-        np.testing.assert_allclose(
-            _wrapped(other[name] - values), np.where(np.isnan(values), np.nan, 0.0), atol=1e-6, err_msg=name
-        )
+        assert_equal_turns(other[name], values, name)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=40)
 def test_a_mirrored_pose_has_the_angles_of_the_other_side(anatomy: Anatomy, seed: int) -> None:
     angles = random_pose(anatomy, seed).angles[None]
-    mirrored = angles.copy()
-    for name in anatomy.angles:
-        joint, axis = name.split(".")
-        other = joint.replace("right", "*").replace("left", "right").replace("*", "left")
-        sign = 1.0 if axis == "x" else -1.0
-        mirrored[0, anatomy.index[f"{other}.{axis}"]] = sign * angles[0, anatomy.index[name]]
-    one, two = (clinical_angles(joint_rotations(anatomy, poses)) for poses in (angles, mirrored))
+    one, two = (clinical_angles(joint_rotations(anatomy, poses)) for poses in (angles, mirrored(anatomy, angles)))
     lateral = ("pelvis_obliquity", "trunk_lateral_lean", "trunk_bending", "trunk_rotation", "neck_bending")
     for name, values in one.items():
         other = name[:-1] + {"r": "l", "l": "r"}[name[-1]] if name.endswith(("_r", "_l")) else name
-        expected = -values if name in lateral else values
-        np.testing.assert_allclose(
-            _wrapped(two[other] - expected), np.where(np.isnan(values), np.nan, 0.0), atol=1e-6, err_msg=name
-        )
+        assert_equal_turns(two[other], -values if name in lateral else values, name)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=40)
 def test_knee_elbow_and_arm_elevation_are_angles_between_joint_centres(anatomy: Anatomy, seed: int) -> None:
@@ -233,16 +232,10 @@ def test_a_trunk_that_does_not_bend_stays_the_same_as_one_part() -> None:
 def test_a_trunk_as_one_part_is_that_of_ten_parts_from_joint_centres() -> None:
     changes = {"waist.x": 20, "waist.z": 10, "navel.x": 10, "right_hip.x": 40, "left_shoulder.x": 60, **BENT_KNEES}
     angles = posed(FOURTEEN_PARTS, changes)
-    pose = random_pose(FOURTEEN_PARTS, 0)
-    pose.angles[:] = angles[0]
-    centres = named_centres(FOURTEEN_PARTS, body(FOURTEEN_PARTS), [pose])
+    centres = named_centres(FOURTEEN_PARTS, body(FOURTEEN_PARTS), [Pose(np.zeros(3), angles[0])])
     ten = np.array([one.angles for one in poses_from_centres(TEN_PARTS, centres)])
     expected = clinical_angles(joint_rotations(TEN_PARTS, ten))
     found = clinical_angles(with_rigid_trunk(joint_rotations(FOURTEEN_PARTS, angles)))
     for name in ("trunk_forward_lean", "trunk_lateral_lean", "hip_flexion_r", "hip_adduction_r", "shoulder_flexion_l"):
         # The waist of this body is at 0.38 of the trunk, not at 0.35.
         np.testing.assert_allclose(found[name], expected[name], atol=1.5, err_msg=name)
-
-
-def _wrapped(degrees: np.ndarray) -> np.ndarray:
-    return (degrees + 180.0) % 360.0 - 180.0

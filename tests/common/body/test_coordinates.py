@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import turn
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of, unwrap_rotations
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
-from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 
-ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
+COORDINATES = coordinates_of(FOURTEEN_PARTS)
 seeds = st.integers(0, 10_000)
 
 
@@ -29,14 +29,10 @@ def frames(anatomy: Anatomy, pose: Pose) -> Floats:
 
 def test_the_paper_has_nineteen_joint_angles() -> None:
     assert coordinates_of(TEN_PARTS).dimension == 19
-    assert (
-        coordinates_of(FOURTEEN_PARTS).dimension
-        == len(FOURTEEN_PARTS.angles) - 3
-        == len(coordinates_of(FOURTEEN_PARTS).names)
-    )
+    assert COORDINATES.dimension == len(FOURTEEN_PARTS.angles) - 3 == len(COORDINATES.names)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 @given(seed=seeds)
 def test_angles_of_coordinates_give_the_same_part_frames(anatomy: Anatomy, seed: int) -> None:
     pose, coordinates = within_limits(anatomy, seed), coordinates_of(anatomy)
@@ -45,7 +41,7 @@ def test_angles_of_coordinates_give_the_same_part_frames(anatomy: Anatomy, seed:
     assert frames(anatomy, again) == pytest.approx(placed, abs=1e-9)
 
 
-@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@each_anatomy
 @given(seed=seeds)
 def test_coordinates_round_trip(anatomy: Anatomy, seed: int) -> None:
     coordinates = coordinates_of(anatomy)
@@ -57,28 +53,21 @@ def test_coordinates_round_trip(anatomy: Anatomy, seed: int) -> None:
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_an_arm_that_swings_past_the_front_moves_its_coordinates_smoothly(side: str) -> None:
     """The arm's Euler angles are singular there: the second angle is 90 degrees."""
-    anatomy, coordinates = FOURTEEN_PARTS, coordinates_of(FOURTEEN_PARTS)
-    angles = anatomy.neutral.copy()
-    x, z = anatomy.index[f"{side}_shoulder.x"], anatomy.index[f"{side}_shoulder.z"]
-    found = []
-    for swing in np.linspace(-0.4, 0.4, 81):
-        angles[x] = np.pi / 2
-        angles[z] = np.pi + swing
-        found.append(coordinates.of_pose(Pose(np.zeros(3), angles)))
+    angles = np.tile(FOURTEEN_PARTS.neutral, (81, 1))
+    angles[:, FOURTEEN_PARTS.index[f"{side}_shoulder.x"]] = np.pi / 2
+    angles[:, FOURTEEN_PARTS.index[f"{side}_shoulder.z"]] = np.pi + np.linspace(-0.4, 0.4, 81)
+    found = [COORDINATES.of_pose(Pose(np.zeros(3), row)) for row in angles]
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     assert steps.max() < 0.02
     assert steps.max() > 0.005
 
 
 def test_rotation_vectors_past_half_a_turn_are_continuous() -> None:
-    at = coordinates_of(FOURTEEN_PARTS).names.index("right_shoulder.1")
-    values = np.zeros((40, coordinates_of(FOURTEEN_PARTS).dimension))
+    at = COORDINATES.names.index("right_shoulder.1")
+    values = np.zeros((40, COORDINATES.dimension))
     turns = np.linspace(2.5, 3.9, 40)
     values[:, at] = np.where(turns > np.pi, turns - 2 * np.pi, turns)
     found = unwrap_rotations(FOURTEEN_PARTS, values)
     np.testing.assert_allclose(found[:, at], turns, atol=1e-9)
-    one, other = np.empty((3, 3)), np.empty((3, 3))
     for before, after in zip(values, found, strict=True):
-        vector_to_matrix(before[at : at + 3].copy(), one)
-        vector_to_matrix(after[at : at + 3].copy(), other)
-        np.testing.assert_allclose(one, other, atol=1e-9)
+        np.testing.assert_allclose(turn(before[at : at + 3]), turn(after[at : at + 3]), atol=1e-9)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.anatomies import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, without_side
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
@@ -16,7 +17,6 @@ from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.body.rotations import euler_to_matrix, perpendicular, unit
 
 MILLIMETRE = 1e-3
-BOTH = (TEN_PARTS, FOURTEEN_PARTS)
 BENT = np.radians(12.0)
 
 
@@ -62,7 +62,7 @@ def random_pose(anatomy: Anatomy, seed: int) -> Pose:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=60)
 def test_centres_of_any_pose_round_trip(anatomy: Anatomy, seed: int) -> None:
@@ -128,7 +128,7 @@ def test_yaw_grows_past_a_full_turn() -> None:
     np.testing.assert_allclose(yaw, np.linspace(0, 7.0, 60), atol=1e-6)
 
 
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+@each_anatomy
 def test_unknown_centres_are_interpolated(anatomy: Anatomy) -> None:
     bdp = body(anatomy)
     poses = [neutral_pose(anatomy, np.array([0.1 * k, 1.0, 0.0])) for k in range(5)]

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.anatomies import each_anatomy, mirrored
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
 from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, left_out, origin_of, points_of
 from zenocap.common.body.keypoints import keypoints
@@ -16,9 +17,9 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.services.tracker.body.average_body import SHAPES, average_body
 
-BOTH = (TEN_PARTS, FOURTEEN_PARTS)
-CASES = [(convention, anatomy) for convention in CONVENTIONS for anatomy in BOTH]
+CASES = [(convention, anatomy) for convention in CONVENTIONS for anatomy in ANATOMIES.values()]
 SEEDS = st.integers(0, 10_000)
+NEUTRAL = neutral_pose(FOURTEEN_PARTS, np.zeros(3))
 
 # HALPE-26 of Pose2Sim on its model with all coordinates 0, in the ground (X front, Y up, Z right), mm, by OpenSim 4.6:
 # Model_Pose2Sim_simple.osim with Markers_Halpe26.xml, eyes of Markers_Coco133.xml; joints are origins of child frames.
@@ -73,15 +74,13 @@ def model_body() -> Bdp:
         for side, sign in (("right", -1), ("left", 1)):
             offsets[FOURTEEN_PARTS.index[f"{side}_{joint}"], 0] = sign * OPENSIM[joint][2] / 1e3
     # The vertex at the model's stature, as the limbs have other lengths than those of the average body.
-    centres = joint_centres(
-        FOURTEEN_PARTS, replace(bdp, offsets=offsets, sizes=sizes), neutral_pose(FOURTEEN_PARTS, np.zeros(3))
-    )
+    centres = joint_centres(FOURTEEN_PARTS, replace(bdp, offsets=offsets, sizes=sizes), NEUTRAL)
     ankle, vertex = (centres[[m.name for m in FOURTEEN_PARTS.markers].index(name), 1] for name in ("RAnkle", "Head"))
     sizes[FOURTEEN_PARTS.index["head"], 0] += (1 - 0.039) * height - (vertex - ankle)
     return replace(bdp, offsets=offsets, sizes=sizes)
 
 
-@pytest.mark.parametrize("anatomy", BOTH)
+@each_anatomy
 def test_the_default_convention_is_the_joint_centres_of_the_kinematics(anatomy: Anatomy) -> None:
     bdp, pose = average_body(anatomy, 1.75), random_pose(anatomy, 1)
     found = keypoints("zenocap", anatomy, bdp)
@@ -119,15 +118,10 @@ def test_points_grow_with_the_body(convention: Convention, anatomy: Anatomy, see
 @given(SEEDS)
 def test_the_mirrored_pose_has_the_mirrored_points(convention: Convention, anatomy: Anatomy, seed: int) -> None:
     bdp, pose = average_body(anatomy, 1.75), random_pose(anatomy, seed)
-    angles = np.empty_like(pose.angles)
-    for name, value in zip(anatomy.angles, pose.angles, strict=True):
-        joint, axis = name.split(".")
-        side, _, rest = joint.partition("_")
-        other = f"{'left' if side == 'right' else 'right'}_{rest}" if side in ("right", "left") else joint
-        angles[anatomy.index[f"{other}.{axis}"]] = value if axis == "x" else -value
     mirror = np.array([-1.0, 1.0, 1.0])
+    there = Pose(mirror * pose.position, mirrored(anatomy, pose.angles))
     found = named(convention, anatomy, bdp, pose)
-    for name, point in named(convention, anatomy, bdp, Pose(mirror * pose.position, angles)).items():
+    for name, point in named(convention, anatomy, bdp, there).items():
         other = {"R": "L", "L": "R"}.get(name[0], "") + name[1:]
         np.testing.assert_allclose(point, mirror * found.get(other, found.get(name)), atol=1e-9, err_msg=name)
 
@@ -142,10 +136,7 @@ def test_the_mirrored_pose_has_the_mirrored_points(convention: Convention, anato
 )  # fmt: skip
 def test_halpe_points_lie_as_on_the_model_of_pose2sim(point: str, joint: str) -> None:
     """The vector from a joint centre, or another point, to the point is that of OpenSim's own kinematics."""
-    bdp = model_body()
-    pose = neutral_pose(FOURTEEN_PARTS, np.zeros(3))
-    found = named("halpe", FOURTEEN_PARTS, bdp, pose)
-    own = named("isb", FOURTEEN_PARTS, bdp, pose)
+    found, own = (named(convention, FOURTEEN_PARTS, model_body(), NEUTRAL) for convention in ("halpe", "isb"))
     isb = {"hip": "RHJC", "knee": "RKJC", "shoulder": "RGH", "elbow": "REJC", "wrist": "RWJC"}
     start = own[isb[joint]] if joint in isb else found[joint]
     x, y, z = 1e3 * (found[point] - start)
@@ -157,10 +148,8 @@ def test_halpe_points_lie_as_on_the_model_of_pose2sim(point: str, joint: str) ->
 
 @pytest.mark.parametrize("point", ["RAnkle", "RHeel", "RBigToe", "RSmallToe"])
 def test_halpe_points_of_the_foot_have_their_height_above_the_sole(point: str) -> None:
-    bdp = model_body()
-    found = named("halpe", FOURTEEN_PARTS, bdp, neutral_pose(FOURTEEN_PARTS, np.zeros(3)))
-    ankle = named("isb", FOURTEEN_PARTS, bdp, neutral_pose(FOURTEEN_PARTS, np.zeros(3)))["RAJC"][1]
-    height = 1e3 * (found[point][1] - ankle) + 0.039 * 1704.7
+    found, own = (named(convention, FOURTEEN_PARTS, model_body(), NEUTRAL) for convention in ("halpe", "isb"))
+    height = 1e3 * (found[point] - own["RAJC"])[1] + 0.039 * 1704.7
     # 4 mm: the foot of the average body is 0.037 statures deep below the ankle, whose height is 0.039.
     assert height == pytest.approx(OPENSIM[point][1] - SOLE_Y, abs=4.5)
 
@@ -172,9 +161,9 @@ def test_the_foot_is_that_of_the_average_body() -> None:
 
 def test_ears_and_eyes_are_where_ansur_has_them() -> None:
     """Mean of both sexes: tragion 0.0763 and eye 0.0659 below the vertex, pupils 0.0372 apart, in statures."""
-    at = named("coco", FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.0), neutral_pose(FOURTEEN_PARTS, np.zeros(3)))
-    vertex = named("zenocap", FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.0), neutral_pose(FOURTEEN_PARTS, np.zeros(3)))
-    top = vertex["Head"][1]
+    average = average_body(FOURTEEN_PARTS, 1.0)
+    at = named("coco", FOURTEEN_PARTS, average, NEUTRAL)
+    top = named("zenocap", FOURTEEN_PARTS, average, NEUTRAL)["Head"][1]
     assert top - at["REar"][1] == pytest.approx(0.0763, abs=1e-3)
     assert top - at["REye"][1] == pytest.approx(0.0659, abs=4e-3)
     assert np.linalg.norm(at["LEye"] - at["REye"]) == pytest.approx(0.0372, abs=1e-3)
@@ -183,13 +172,10 @@ def test_ears_and_eyes_are_where_ansur_has_them() -> None:
 
 def test_the_bend_of_the_spine_moves_the_joints_above_it() -> None:
     """Bending the chest forward by 90 degrees at the waist lays thorax and neck in front of it and moves nothing else."""
-    bdp, upright = average_body(FOURTEEN_PARTS, 1.75), neutral_pose(FOURTEEN_PARTS, np.zeros(3))
-    angles = upright.angles.copy()
-    angles[FOURTEEN_PARTS.index["waist.x"]] = np.pi / 2
-    body = keypoints("isb", FOURTEEN_PARTS, bdp, spine=True)
-    before, after = (
-        dict(zip(body.names, body.at(Pose(upright.position, a)), strict=True)) for a in (upright.angles, angles)
-    )
+    bent = neutral_pose(FOURTEEN_PARTS, np.zeros(3))
+    bent.angles[FOURTEEN_PARTS.index["waist.x"]] = np.pi / 2
+    body = keypoints("isb", FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75), spine=True)
+    before, after = (dict(zip(body.names, body.at(pose), strict=True)) for pose in (NEUTRAL, bent))
     for name in ("Pelvis", "Spine", "RHJC", "RKJC"):
         np.testing.assert_allclose(after[name], before[name], atol=1e-12)
     for name in ("Thorax", "UpperNeck"):
@@ -224,8 +210,7 @@ def test_points_are_measured_at_a_share_or_derived() -> None:
 
 def test_neck_and_wrists_of_the_t_pose_are_at_the_height_of_the_conventions() -> None:
     """The neck is 81 mm above the middle of the shoulders on a model 1.70 m tall; arms sideways keep their wrists level."""
-    bdp = model_body()
-    at = named("halpe", FOURTEEN_PARTS, bdp, Pose(np.zeros(3), t_pose_angles(FOURTEEN_PARTS)))
+    at = named("halpe", FOURTEEN_PARTS, model_body(), Pose(np.zeros(3), t_pose_angles(FOURTEEN_PARTS)))
     middle = (at["RShoulder"] + at["LShoulder"]) / 2
     assert 1e3 * (at["Neck"] - middle)[1] == pytest.approx(80.6, abs=0.5)
     assert at["RWrist"][1] == pytest.approx(at["RElbow"][1], abs=1e-9)

@@ -1,9 +1,12 @@
 """The transforms of [Two-view 2.2] against plain matrix products."""
 
+from functools import reduce
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from tests.support.pose_tracks import body
 from tests.support.two_view_scene import ANGLES, BDP, NAVEL, angles
@@ -25,31 +28,22 @@ def translation(offset: Floats) -> Floats:
 
 
 def rotation(axis: str, a: float) -> Floats:
-    c, s = np.cos(a), np.sin(a)
-    rows = {
-        "x": [[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]],
-        "y": [[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]],
-        "z": [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
-    }
-    return np.array(rows[axis])
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler(axis, a).as_matrix()
+    return matrix
 
 
 def oracle(pose: Pose) -> dict[str, Floats]:
     """Part to world of every part as 4 x 4 products, straight from the paper: M_W^N, M_N^S = T Rz Rx Ry, M_S^F = T Rx."""
 
-    def angle(name: str) -> float:
-        return float(pose.angles[TEN_PARTS.angles.index(name)])
+    def to_parent(joint: str, offset: Floats, axes: str) -> Floats:
+        turns = [rotation(axis, float(pose.angles[INDEX[f"{joint}.{axis}"]])) for axis in axes]
+        return reduce(np.matmul, [translation(offset), *turns])
 
-    navel_to_world = translation(pose.position)
-    for axis in "yxz":
-        navel_to_world = navel_to_world @ rotation(axis, angle(f"navel.{axis}"))
-    frames = {"torso": navel_to_world}
-    for joint in TEN_PARTS.joints[1:]:
-        offset = BDP.offsets[TEN_PARTS.joints.index(joint)]
-        to_parent = translation(offset)
-        for axis in "x" if "elbow" in joint.name or "knee" in joint.name else "zxy":
-            to_parent = to_parent @ rotation(axis, angle(f"{joint.name}.{axis}"))
-        frames[joint.part] = frames[joint.parent] @ to_parent
+    frames = {"torso": to_parent("navel", pose.position, "yxz")}
+    for joint, offset in zip(TEN_PARTS.joints[1:], BDP.offsets[1:], strict=True):
+        axes = "x" if "elbow" in joint.name or "knee" in joint.name else "zxy"
+        frames[joint.part] = frames[joint.parent] @ to_parent(joint.name, offset, axes)
     return frames
 
 
@@ -94,6 +88,15 @@ def test_a_negative_knee_bends_backward_and_a_positive_elbow_forward() -> None:
 def test_yaw_turns_from_z_towards_x() -> None:
     frames = part_frames(TEN_PARTS, BDP, neutral_pose(TEN_PARTS, NAVEL, yaw=np.pi / 2))
     np.testing.assert_allclose(frames[INDEX["torso"], :, 2], [1, 0, 0], atol=1e-12)
+
+
+def test_the_neutral_pose_has_the_given_yaw_and_does_not_modify_the_anatomy() -> None:
+    before = TEN_PARTS.neutral.copy()
+    pose = neutral_pose(TEN_PARTS, np.array([1, 2, 3]), yaw=0.7)
+    assert pose.angles[INDEX["navel.y"]] == 0.7
+    assert pose.position.dtype == np.float64
+    np.testing.assert_array_equal(pose.position, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(TEN_PARTS.neutral, before)
 
 
 def test_joint_centres_of_the_upright_person() -> None:

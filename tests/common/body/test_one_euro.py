@@ -125,19 +125,12 @@ def test_wrapped_angles_give_no_jump() -> None:
 
 @pytest.mark.parametrize("what", ["gap", "jump", "turn", "back"])
 def test_it_starts_again_after_a_gap_a_jump_and_a_time_that_does_not_rise(what: str) -> None:
-    start = [Pose(np.array([0.0, 0.9, 0.02 * k]), TEN_PARTS.neutral) for k in range(10)]
+    poses = [Pose(np.array([0.0, 0.9, 0.02 * k]), TEN_PARTS.neutral.copy()) for k in range(11)]
     times_s = np.arange(11) / RATE
-    angles, position = TEN_PARTS.neutral.copy(), np.array([0.0, 0.9, 0.2])
-    if what == "gap":
-        times_s[10] += MAX_GAP_NS / 1e9
-    elif what == "back":
-        times_s[10] = times_s[9]
-    elif what == "jump":
-        position += 1.0
-    else:
-        angles[NAVEL] += np.pi
-    last = Pose(position, angles)
-    assert run([*start, last], OneEuro(), times_s)[-1] is last
+    times_s[10] = {"gap": times_s[10] + MAX_GAP_NS / 1e9, "back": times_s[9]}.get(what, times_s[10])
+    poses[10].position[:] += 1.0 if what == "jump" else 0.0
+    poses[10].angles[NAVEL] += np.pi if what == "turn" else 0.0
+    assert run(poses, OneEuro(), times_s)[-1] is poses[10]
 
 
 @pytest.mark.nightly

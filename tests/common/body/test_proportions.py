@@ -69,13 +69,10 @@ def test_a_body_of_average_lengths_has_its_height(height: float) -> None:
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        ({"torso_depth": 0.01}, "torso"),
-        ({"arm_span": 0.40}, "upper_arm"),
-        ({"head_width": 3.0}, "head"),
-        ({"height": 5.0}, "torso"),
-        ({"leg_width": 0.0}, "lower_leg"),
+        ({"torso_depth": 0.01}, "torso"), ({"arm_span": 0.40}, "upper_arm"), ({"head_width": 3.0}, "head"),
+        ({"height": 5.0}, "torso"), ({"leg_width": 0.0}, "lower_leg"),
     ],
-)
+)  # fmt: skip
 def test_an_implausible_size_raises_an_error_that_names_the_part(change: dict[str, float], part: str) -> None:
     with pytest.raises(ValueError, match=rf"^{part}: size .* m; allowed: 0.02 to 1.2 m"):
         body_from_lengths(TEN_PARTS, LENGTHS | change)

@@ -7,6 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_ring import (
     FRAME_NS,
     hip_error,
@@ -19,7 +20,6 @@ from tests.support.tracker_ring import (
     standing_at,
     t_pose_at,
 )
-from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.rig.tracker import PRESETS, find_prior

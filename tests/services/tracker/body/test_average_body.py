@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import each_anatomy
+from tests.support.anatomies import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import neutral_pose

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import MODEL, average_model, each_anatomy, frames_of, turn, upright
+from tests.support.anatomies import each_anatomy
+from tests.support.tracker_scenes import MODEL, average_model, frames_of, turn, upright
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import part_frames

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import (
     DOF,
     MODEL,
     PARTS,
     average_model,
     carried_by,
-    each_anatomy,
     frames_of,
     tangent_rays,
     touch,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import each_anatomy
+from tests.support.anatomies import each_anatomy
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.services.tracker.body.average_body import average_body

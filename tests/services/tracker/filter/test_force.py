@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import (
     DOF,
     MODEL,
@@ -12,7 +13,6 @@ from tests.support.tracker_scenes import (
     average_model,
     carried_by,
     contact_of,
-    each_anatomy,
     frames_of,
     moved,
     rays_alone,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import DOF, MODEL, each_anatomy, rays_alone, tangent_rays, turn, upright
+from tests.support.anatomies import each_anatomy
+from tests.support.tracker_scenes import DOF, MODEL, rays_alone, tangent_rays, turn, upright
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.services.tracker.body.body_model import RootedPose

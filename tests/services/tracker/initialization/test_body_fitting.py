@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import (
     NO_RAYS,
     contact_of,
-    each_anatomy,
     frames_of,
     in_t_pose,
     moved,

@@ -15,8 +15,9 @@ from tests.services.tracker.initialization.test_heading import (
     standing,
     tracking,
 )
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, simulated_person, standing_at, t_pose_at
-from tests.support.tracker_scenes import each_anatomy, frames_of, rays_alone
+from tests.support.tracker_scenes import frames_of, rays_alone
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres

@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tests.support.anatomies import each_anatomy
 from tests.support.tracker_ring import (
     ahead,
     fit_of,
@@ -18,7 +19,6 @@ from tests.support.tracker_ring import (
     standing_at,
     t_pose_at,
 )
-from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body

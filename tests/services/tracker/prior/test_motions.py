@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.common.body.test_inverse_kinematics import body, random_pose
+from tests.support.anatomies import each_anatomy
 from tests.support.places import CLIPS, GOLDEN, MOTIONS
 from tests.support.pose_tracks import moving
-from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of

@@ -1,15 +1,13 @@
 """Preparation of motion for training."""
 
-import re
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.support.anatomies import each_anatomy, other_side
 from tests.support.prior_cases import COORDINATES, D
-from tests.support.tracker_scenes import each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
@@ -17,7 +15,6 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.services.tracker.prior.sequences import finite_runs, held_out, mirrored, resampled, rms_velocities
 
-SWAP = {"left": "right", "right": "left"}
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -38,7 +35,7 @@ def origins(anatomy: Anatomy, values: Floats) -> Floats:
 def test_mirrored_pose_is_the_body_in_a_mirror(anatomy: Anatomy, seed: int) -> None:
     coordinates = coordinates_of(anatomy)
     values = np.random.default_rng(seed).normal(scale=0.3, size=coordinates.dimension)
-    order = [anatomy.index[re.sub("left|right", lambda side: SWAP[side[0]], part)] for part in anatomy.parts]
+    order = [anatomy.index[other_side(part)] for part in anatomy.parts]
     places = origins(anatomy, values).reshape(2, -1, 3)[:, order].reshape(-1, 3)
     assert np.allclose(origins(anatomy, mirrored(coordinates, values[None])[0]), places * [-1, 1, 1], atol=1e-9)
 

@@ -8,6 +8,7 @@ from zenocap.simulation.body.skeleton import FOREARM, HEAD, PELVIS, SHANK, THIGH
 from zenocap.simulation.body.surface import rest_surface
 
 SEEDS = range(60)
+each_person = pytest.mark.parametrize("seed", SEEDS[::7])
 
 
 def test_equal_seeds_give_equal_people() -> None:
@@ -32,7 +33,7 @@ def test_people_differ_in_age_height_proportions_girth_and_colour() -> None:
     assert {p.clothing.skirt > 0 for p in people} == {True, False}
 
 
-@pytest.mark.parametrize("seed", range(0, 60, 7))
+@each_person
 def test_segment_lengths_and_surface_extent_equal_the_height(seed: int) -> None:
     subject = person(seed)
     size = subject.lengths
@@ -42,7 +43,7 @@ def test_segment_lengths_and_surface_extent_equal_the_height(seed: int) -> None:
     assert surface.points[:, 1].min() == pytest.approx(0.0, abs=0.002)
 
 
-@pytest.mark.parametrize("seed", range(0, 60, 7))
+@each_person
 def test_proportions_are_human(seed: int) -> None:
     subject = person(seed)
     size, height = subject.lengths, subject.height
@@ -53,7 +54,7 @@ def test_proportions_are_human(seed: int) -> None:
     assert size.hip_half + 0.3 * subject.girths.thigh < subject.girths.hips[0]
 
 
-@pytest.mark.parametrize("seed", range(0, 60, 7))
+@each_person
 def test_skinning_weights_of_every_point_sum_to_one(seed: int) -> None:
     surface = rest_surface(person(seed))
     assert np.allclose(surface.weights.sum(axis=1), 1.0)

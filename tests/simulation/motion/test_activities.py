@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from zenocap.common.arrays import Floats
+from tests.support.joint_paths import joint_paths, top_speed
 from zenocap.simulation.body.person import person
-from zenocap.simulation.body.pose import Motion
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.activities import ACTIVITIES, activity
 from zenocap.simulation.motion.motion_corpus import KINDS, chained, corpus_motion
@@ -13,41 +12,32 @@ from zenocap.simulation.motion.motion_corpus import KINDS, chained, corpus_motio
 FASTEST_M_S = 11.0
 
 
-def points_of(seed: int, motion: Motion, step_s: float = 0.02) -> Floats:
-    frames = [landmarks(person(seed), motion.pose_at(float(t))) for t in np.arange(0.0, motion.duration_s, step_s)]
-    return np.array([list(frame.values()) for frame in frames])
-
-
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", ACTIVITIES)
 def test_a_movement_begins_and_ends_standing_and_does_not_jump(name: str) -> None:
-    points = points_of(5, activity(person(5), name, 2))
-    np.testing.assert_allclose(points[0], points[-1], atol=0.01)
-    assert np.linalg.norm(np.diff(points, axis=0), axis=2).max() / 0.02 < FASTEST_M_S
-    assert np.ptp(points, axis=0).max() > 0.05
+    paths = joint_paths(person(5), activity(person(5), name, 2))
+    points = np.array(list(paths.values()))
+    np.testing.assert_allclose(points[:, 0], points[:, -1], atol=0.01)
+    assert top_speed(paths) < FASTEST_M_S
+    assert np.ptp(points, axis=1).max() > 0.05
     assert points[:, :, 1].min() > -0.02
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)
 def test_equal_seeds_give_equal_movements_and_other_seeds_others(name: str) -> None:
     subject = person(5)
-    one, again, other = (activity(subject, name, seed).pose_at(1.3) for seed in (1, 1, 2))
-    for field in ("pelvis", "spine", "arms", "feet"):
-        np.testing.assert_array_equal(getattr(one, field), getattr(again, field))
-    assert any(not np.allclose(getattr(one, field), getattr(other, field)) for field in ("pelvis", "spine", "arms", "feet"))
+    poses = [activity(subject, name, seed).pose_at(1.3) for seed in (1, 1, 2)]
+    one, again, other = (np.concatenate([pose.pelvis, pose.spine, pose.arms.ravel(), pose.feet.ravel()]) for pose in poses)
+    np.testing.assert_array_equal(one, again)
+    assert not np.allclose(one, other)
 
 
 def test_people_sit_down_and_bend_to_the_floor() -> None:
     subject = person(8)
-    standing = landmarks(subject, activity(subject, "sit", 1).pose_at(0.0))
-    sitting = activity(subject, "sit", 1)
-    lowest = min(landmarks(subject, sitting.pose_at(t))["Hip"][1] for t in np.linspace(0, sitting.duration_s, 40))
-    assert lowest < 0.72 * standing["Hip"][1]
-    hands = []
-    for seed in range(8):
-        bending = activity(subject, "bend", seed)
-        hands += [landmarks(subject, bending.pose_at(t))["RWrist"][1] for t in np.linspace(0, bending.duration_s, 25)]
-    assert min(hands) < 0.5
+    hip = joint_paths(subject, activity(subject, "sit", 1), step_s=0.1)["Hip"][:, 1]
+    assert hip.min() < 0.72 * hip[0]
+    hands = [joint_paths(subject, activity(subject, "bend", seed), step_s=0.1)["RWrist"] for seed in range(8)]
+    assert np.concatenate(hands)[:, 1].min() < 0.5
 
 
 @pytest.mark.nightly
@@ -55,8 +45,7 @@ def test_chained_motions_continue_at_the_end_position() -> None:
     subject = person(1)
     walks = corpus_motion(subject, "walking", 3)
     pair = chained(subject, [walks, walks])
-    points = points_of(1, pair, 0.04)
-    assert np.linalg.norm(np.diff(points, axis=0), axis=2).max() / 0.04 < FASTEST_M_S
+    assert top_speed(joint_paths(subject, pair, step_s=0.04), 0.04) < FASTEST_M_S
     last = landmarks(subject, pair.pose_at(pair.duration_s))["Hip"]
     assert (last[0], last[2]) == (pytest.approx(pair.end.x, abs=0.03), pytest.approx(pair.end.z, abs=0.03))
 

@@ -5,15 +5,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.support.joint_paths import STEP_S, joint_paths
 from zenocap.common.arrays import Floats
+from zenocap.common.body.rotations import unit
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import LEFT, RIGHT, SIDES, Motion
 from zenocap.simulation.body.skeleton import FOOT, SHANK, THIGH, Bones, pose_bones
-from zenocap.simulation.ground_truth import landmarks, truth
+from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.gait import gait_motion
 from zenocap.simulation.motion.gait_styles import continuous_walk, run, running_gait, walking_gait
-
-STEP_S = 0.02
 
 
 def bones_of(seed: int, motion: Motion, from_s: float = 0.0, to_s: float | None = None) -> list[Bones]:
@@ -87,22 +87,19 @@ def test_gait_starts_at_the_origin_and_ends_standing_at_its_end_placement(radius
 def test_runner_faces_the_path_and_leans_into_the_curve() -> None:
     subject = person(5)
     motion = run(subject, 2.0, 0, 8.0, 1.6)
-    for t in np.arange(2.5, 5.5, 0.1):
-        joints = landmarks(subject, motion.pose_at(float(t)))
-        path_direction = landmarks(subject, motion.pose_at(float(t) + 0.17))["Neck"] - joints["Neck"]
-        left = joints["LHip"] - joints["RHip"]
-        assert abs(left @ path_direction) < 0.4 * np.linalg.norm(left) * np.linalg.norm(path_direction)
-        feet = 0.5 * (joints["RAnkle"] + joints["LAnkle"])
-        assert (joints["Neck"] - feet) @ left > 0  # the curve is to the left
+    here, there = (joint_paths(subject, motion, 2.5 + late_s, 5.5 + late_s, 0.1) for late_s in (0.0, 0.17))
+    along, left = there["Neck"] - here["Neck"], here["LHip"] - here["RHip"]
+    assert np.all(np.abs(np.sum(unit(left) * unit(along), axis=1)) < 0.4)
+    feet = 0.5 * (here["RAnkle"] + here["LAnkle"])
+    assert np.all(np.sum((here["Neck"] - feet) * left, axis=1) > 0)  # the curve is to the left
 
 
 @pytest.mark.slow
 def test_arms_swing_against_the_legs() -> None:
     subject = person(2)
     for motion in (run(subject, 2.5, 3, 6.0), continuous_walk(subject, 1.3, 3, 6.0)):
-        joints = [landmarks(subject, motion.pose_at(float(t))) for t in np.arange(2.0, 4.0, 0.02)]
-        foot = np.array([(j["RAnkle"] - j["LAnkle"])[2] for j in joints])
-        hand = np.array([(j["RElbow"] - j["LElbow"])[2] for j in joints])
+        paths = joint_paths(subject, motion, 2.0, 4.0)
+        foot, hand = ((paths[f"R{name}"] - paths[f"L{name}"])[:, 2] for name in ("Ankle", "Elbow"))
         assert np.corrcoef(foot, hand)[0, 1] < -0.8
 
 

@@ -3,22 +3,26 @@
 import numpy as np
 import pytest
 
+from tests.support.joint_paths import joint_paths
 from zenocap.common.arrays import Floats
-from zenocap.simulation.body.person import Person, person
+from zenocap.common.body.rotations import unit
+from zenocap.simulation.body.person import person
+from zenocap.simulation.body.rotation import ry
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.postures import POSTURES, posture
 
 PEOPLE = [(1, 0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((4, 3), (9, 7), (23, 2)))]
+each_repetition = pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
 RAISED = {"raise-right-arm": "R", "raise-left-arm": "L", "raise-both-arms": "RL"}
 SWUNG = {"swing-right-arm": "R", "swing-left-arm": "L", "swing-both-arms": "RL"}
 KICKED = {"kick-right": "R", "kick-left": "L", "kick-right-arms-sideways": "R"}
 
 
-def joint_paths(subject: Person, name: str, seed: int) -> dict[str, Floats]:
-    """Trajectory (frames, 3) of every joint at 30 frames a second, scaled to a person of 1.7 m."""
-    motion = posture(subject, name, seed)
-    frames = [truth(subject, motion.pose_at(t)).joints for t in np.arange(0.0, motion.duration_s, 1 / 30)]
-    return {joint: 1.7 / subject.height * np.array([f[joint] for f in frames]) for joint in frames[0]}
+def paths_of(name: str, seed: int, repetition: int) -> dict[str, Floats]:
+    """(frames, 3) of every joint at 30 frames a second, scaled to a person of 1.7 m."""
+    subject = person(seed)
+    paths = joint_paths(subject, posture(subject, name, repetition), step_s=1 / 30)
+    return {joint: 1.7 / subject.height * path for joint, path in paths.items()}
 
 
 def test_there_are_fifteen_postures() -> None:
@@ -42,29 +46,24 @@ def test_repetitions_differ_and_are_repeatable(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", POSTURES)
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_posture_lasts_about_forty_frames_and_starts_and_ends_neutral(name: str, seed: int, repetition: int) -> None:
     subject = person(seed)
     motion = posture(subject, name, repetition)
     assert 2.2 < motion.duration_s < 3.3
     start, end = (truth(subject, motion.pose_at(t)) for t in (0.0, motion.duration_s))
     for segment, direction in start.directions.items():
-        turned = end.directions[segment] @ _heading(end.yaw) @ direction
+        turned = end.directions[segment] @ ry(end.yaw) @ direction
         assert np.degrees(np.arccos(min(turned, 1.0))) < 8.0, segment
         assert direction[1] < -0.9
 
 
-def _heading(yaw: float) -> Floats:
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
 @pytest.mark.parametrize(("name", "sides"), RAISED.items())
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_raising_lifts_the_named_wrists_sideways_above_the_shoulders(
     name: str, sides: str, seed: int, repetition: int
 ) -> None:
-    joints = joint_paths(person(seed), name, repetition)
+    joints = paths_of(name, seed, repetition)
     for side in "RL":
         arm = joints[f"{side}Wrist"] - joints[f"{side}Shoulder"]
         if side in sides:
@@ -75,25 +74,24 @@ def test_raising_lifts_the_named_wrists_sideways_above_the_shoulders(
             assert arm[:, 1].max() < -0.35
 
 
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_raising_both_arms_bent_folds_both_elbows_in_the_frontal_plane(seed: int, repetition: int) -> None:
-    joints = joint_paths(person(seed), "raise-both-arms-bent", repetition)
+    joints = paths_of("raise-both-arms-bent", seed, repetition)
     for side in "RL":
-        upper = joints[f"{side}Elbow"] - joints[f"{side}Shoulder"]
-        lower = joints[f"{side}Wrist"] - joints[f"{side}Elbow"]
-        cosine = np.sum(upper * lower, axis=1) / np.linalg.norm(upper, axis=1) / np.linalg.norm(lower, axis=1)
         top = int(np.argmax(joints[f"{side}Wrist"][:, 1]))
-        assert np.degrees(np.arccos(cosine[top])) > 50.0
-        assert lower[top, 1] > 0.12
-        assert abs(lower[top, 2]) < 0.15
+        shoulder, elbow, wrist = (joints[side + name][top] for name in ("Shoulder", "Elbow", "Wrist"))
+        lower = wrist - elbow
+        assert np.degrees(np.arccos(unit(elbow - shoulder) @ unit(lower))) > 50.0
+        assert lower[1] > 0.12
+        assert abs(lower[2]) < 0.15
 
 
 @pytest.mark.parametrize(("name", "sides"), SWUNG.items())
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_swinging_carries_the_named_wrists_forward_in_the_sagittal_plane(
     name: str, sides: str, seed: int, repetition: int
 ) -> None:
-    joints = joint_paths(person(seed), name, repetition)
+    joints = paths_of(name, seed, repetition)
     for side in "RL":
         arm = joints[f"{side}Wrist"] - joints[f"{side}Shoulder"]
         if side in sides:
@@ -104,9 +102,9 @@ def test_swinging_carries_the_named_wrists_forward_in_the_sagittal_plane(
 
 
 @pytest.mark.parametrize("name", ["squat", "squat-arms-sideways", "squat-arms-forward"])
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_squatting_lowers_the_hip_over_planted_feet(name: str, seed: int, repetition: int) -> None:
-    joints = joint_paths(person(seed), name, repetition)
+    joints = paths_of(name, seed, repetition)
     assert np.ptp(joints["Hip"][:, 1]) > 0.14
     low = int(np.argmin(joints["Hip"][:, 1]))
     for side in "RL":
@@ -123,11 +121,11 @@ def test_squatting_lowers_the_hip_over_planted_feet(name: str, seed: int, repeti
 
 
 @pytest.mark.parametrize(("name", "side"), KICKED.items())
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_kicking_swings_the_named_foot_forwards_and_leaves_the_other(
     name: str, side: str, seed: int, repetition: int
 ) -> None:
-    joints = joint_paths(person(seed), name, repetition)
+    joints = paths_of(name, seed, repetition)
     foot, hip = joints[f"{side}Ankle"], joints["Hip"]
     other = joints[f"{'L' if side == 'R' else 'R'}Ankle"]
     assert (foot - hip)[:, 2].max() > 0.35
@@ -139,9 +137,9 @@ def test_kicking_swings_the_named_foot_forwards_and_leaves_the_other(
     assert (spread > 1.2) == (name == "kick-right-arms-sideways")
 
 
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_marching_lifts_both_knees_in_turn_on_the_spot(seed: int, repetition: int) -> None:
-    joints = joint_paths(person(seed), "march", repetition)
+    joints = paths_of("march", seed, repetition)
     for side in "RL":
         assert np.ptp(joints[f"{side}Knee"][:, 1]) > 0.12
     both = np.minimum(joints["RAnkle"][:, 1], joints["LAnkle"][:, 1])
@@ -149,7 +147,7 @@ def test_marching_lifts_both_knees_in_turn_on_the_spot(seed: int, repetition: in
     assert np.ptp(joints["Hip"][:, 2]) < 0.05
 
 
-@pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
+@each_repetition
 def test_turn_and_walk_turns_a_quarter_to_the_left_and_walks_off(seed: int, repetition: int) -> None:
     subject = person(seed)
     motion = posture(subject, "turn-and-walk", repetition)

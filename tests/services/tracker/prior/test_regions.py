@@ -7,8 +7,15 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from tests.support.prior_cases import D, drawn, known_prior
+from zenocap.common.arrays import Floats
 from zenocap.services.tracker.prior import model
-from zenocap.services.tracker.prior.regions import VARIANCE_FLOOR, distances_to, fit_regions, log_densities
+from zenocap.services.tracker.prior.regions import VARIANCE_FLOOR, PriorRegions, distances_to, fit_regions, log_densities
+
+
+def fitted(count: int, seed: int) -> tuple[Floats, PriorRegions]:
+    """Poses drawn from the known prior, and their regions."""
+    poses, labels = drawn(known_prior(), count, np.random.default_rng(seed))
+    return poses, fit_regions(poses, labels, 4, 2, np.zeros(count))
 
 
 @pytest.mark.slow
@@ -23,16 +30,14 @@ def test_regions_subspace_is_where_its_poses_vary_most() -> None:
 
 
 def test_spectrum_is_floored_and_falls_and_the_vectors_are_orthonormal() -> None:
-    poses, labels = drawn(known_prior(), 30, np.random.default_rng(1))
-    regions = fit_regions(poses, labels, 4, 2, np.zeros(len(poses)))
+    _, regions = fitted(30, 1)
     assert np.all(regions.spectrum >= VARIANCE_FLOOR)
     assert np.all(np.diff(regions.spectrum, axis=1) <= 0)
     assert np.allclose(np.einsum("kij,kil->kjl", regions.vectors, regions.vectors), np.eye(D), atol=1e-9)
 
 
 def test_distances_are_the_finished_priors() -> None:
-    poses, labels = drawn(known_prior(), 200, np.random.default_rng(2))
-    regions = fit_regions(poses, labels, 4, 2, np.zeros(len(poses)))
+    poses, regions = fitted(200, 2)
     prior = known_prior()
     prior.centres[:], prior.bases[:] = regions.centres, regions.vectors[:, :, :3]
     prior.variances[:] = regions.spectrum[:, :3]
@@ -40,8 +45,7 @@ def test_distances_are_the_finished_priors() -> None:
 
 
 def test_densities_are_gaussian() -> None:
-    poses, labels = drawn(known_prior(), 300, np.random.default_rng(3))
-    regions = fit_regions(poses, labels, 4, 2, np.zeros(len(poses)))
+    poses, regions = fitted(300, 3)
     for k in range(4):
         covariance = regions.vectors[k] @ np.diag(regions.spectrum[k]) @ regions.vectors[k].T
         expected = multivariate_normal(regions.centres[k], covariance).logpdf(poses[:20])

@@ -146,12 +146,3 @@ def test_only_the_visible_part_of_a_person_is_drawn() -> None:
 
 def test_silhouette_without_a_person_is_empty() -> None:
     assert not SimulatedCamera(paper_cameras((160, 120))[0], person(1), 0).silhouette(None).any()
-
-
-@pytest.mark.benchmark(group="actor")
-@pytest.mark.parametrize("size", [(160, 120), (640, 480)])
-def test_rendering_speed(benchmark, size: tuple[int, int]) -> None:  # type: ignore[no-untyped-def]
-    subject = person(4)
-    renderer = SimulatedCamera(paper_cameras(size)[0], subject, 0)
-    frame = benchmark(renderer.render, t_pose(subject), 0)
-    assert frame.shape[:2] == size[::-1]

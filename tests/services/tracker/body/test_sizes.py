@@ -11,11 +11,11 @@ from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.body.sizes import (  # fmt: skip
     COUNT,
     CYLINDERS,
-    FACTORS,
     LONG,
     OFFSETS,
     SHARED,
     SHORT,
+    SIZE_NAMES,
     SIZES,
     SPREADS,
     TIPS,
@@ -24,13 +24,11 @@ from zenocap.services.tracker.body.sizes import (  # fmt: skip
     values_of,
 )
 
-NAMES = ["stature", *(factor.name for factor in FACTORS)]
-
 
 def grown(anatomy: Anatomy, name: str, times: float = 1.3) -> tuple[Bdp, Bdp]:
     """Average body, and the same with one factor."""
     logs = np.zeros(COUNT)
-    logs[NAMES.index(name)] = np.log(times)
+    logs[SIZE_NAMES.index(name)] = np.log(times)
     average = average_body(anatomy, 1.75)
     return scaled(anatomy, average, np.zeros(COUNT)), scaled(anatomy, average, logs)
 
@@ -52,11 +50,11 @@ def test_stature_scales_everything(anatomy: Anatomy) -> None:
 
 
 @each_anatomy
-@pytest.mark.parametrize("name", NAMES[1:])
+@pytest.mark.parametrize("name", SIZE_NAMES[1:])
 def test_factor_multiplies_its_entries_and_nothing_else(anatomy: Anatomy, name: str) -> None:
     before, after = grown(anatomy, name)
     rows = entries_of(anatomy)
-    mine = rows[:, 0] == NAMES.index(name)
+    mine = rows[:, 0] == SIZE_NAMES.index(name)
     old, new = values_of(anatomy, before), values_of(anatomy, after)
     at = [tuple(row) for row in rows[mine, 1:].tolist()]
     theirs = np.array([tuple(row) in at for row in rows[:, 1:].tolist()], dtype=bool)
@@ -86,7 +84,7 @@ def test_ten_parts_remain_cylinders() -> None:
     rng = np.random.default_rng(0)
     body = scaled(TEN_PARTS, average_body(TEN_PARTS, 1.75), rng.normal(scale=SPREADS))
     assert body.tips == pytest.approx(body.sizes[:, 1:])
-    assert set(CYLINDERS) | set(SHARED) <= set(NAMES)
+    assert set(CYLINDERS) | set(SHARED) <= set(SIZE_NAMES)
     assert not set(CYLINDERS) & set(SHARED)
 
 

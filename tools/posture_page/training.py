@@ -21,12 +21,11 @@ from zenocap.services.recognizer.training.examples import (
 )
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.thresholds import held_out_groups
-from zenocap.services.recognizer.training.train import train
+from zenocap.services.recognizer.training.train import Report, train
 from zenocap.tools.posture_page.messages import PostureRow
 from zenocap.tools.posture_page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
 from zenocap.tools.posture_page.training_settings import PageSettings
 
-Report = Callable[[int, int, str], None]
 ReadExamples = Callable[[Sequence[Row], Report], list[Example]]
 """Examples of rows of a manifest; raises UserError."""
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.forest import Forest
 from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, LabelFigures, PostureModel, Training
 from zenocap.services.recognizer.motion_rows import ANGLES
 from zenocap.services.recognizer.training import forest as forest_training
@@ -68,19 +67,12 @@ def _with_forest(
     if not settings.folds:
         return replace(model, forest=forest)
     tried = forest_training.trials_of(data, held_out_groups(ready, settings.folds), settings.trees, settings.seed)
-    forest = _limited(model, forest_training.with_thresholds(forest, tried), data, background, settings)
+    forest = forest_training.with_thresholds(forest, tried)
+    if settings.false_per_hour is not None:
+        alarms = false_alarms_of(model, forest, data, background, settings.seed)
+        forest = with_rate(forest, alarms, settings.false_per_hour)
     figures = forest_training.figures_of(model.training.figures, forest, tried)
     return replace(model, forest=forest, training=replace(model.training, figures=figures))
-
-
-def _limited(
-    model: PostureModel, forest: Forest, data: ForestData, background: Sequence[Floats], settings: TrainingSettings
-) -> Forest:
-    """The forest with the settings' rate of false postures, if there is one."""
-    if settings.false_per_hour is None:
-        return forest
-    alarms = false_alarms_of(model, forest, data, background, settings.seed)
-    return with_rate(forest, alarms, settings.false_per_hour)
 
 
 def train_models(ready: Prepared, settings: TrainingSettings, report: Report = no_report) -> PostureModel:
@@ -176,7 +168,12 @@ def edges_of(labels: Sequence[int], count: int, vectors: Sequence[Floats], rate:
     per second.
     """
     ends = [(example[:EDGE_FRAMES], example[-EDGE_FRAMES:]) for example in vectors]
-    edges = np.array([[_mean(ends, labels, k, end) for end in (0, 1)] for k in range(count)])
+
+    def mean(k: int, end: int) -> Floats:
+        own: Floats = np.concatenate([pair[end] for pair, of in zip(ends, labels, strict=True) if of == k]).mean(axis=0)
+        return own
+
+    edges = np.array([[mean(k, end) for end in (0, 1)] for k in range(count)])
     distances, speeds = [], []
     for pair, of in zip(ends, labels, strict=True):
         for end in (0, 1):
@@ -191,11 +188,6 @@ def reach_of(labels: Sequence[int], count: int, vectors: Sequence[Floats]) -> Fl
     largest = np.array([np.linalg.norm(example - example[0], axis=1).max() for example in vectors])
     of = np.array(labels)
     return np.array([np.quantile(largest[of == k], 1.0 - EDGE_QUANTILE) for k in range(count)])
-
-
-def _mean(ends: Sequence[tuple[Floats, Floats]], labels: Sequence[int], k: int, end: int) -> Floats:
-    own: Floats = np.concatenate([pair[end] for pair, of in zip(ends, labels, strict=True) if of == k]).mean(axis=0)
-    return own
 
 
 def trials_of(ready: Prepared, settings: TrainingSettings, report: Report) -> list[Trial]:

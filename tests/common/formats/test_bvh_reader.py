@@ -89,14 +89,6 @@ def test_errors_name_the_line(good: str, bad: str, message: str, tmp_path: Path)
         read_bvh(written(tmp_path, TEXT.replace(good, bad, 1)))
 
 
-def test_missing_and_binary_files_raise_an_error(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"none\.bvh: cannot be read"):
-        read_bvh(tmp_path / "none.bvh")
-    (tmp_path / "b.bvh").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(UserError, match="not a BVH file"):
-        read_bvh(tmp_path / "b.bvh")
-
-
 @pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")

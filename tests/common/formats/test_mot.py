@@ -67,14 +67,6 @@ def test_errors_name_line_column_value_and_what_is_allowed(tmp_path: Path, text:
         read_mot(written(tmp_path, text))
 
 
-def test_a_file_that_is_missing_or_no_text_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"none\.mot: cannot be read: No such file"):
-        read_mot(tmp_path / "none.mot")
-    (tmp_path / "b.mot").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(UserError, match=r"b\.mot: not a \.mot file"):
-        read_mot(tmp_path / "b.mot")
-
-
 @pytest.mark.clips
 @pytest.mark.skipif(not ANGLES.exists(), reason="the test clips are not beside the project")
 def test_a_file_of_opensim_is_read() -> None:

@@ -67,11 +67,6 @@ def test_errors_in_a_trc_file_name_the_line(tmp_path: Path, change: object, word
         read_trc(tmp_path / "b.trc")
 
 
-def test_error_names_the_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"none\.trc: cannot be read"):
-        read_trc(tmp_path / "none.trc")
-
-
 @given(st.binary(max_size=300))
 def test_arbitrary_bytes_raise_at_most_a_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.mktemp("trc") / "a.trc"

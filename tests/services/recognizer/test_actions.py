@@ -54,7 +54,7 @@ def refused(key: str, payload: bytes) -> None:
     ("act", "reason"),
     [
         (lambda sent: put(ZenohAction(key="a"), refused, sent), "a cannot be published: session closed"),
-        (lambda sent: send_osc(OscAction(host="no-such-host.invalid", port=9000, address="/a"), sent), ""),
+        (lambda sent: send_osc(OscAction(host="no-such-host.invalid", port=9000, address="/a"), sent), r"\w"),
         (lambda sent: request_http(HttpAction(url=f"http://127.0.0.1:{free_tcp_port()}/"), sent), "Connection refused"),
         (lambda sent: request_http(HttpAction(url="http://192.0.2.1/"), sent), "not an address of this machine"),
         (lambda sent: ProgramRunner().run(ProgramAction(program="/nowhere/at/all"), {}, sent), "No such file"),

@@ -46,6 +46,11 @@ class PoseTrack:
         known: Bools = ~np.isnan(self.positions[:, 0])
         return known
 
+    @property
+    def step_s(self) -> float:
+        """Median interval of the rows, seconds; 0 for one row."""
+        return float(np.median(np.diff(self.times_s))) if len(self.times_s) > 1 else 0.0
+
     def pose(self, row: int) -> Pose:
         """Pose of a row."""
         return Pose(self.positions[row], self.angles[row])

@@ -39,8 +39,7 @@ def resampled(track: PoseTrack, fps: float) -> PoseTrack:
     exact = np.abs(source_s[after] - times_s) <= EXACT_S
     before = np.where(exact, after, before)
     span = source_s[after] - source_s[before]
-    limit = max(MAX_GAP_S, 1.5 * float(np.median(np.diff(track.times_s)))) if len(track.times_s) > 1 else MAX_GAP_S
-    made = exact | ((span > 0) & (span <= limit) & (source_s[before] <= times_s) & (times_s <= source_s[after]))
+    made = exact | ((span > 0) & (span <= bridged_s(track)) & (source_s[before] <= times_s) & (times_s <= source_s[after]))
     share = np.where(made & ~exact, (times_s - source_s[before]) / np.where(span > 0, span, 1.0), 0.0)
     a, b = known[before], known[after]
     positions = track.positions[a] + share[:, None] * (track.positions[b] - track.positions[a])
@@ -51,6 +50,11 @@ def resampled(track: PoseTrack, fps: float) -> PoseTrack:
         angles=np.where(made[:, None], angles, np.nan),
         lost=tuple(what if ok else "person" for what, ok in zip(limbs, made, strict=True)), rate=fps,
     )  # fmt: skip
+
+
+def bridged_s(track: PoseTrack) -> float:
+    """Longest gap that is interpolated, seconds."""
+    return max(MAX_GAP_S, 1.5 * track.step_s)
 
 
 def _angles_between(track: PoseTrack, before: Floats, after: Floats, share: Floats) -> Floats:

@@ -16,7 +16,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.joint_rotations import JointRotations, joint_angles, joint_columns, joint_rotations, root_jumps
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.resampling import MAX_GAP_S
+from zenocap.common.formats.resampling import bridged_s
 
 DEFAULT_HZ = 6.0  # usual for gait [Winter 3.4.4.3], and Pose2Sim's default
 MIN_HZ, MAX_RATIO = 0.1, 0.45  # Hz; of the frame rate, below the Nyquist frequency of 0.5; chosen by hand
@@ -35,8 +35,7 @@ def smoothed(track: PoseTrack, hz: float) -> PoseTrack:
     Stretches of less than 10 frames or one period of `hz` are unchanged.  Frames at irregular times are interpolated to a
     uniform grid and back by a cubic spline.  Raises UserError for a frequency that the frame rate does not allow.
     """
-    step_s = float(np.median(np.diff(track.times_s))) if len(track.times_s) > 1 else 0.0
-    if not step_s > 0.0:
+    if not (step_s := track.step_s) > 0.0:
         return track
     highest = MAX_RATIO / step_s
     if not MIN_HZ <= hz <= highest:  # not a number as well
@@ -44,7 +43,7 @@ def smoothed(track: PoseTrack, hz: float) -> PoseTrack:
             f"smooth = {hz:g} Hz: allowed: {MIN_HZ:g} to {highest:.4g}, {MAX_RATIO:g} of the {1 / step_s:.4g} frames/s"
         )
     positions, angles = track.positions.copy(), track.angles.copy()
-    for rows in _stretches(track, max(MAX_GAP_S, 1.5 * step_s)):
+    for rows in _stretches(track):
         if _long_enough(rows, hz, step_s):
             positions[rows], angles[rows] = _smoothed_stretch(track, rows, hz)
     return replace(track, positions=positions, angles=angles)
@@ -52,10 +51,9 @@ def smoothed(track: PoseTrack, hz: float) -> PoseTrack:
 
 def too_short(track: PoseTrack, hz: float) -> tuple[int, int]:
     """Number of stretches, and of the frames in them, that `smoothed` leaves unchanged because they are too short."""
-    step_s = float(np.median(np.diff(track.times_s))) if len(track.times_s) > 1 else 0.0
-    if not step_s > 0.0:
+    if not (step_s := track.step_s) > 0.0:
         return int(track.known.any()), int(np.count_nonzero(track.known))
-    left = [len(rows) for rows in _stretches(track, max(MAX_GAP_S, 1.5 * step_s)) if not _long_enough(rows, hz, step_s)]
+    left = [len(rows) for rows in _stretches(track) if not _long_enough(rows, hz, step_s)]
     return len(left), sum(left)
 
 
@@ -71,14 +69,14 @@ def _long_enough(rows: Ints, hz: float, step_s: float) -> bool:
     return len(rows) >= max(MIN_ROWS, 1.0 / (hz * step_s))
 
 
-def _stretches(track: PoseTrack, gap_s: float) -> Iterator[Ints]:
+def _stretches(track: PoseTrack) -> Iterator[Ints]:
     """Row numbers of each stretch of poses without a lost row, a gap or a jump."""
     known = np.flatnonzero(track.known)
     if not len(known):
         return
     times_s = track.times_s[known]
     rotations = joint_rotations(track.anatomy, track.positions[known], track.angles[known])
-    cuts = (np.diff(known) > 1) | (np.diff(times_s) > gap_s) | root_jumps(rotations, times_s)
+    cuts = (np.diff(known) > 1) | (np.diff(times_s) > bridged_s(track)) | root_jumps(rotations, times_s)
     yield from np.split(known, np.flatnonzero(cuts) + 1)
 
 

@@ -70,9 +70,8 @@ def with_thresholds(model: PostureModel, trials: Sequence[Trial]) -> PostureMode
 
 def held_out_groups(ready: Prepared, folds: int) -> list[list[int]]:
     """Indices of examples to hold out together: by person in up to `folds` groups; with one person, by repetition."""
-    by_person = sorted({example.person for example in ready.examples})
     of = [example.person for example in ready.examples]
-    if len(by_person) < 2:
+    if len(set(of)) < 2:
         of = [example.repetition for example in ready.examples]
     names = sorted(set(of))
     if len(names) < 2:

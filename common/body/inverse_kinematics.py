@@ -90,7 +90,7 @@ def interpolated_centres(centres: Mapping[str, Floats]) -> dict[str, Floats]:
 
     Centres that are unknown in every row are left out; ValueError if they are among NEEDED.
     """
-    known = {name: _interpolated(points) for name, points in centres.items() if _known(points).any()}
+    known = {name: interpolated(points) for name, points in centres.items() if _known(points).any()}
     missing = [name for name in NEEDED if name not in known]
     if missing:
         raise ValueError(f"joint centres {', '.join(missing)}: in no frame; there are: {', '.join(known) or 'none'}")
@@ -105,7 +105,8 @@ def _known(points: Floats) -> Bools:
     return known
 
 
-def _interpolated(points: Floats) -> Floats:
+def interpolated(points: Floats) -> Floats:
+    """Points (n, 3) with rows that are not finite interpolated; at the ends the nearest row is repeated."""
     known, rows = np.flatnonzero(_known(points)), np.arange(len(points))
     return np.stack([np.interp(rows, known, points[known, column]) for column in range(3)], axis=1)
 

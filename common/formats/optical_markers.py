@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
-from zenocap.common.body.inverse_kinematics import CLEAR, hinge_axes
+from zenocap.common.body.inverse_kinematics import CLEAR, hinge_axes, interpolated
 from zenocap.common.body.rotations import perpendicular, shortest_rotation, unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.joint_names import plain_name
@@ -102,7 +102,7 @@ def optical_centres(markers: Mapping[str, Floats], path: Path) -> dict[str, Floa
     known: dict[str, Bools] = {name: np.all(np.isfinite(points), axis=1) for name, points in markers.items()}
     if empty := [name for name, rows in known.items() if not rows.any() and f".{name[1:]}" not in OPTIONAL]:
         raise UserError(f"{path}: marker {', '.join(empty)}: in no frame: allowed: in one or more")
-    at = {name: _filled(points, known[name]) for name, points in markers.items() if known[name].any()}
+    at = {name: interpolated(points) for name, points in markers.items() if known[name].any()}
     right, up = _pelvis(at)
     found: dict[str, Floats] = {}
     drop = SHOULDER_DROP * np.linalg.norm(at["Lshoulder"] - at["Rshoulder"], axis=1, keepdims=True)
@@ -210,8 +210,3 @@ def _usable(name: str, known: Mapping[str, Bools]) -> Bools:
         rows = [known[one] for one in (f"{name[0]}{own}", f"{name[0]}{own}_medial") if one in known]
     usable: Bools = np.all(rows, axis=0)
     return usable
-
-
-def _filled(points: Floats, known: Bools) -> Floats:
-    rows, there = np.arange(len(points)), np.flatnonzero(known)
-    return np.stack([np.interp(rows, there, points[there, column]) for column in range(3)], axis=1)

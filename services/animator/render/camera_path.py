@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from zenocap.common.arrays import Floats
+from zenocap.common.body.inverse_kinematics import interpolated
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.animator.parameters import (
     BODY_MARGIN_M,
@@ -103,10 +104,7 @@ def camera_path(
 
 def _ground_path(centres: Floats, times_s: Floats) -> Floats:
     """Return the smoothed path of the person on the ground (n, 3), metres; interpolated while the person is lost."""
-    middle = np.mean(centres, axis=1)
-    known = np.flatnonzero(np.isfinite(middle).all(axis=1))
-    rows = np.arange(len(middle))
-    path = np.stack([np.interp(rows, known, middle[known, axis]) for axis in range(3)], axis=1)
+    path = interpolated(np.mean(centres, axis=1))
     path[:, 1] = 0.0
     step_s = float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
     if step_s > 0:

@@ -6,11 +6,13 @@ little-endian float64 values, or float32 where they have no more digits.
 
 import struct
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, NoReturn, TypeVar
 
+import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
@@ -18,6 +20,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 
 MAX_BYTES = 64 << 20
+Contents = TypeVar("Contents", bound=Struct)
 
 
 class Array(Struct, forbid_unknown_fields=True):
@@ -66,6 +69,20 @@ class ModelFormat:
         if zlib.crc32(body) != checksum:
             raise UserError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
         return body
+
+    def encoded(self, path: Path, content: Mapping[str, object], kind: type[Struct]) -> bytes:
+        """Content of a file.  content: fields of `kind`.  path: for errors.  Raises UserError for wrong values."""
+        try:
+            return self.with_header(msgspec.msgpack.encode(msgspec.convert(content, kind, strict=False)))
+        except msgspec.ValidationError as error:
+            raise UserError(f"{path}: {error}") from None
+
+    def decoded(self, path: Path, data: bytes, kind: type[Contents]) -> Contents:
+        """The map of a file's content.  path: for errors.  Raises UserError."""
+        try:
+            return msgspec.msgpack.decode(self.body_of(path, data), type=kind)
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            raise UserError(f"{path}: {error}") from None
 
     def read(self, path: Path) -> bytes:
         """Content of a file.  Raises UserError for one larger than MAX_BYTES, and OSError."""

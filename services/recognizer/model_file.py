@@ -123,11 +123,7 @@ def packed(path: Path, model: PostureModel) -> bytes:
         if (alarms := model.forest.alarms) is not None:
             forest["alarms"] = asdict(alarms) | {"shares": packed_array(alarms.shares)}
         content["forest"] = forest
-    try:
-        body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
-    except msgspec.ValidationError as error:
-        raise UserError(f"{path}: {error}") from None
-    data = FORMAT.with_header(body)
+    data = FORMAT.encoded(path, content, _Contents)
     parse_model(path, data)
     return data
 
@@ -139,10 +135,7 @@ def read_model(path: Path) -> PostureModel:
 
 def parse_model(path: Path, data: bytes) -> PostureModel:
     """Parse the content of a model file.  path: for errors.  Raises UserError."""
-    try:
-        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_Contents)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise UserError(f"{path}: {error}") from None
+    contents = FORMAT.decoded(path, data, _Contents)
     _check_names(path, contents)
     model = _unpacked(path, contents)
     _check_values(path, model)

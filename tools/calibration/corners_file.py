@@ -106,11 +106,7 @@ def packed(path: Path, detection: Detection) -> bytes:
         "variants": variants,
     }
     del content["counts"], content["views"]
-    try:
-        body = msgspec.msgpack.encode(msgspec.convert(content, _CornersFile))
-    except msgspec.ValidationError as error:
-        raise UserError(f"{path}: {error}") from None
-    data = FORMAT.with_header(body)
+    data = FORMAT.encoded(path, content, _CornersFile)
     parsed(path, data)
     return data
 
@@ -135,10 +131,7 @@ def read_corners(path: Path) -> Detection:
 
 def parsed(path: Path, data: bytes) -> Detection:
     """Parse the content of a corner file.  path: for errors.  Raises UserError."""
-    try:
-        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_CornersFile)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise UserError(f"{path}: {error}") from None
+    contents = FORMAT.decoded(path, data, _CornersFile)
     _check_values(path, contents)
     board = Board(**msgspec.structs.asdict(contents.board))
     variants = board.variants()

@@ -6,7 +6,6 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from typing import Literal
 
 import msgspec
@@ -120,7 +119,10 @@ class CommandRunner:
 
     def _report(self, trigger: Trigger, acted_ns: int, outcome: Literal["done", "failed", "dropped"], error: str) -> None:
         posture = trigger.posture
-        since = partial(_elapsed_ns, acted_ns)
+
+        def since(time_ns: int) -> int:
+            return max(0, acted_ns - time_ns)
+
         self._results.put(
             CommandResult(
                 frame=0, captured_ns=posture.captured_ns, posture=trigger.label, action=trigger.command.kind,
@@ -178,7 +180,3 @@ class _Worker:
             if trigger is None or self._stopped.is_set():
                 return
             self._perform(trigger, self._programs)
-
-
-def _elapsed_ns(now_ns: int, since_ns: int) -> int:
-    return max(0, now_ns - since_ns)

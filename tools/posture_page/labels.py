@@ -105,11 +105,6 @@ def same(one: Path, other: Path) -> bool:
     return one.resolve() == other.resolve()
 
 
-def name_of(row: Row) -> str:
-    """Words for a row's posture."""
-    return "background" if row.posture == BACKGROUND else row.posture
-
-
 def _checked(others: Labels, span: TakeSpan, row: Row, id: int | None) -> Row:
     """The row with rounded times.  Raises UserError."""
     posture = checked_text("posture", row.posture)
@@ -127,10 +122,11 @@ def _checked(others: Labels, span: TakeSpan, row: Row, id: int | None) -> Row:
         )
     for other in others:
         if same(other.row.source, row.source) and _shared_s(other.row, row) > EXACT_S:
+            name = "background" if other.row.posture == BACKGROUND else other.row.posture
             begin_s = other.row.start or 0.0
             until = "the end" if other.row.end is None else f"{other.row.end:.2f} s"
             raise UserError(
-                f"{start_s:.2f} to {end_s:.2f} s overlaps {name_of(other.row)!r}, {begin_s:.2f} s to {until}: "
+                f"{start_s:.2f} to {end_s:.2f} s overlaps {name!r}, {begin_s:.2f} s to {until}: "
                 "allowed: labels beside each other"
             )
     if posture != BACKGROUND:

@@ -119,7 +119,8 @@ def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureRow, ..
 
 def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, *, background: bool) -> list[str]:
     """Lines on the held-out result, and on what is missing."""
-    tested, right = sum(one.tested for one in postures), sum(one.right for one in postures)
+    of = {one.posture: one.tested for one in postures}
+    tested, right = sum(of.values()), sum(one.right for one in postures)
     how = "by a model without that person" if people > 1 else "by a model without that repetition"
     lines = []
     if tested:
@@ -131,7 +132,7 @@ def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, 
         if one.answer not in (None, one.posture):
             confused[one.posture, str(one.answer)] = confused.get((one.posture, str(one.answer)), 0) + 1
     for (posture, answer), count in sorted(confused.items(), key=lambda pair: (-pair[1], pair[0])):
-        lines.append(f"Confused: {posture!r} is taken for {answer!r}, {count} of {_tested(postures, posture)}.")
+        lines.append(f"Confused: {posture!r} is taken for {answer!r}, {count} of {of[posture]}.")
     for row in postures:
         missing = ENOUGH_EXAMPLES - row.examples
         if missing > 0:
@@ -144,7 +145,3 @@ def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, 
     if not background:
         lines.append("No background: movements that are no posture may be taken for one; mark some everyday movement.")
     return lines
-
-
-def _tested(postures: Sequence[PostureRow], label: str) -> int:
-    return next(one.tested for one in postures if one.posture == label)

@@ -80,7 +80,8 @@ class StreamOutcome:
 
     def score(self, label: str | None = None, least: float = -np.inf) -> StreamScore:
         """Score of a posture; None: of all.  least: level below which answers are left out."""
-        pairs = [_matched(truth, [a for a in given if a.level >= least]) for truth, given in self._sources()]
+        sources = zip(self.truths, self.answers, strict=True)
+        pairs = [_matched(truth, [a for a in given if a.level >= least]) for truth, given in sources]
         right = [pair for right, _ in pairs for pair in right if label in (None, pair[1].label)]
         wrong = [answer for _, wrong in pairs for answer in wrong if label in (None, answer.label)]
         events = sum(label in (None, one.label) for truth in self.truths for one in truth)
@@ -91,9 +92,6 @@ class StreamOutcome:
         """Least level and score of all postures, from the model's own thresholds to no answer."""
         levels = sorted({answer.level for given in self.answers for answer in given})
         return [(level, self.score(least=level)) for level in levels]
-
-    def _sources(self) -> list[tuple[tuple[PostureSpan, ...], tuple[PostureAnswer, ...]]]:
-        return list(zip(self.truths, self.answers, strict=True))
 
 
 def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[PostureSpan]]]) -> StreamOutcome:

@@ -20,8 +20,8 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.inverse_kinematics import CLEAR, hinge_axes, interpolated
 from zenocap.common.body.rotations import perpendicular, shortest_rotation, unit
 from zenocap.common.errors import UserError
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.joint_names import plain_name
-from zenocap.common.formats.segment_planes import from_wand, warn_of_planes
 
 # Names of markers without side, letters only; `.` stands for the side.  RKNE, R.Knee.Medial.
 MARKERS: Mapping[str, tuple[str, ...]] = {
@@ -64,6 +64,11 @@ SHOULDER_DROP = 0.17  # Rab et al. (2002)
 KNEE_M, ANKLE_M, ELBOW_M = 0.060, 0.043, 0.042
 ROUNDS = 4  # of the plane of a bent limb by its centres and the centres by that plane; chosen by hand
 CROWN_M = 0.06  # crown above the middle of the markers of the head, along the line from the shoulders; chosen by hand
+LEAST_WAND_M = 0.015  # of the marker of thigh or shank from the line of the segment, to give its plane; chosen by hand
+# Largest median error of a file, mm, of the centres of knees and ankles without and with the markers that give the
+# plane, from those that Plug-in Gait wrote into five public C3D files.
+WITHOUT_PLANE_MM = {"knee": (104, 21), "ankle": (98, 14)}
+PLANES = (("knee", "thigh", "THI", "KNM"), ("ankle", "shank", "TIB", "MED"))  # joint, its wand, their names, medial
 
 
 def markers_of(points: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -111,10 +116,10 @@ def optical_centres(markers: Mapping[str, Floats], path: Path) -> dict[str, Floa
         hip, knee, ankle = found[f"{side}Hip"], at[f"{side}knee"], at[f"{side}ankle"]
         for _ in range(ROUNDS):
             bend = sign * _bend(hip, knee, ankle, -1.0, up, right)
-            knee = _hinge(at, side, "knee", hip, from_wand(at, side, "thigh", "knee", hip, bend), KNEE_M)
-            ankle = _hinge(at, side, "ankle", knee, from_wand(at, side, "shank", "ankle", knee, bend), ANKLE_M)
+            knee = _hinge(at, side, "knee", hip, _from_wand(at, side, "thigh", "knee", hip, bend), KNEE_M)
+            ankle = _hinge(at, side, "ankle", knee, _from_wand(at, side, "shank", "ankle", knee, bend), ANKLE_M)
         found |= {f"{side}Knee": knee, f"{side}Ankle": ankle}
-    warn_of_planes(at, found, path)
+    _warn_of_planes(at, found, path)
     middle = 0.5 * (found["RHip"] + found["LHip"])
     trunk = unit(0.5 * (at["Rshoulder"] + at["Lshoulder"]) - middle)
     across = unit(perpendicular(at["Rshoulder"] - at["Lshoulder"], trunk))
@@ -186,6 +191,48 @@ def _hinge(at: Mapping[str, Floats], side: str, joint: str, start: Floats, inwar
     back, beside = offset**2 / length, offset * np.sqrt(1.0 - (offset / length) ** 2)
     centre: Floats = lateral - back * unit(along) + beside * unit(perpendicular(inwards, unit(along)))
     return centre
+
+
+def _from_wand(at: Mapping[str, Floats], side: str, wand: str, joint: str, start: Floats, otherwise: Floats) -> Floats:
+    """Directions (n, 3) inwards in the plane of the segment with its marker, away from that; without one, `otherwise`.
+
+    start: (n, 3) of the segment.  `otherwise` also where the marker is nearly in line with the segment.
+    """
+    beside = _beside(at, side, wand, joint, start)
+    return otherwise if beside is None else -beside
+
+
+def _beside(at: Mapping[str, Floats], side: str, wand: str, joint: str, start: Floats) -> Floats | None:
+    """(n, 3) of the marker of thigh or shank from the line of the segment; None without one, or nearly in line."""
+    if f"{side}{wand}" not in at:
+        return None
+    lateral = at[f"{side}{joint}"]
+    beside = perpendicular(at[f"{side}{wand}"] - lateral, unit(lateral - start))
+    return beside if float(np.median(np.linalg.norm(beside, axis=1))) >= LEAST_WAND_M else None
+
+
+def _warn_of_planes(at: Mapping[str, Floats], found: Mapping[str, Floats], path: Path) -> None:
+    """Warn of knees and ankles whose plane no marker gives.
+
+    at: markers (n, 3), see `markers_of`.  found: centres (n, 3) by HALPE name.  path: of the file.
+    """
+    parts = []
+    for (joint, wand, own, medial), above in zip(PLANES, ("Hip", "Knee"), strict=True):
+        open_sides = [
+            side
+            for side in "LR"
+            if f"{side}{joint}_medial" not in at and _beside(at, side, wand, joint, found[f"{side}{above}"]) is None
+        ]
+        if open_sides:
+            missing = ", ".join(f"{side}{own} or {side}{medial}" for side in open_sides)
+            without, usual = WITHOUT_PLANE_MM[joint]
+            parts.append(f"no {missing}: {joint}s up to {without} mm off instead of {usual}")
+    if parts:
+        warn_of_file(
+            path,
+            "markers on thigh, shank or the inner side are missing or in line with the joints, so knees and ankles are "
+            f"placed by the bend of the legs: {'; '.join(parts)} (medians of five public files)",
+        )
 
 
 def _middle(at: Mapping[str, Floats], one: str, other: str) -> Floats:

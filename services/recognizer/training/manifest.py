@@ -13,9 +13,8 @@ from pathlib import Path
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
-from zenocap.services.recognizer.training.csv_text import LONGEST_S, read_table, seconds_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
-from zenocap.services.recognizer.training.label_table import read_spans
+from zenocap.services.recognizer.training.label_table import LONGEST_S, read_spans, read_table, seconds_of
 
 COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 LABELS = "labels"  # further column

@@ -1,29 +1,30 @@
 """The skeleton matches the anatomy: bones join the joint centres in every pose, for both bodies."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tests.support.pose_tracks import body
+from tests.common.formats.test_bvh_writer import JOINTS, read_by_bvhio
+from tests.support.angle_cases import walking_person
+from tests.support.pose_tracks import NAMES, body
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
-from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import joint_centres, part_frames
 from zenocap.common.formats.bvh_writer import write_bvh
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.skeleton import BONES, Skeleton, bone_rotations, skeleton_of
+from zenocap.common.formats.trajectories import PER_METRE
 from zenocap.services.tracker.body.average_body import body_of_height
 
 BODIES: dict[str, tuple[Anatomy, Bdp]] = {
     "ten": (TEN_PARTS, body()), "fourteen": (FOURTEEN_PARTS, body_of_height(1.75)),
 }  # fmt: skip
-MARKERS = {
-    "RHip": "RightUpLeg", "RKnee": "RightLeg", "RAnkle": "RightFoot", "LHip": "LeftUpLeg", "LKnee": "LeftLeg",
-    "LAnkle": "LeftFoot", "RShoulder": "RightArm", "RElbow": "RightForeArm", "RWrist": "RightHand",
-    "LShoulder": "LeftArm", "LElbow": "LeftForeArm", "LWrist": "LeftHand",
-}  # fmt: skip
+MARKERS = {ours: theirs for ours, theirs in JOINTS.items() if ours != "Hip"}
 CLOSE_M = 1e-9
 
 
@@ -100,19 +101,10 @@ def test_an_anatomy_without_a_skeleton_is_refused() -> None:
         skeleton_of(other, body())
 
 
-def test_a_bvh_of_fourteen_parts_is_written(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    import bvhio
-
-    rows = [track_of("fourteen", np.array([0.0, 0.9, 0.1 * k]), np.linspace(0.1 * k, 0.5, 25)) for k in range(3)]
-    angles, positions = (np.concatenate(values) for values in zip(*((r.angles, r.positions) for r in rows), strict=True))
-    anatomy, bdp = BODIES["fourteen"]
-    track = PoseTrack(anatomy, bdp, np.arange(3), np.arange(3) / 30, positions, angles, {}, {}, ("",) * 3, 30.0)
+def test_a_bvh_of_fourteen_parts_is_written(tmp_path: Path) -> None:
+    track = walking_person(FOURTEEN_PARTS, 3)
     write_bvh(tmp_path / "a.bvh", track)
-    root = bvhio.readAsHierarchy(str(tmp_path / "a.bvh"))
-    for row in range(3):
-        root.loadPose(row)
-        found = {joint.Name: np.array(joint.PositionWorld) / 100 for joint, _, _ in root.layout()}
-        centres = joint_centres(anatomy, bdp, Pose(positions[row], angles[row]))
-        for k, marker in enumerate(anatomy.markers):
-            if marker.name in MARKERS:
-                np.testing.assert_allclose(found[MARKERS[marker.name]], centres[k], atol=1e-4)
+    found, expected = read_by_bvhio(tmp_path / "a.bvh") / PER_METRE["cm"], track.trajectories()
+    for name in MARKERS:
+        centres = expected.points[:, expected.names.index(name)]
+        np.testing.assert_allclose(found[:, NAMES.index(name)], centres, atol=1e-4, err_msg=name)

@@ -50,13 +50,14 @@ def test_a_person_at_rest_is_unchanged(rate: float) -> None:
 
 @pytest.mark.parametrize("hz", [0.5, 1.0, 3.0, 6.0, 9.0])
 @pytest.mark.parametrize("cutoff_hz", [3.0, 6.0])
-def test_a_sine_is_attenuated_as_in_theory_and_not_delayed(hz: float, cutoff_hz: float) -> None:
-    times_s = np.arange(0, 20, 1 / 120)
+@pytest.mark.parametrize("rate", [30, 120])
+def test_a_sine_is_attenuated_as_in_theory_and_not_delayed(hz: float, cutoff_hz: float, rate: int) -> None:
+    times_s = np.arange(0, 20, 1 / rate)
     sine = np.sin(2 * np.pi * hz * times_s)
     found = lowpass(times_s, sine[:, None], cutoff_hz)[:, 0]
-    middle = slice(600, 1800)
+    middle = slice(5 * rate, 15 * rate)
     gain = float(found[middle] @ sine[middle]) / float(sine[middle] @ sine[middle])
-    warped = np.tan(np.pi * hz / 120) / np.tan(np.pi * cutoff_hz / 120)
+    warped = np.tan(np.pi * hz / rate) / np.tan(np.pi * cutoff_hz / rate)
     theory = 1 / (1 + (np.sqrt(2) - 1) * warped**4)  # two passes of order 2, -3 dB at the cut-off
     assert gain == pytest.approx(theory, abs=2e-3)
     np.testing.assert_allclose(found[middle], gain * sine[middle], atol=2e-3)  # no other phase
@@ -170,13 +171,6 @@ def test_rotations_and_angles_are_inverse(seed: int) -> None:
     track = moving(20, seed=seed)
     found = joint_rotations(TEN_PARTS, track.positions, track.angles)
     np.testing.assert_allclose(joint_angles(TEN_PARTS, found, track.angles), track.angles, atol=1e-6)
-
-
-def test_one_hertz_passes_a_cutoff_of_six_unchanged_and_undelayed() -> None:
-    times_s = np.arange(0, 10, 1 / 30)
-    sine = np.sin(2 * np.pi * times_s)
-    found = lowpass(times_s, sine[:, None], 6.0)[30:-30, 0]
-    np.testing.assert_allclose(found, sine[30:-30], atol=1e-3)
 
 
 def test_stretches_that_are_too_short_are_counted_and_left() -> None:

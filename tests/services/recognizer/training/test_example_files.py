@@ -75,7 +75,7 @@ def test_short_gaps_are_interpolated_and_error_names_long_ones_in_seconds_of_the
     features = np.random.default_rng(0).normal(size=(100, 10))
     times_s = 3.0 + np.arange(100) / 20.0
     features[10:14] = np.nan
-    features[50:60] = np.nan
+    features[50:60] = np.inf
     motion = Features(20.0, times_s, features)
     assert np.isfinite(span(motion, 3.0, 5.0)).all()
     with pytest.raises(ValueError, match=r"no angles from 5\.50 s to 6\.00 s: allowed: gaps of at most 0\.25 s"):

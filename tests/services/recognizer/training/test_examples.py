@@ -103,13 +103,6 @@ def test_a_short_gap_is_interpolated_linearly_or_held_at_an_end(length: int, fir
     np.testing.assert_array_equal(found[rest], features[rest])
 
 
-def test_error_names_a_long_gap_in_seconds() -> None:
-    features = ramp(20)
-    features[8:12] = np.inf
-    with pytest.raises(ValueError, match=r"no angles from 3\.80 s to 4\.20 s: allowed: gaps of at most 0\.25 s"):
-        fill_gaps(features, 10.0, 3.0)
-
-
 def test_gaps_are_runs_of_unknown_rows() -> None:
     assert gaps(np.array([False, True, False, False, True, False])) == [(0, 1), (2, 4), (5, 6)]
 

@@ -25,15 +25,13 @@ class Place:
     running: bool
 
 
-def places_of(
-    session: FilmSession, rig: Rig | None, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
-) -> dict[str, Place]:
-    """Places of the viewers whose camera another program has, by id of the viewer; waits `patience_s` for them.
+def places_of(session: FilmSession, rig: Rig | None, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
+    """Places of the viewers whose camera another program has, by id of the viewer; waits FIND_S for them.
 
     rig: None before there is one.  Raises UserError when a camera may not be filmed, two programs offer it, or one of
     another machine is not announced.
     """
-    end_s = time.monotonic() + patience_s
+    end_s = time.monotonic() + FIND_S
     found: dict[str, Place] = {}
     while True:
         if rig is not None:

@@ -71,8 +71,7 @@ class Brightness:
 def brightness_of(image: Image) -> Floats:
     """(cells,) mean grey level of an image (height, width, 3)."""
     small = cv2.resize(image, CELLS, interpolation=cv2.INTER_AREA)
-    grey: Floats = np.asarray(small, dtype=np.float64).mean(axis=2).ravel()
-    return grey
+    return np.asarray(np.asarray(small, dtype=np.float64).mean(axis=2).ravel())
 
 
 def brightness_in(path: Path, seconds: float) -> Brightness:

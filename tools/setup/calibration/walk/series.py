@@ -36,11 +36,6 @@ class Series:
         local[~known] = np.nan
         return Hulls(local, self.cut[before] | self.cut[later])
 
-    def part(self, begin_s: float, end_s: float) -> "Series":
-        """The series without the images from begin_s to end_s; the gap is not interpolated."""
-        kept = (self.times < begin_s) | (self.times > end_s)
-        return Series(self.times[kept], self.points[kept], self.cut[kept])
-
 
 def series_of(times: Sequence[float] | Floats, hulls: Hulls) -> Series:
     """Series of hulls at n times, those without a silhouette left out."""

@@ -80,8 +80,7 @@ def write_cameras(folder: Path, cameras: Cameras) -> None:
     lines += [f"{quoted(name)} = {quoted(source)}" for name, source in cameras.sources.items()]
     lines += cameras.network.lines()
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode())
-    (folder / CAMERAS).chmod(0o600)
+    write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode(), mode=0o600)
 
 
 def takes_in(folder: Path) -> list[Path]:

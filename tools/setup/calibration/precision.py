@@ -97,8 +97,6 @@ def readout_errors(adjusted: Adjusted) -> Floats:
 
 def _deviations(adjusted: Adjusted) -> Floats:
     """Standard deviations of the parameters of all cameras, (cameras, 20)."""
-    deviation = np.zeros(adjusted.free.size)
-    deviation[adjusted.free.ravel()] = np.sqrt(
-        np.maximum(np.max([np.diag(one) for one in adjusted.covariances], axis=0), 0.0)
-    )
-    return np.asarray(deviation.reshape(adjusted.free.shape))
+    deviation = np.zeros(adjusted.free.shape)
+    deviation[adjusted.free] = np.sqrt(np.maximum(np.max([np.diag(one) for one in adjusted.covariances], axis=0), 0.0))
+    return deviation

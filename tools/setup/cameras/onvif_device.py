@@ -93,7 +93,7 @@ def streams_of(address: str, user: User | None, tls: ssl.SSLContext | None = Non
         )
         encoder = profile.find(f"{TT}VideoEncoderConfiguration")
         stream = next((one.text or "" for one in answer.iter(f"{TT}Uri")), "").strip()
-        if encoder is not None and _is_rtsp(stream):
+        if encoder is not None and host_of(stream, ("rtsp", "rtsps")):
             name = profile.findtext(f"{TT}Name") or token
             streams.append(OnvifStream(name, encoder.findtext(f"{TT}Encoding") or "", _size(encoder), stream))
     return streams
@@ -105,14 +105,6 @@ def with_user(device: OnvifDevice, stream: OnvifStream, user: User | None) -> st
     if user is None or "@" in parts.netloc or parts.hostname != host_of(device.address):
         return stream.address
     return parts._replace(netloc=f"{quote(user.name, safe='')}:{quote(user.password, safe='')}@{parts.netloc}").geturl()
-
-
-def _is_rtsp(address: str) -> bool:
-    try:
-        parts = urlsplit(address)
-        return parts.scheme in ("rtsp", "rtsps") and bool(parts.hostname) and parts.port != 0
-    except ValueError:
-        return False
 
 
 def _size(encoder: ElementTree.Element) -> tuple[int, int]:

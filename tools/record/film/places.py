@@ -60,14 +60,13 @@ def _running(session: FilmSession, rig: Rig, viewers: Sequence[Viewer], sender: 
     """Viewers of the rig that are running."""
     keys = {FILM.format(rig=rig.name, viewer=viewer.id): viewer.id for viewer in viewers}
     replies = session.ask(FILM.format(rig=rig.name, viewer="*"), _state(sender), QUERY_S)
+    found = {}
     for key, reply in replies.items():
         if isinstance(reply, str) and key in keys:
             raise UserError(f"viewer {keys[key]}: {printable(reply)}")
-    return {
-        keys[key]: Place(key, reply, running=True)
-        for key, reply in replies.items()
-        if key in keys and isinstance(reply, FilmReply)
-    }
+        if isinstance(reply, FilmReply) and key in keys:
+            found[keys[key]] = Place(key, reply, running=True)
+    return found
 
 
 def _hosted(session: FilmSession, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:

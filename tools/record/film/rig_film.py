@@ -28,11 +28,7 @@ def film_name(folder: str, now: datetime) -> str:
 
 @contextmanager
 def cameras_of(
-    rig: Rig | None,
-    viewers: Sequence[Viewer],
-    options: ZenohOptions,
-    folder: str,
-    report: Callable[[str], None],
+    rig: Rig | None, viewers: Sequence[Viewer], options: ZenohOptions, folder: str, report: Callable[[str], None]
 ) -> Iterator[tuple[list[Viewer], RemoteFilm]]:
     """The viewers whose camera this program opens, and the film of the others.
 
@@ -40,24 +36,21 @@ def cameras_of(
     report: receives why other programs cannot be asked.  Raises UserError.
     """
     security = options.security
+    away = ", ".join(viewer.camera.name for viewer in viewers if isinstance(viewer.source, Announced))
     if security is not None and not security.certificate.is_file():
-        if away := [viewer.camera.name for viewer in viewers if isinstance(viewer.source, Announced)]:
-            raise UserError(
-                f"{', '.join(away)}: on another machine: {security.certificate}: no such file: allowed: after "
-                "`zenocap certs RIG --service operator`"
-            )
-        report(
-            f"note: {security.certificate}: no such file: cameras of other programs are not filmed; "
-            "`zenocap certs RIG --service operator` makes it"
-        )
+        certs = "`zenocap certs RIG --service operator`"
+        missing = f"{security.certificate}: no such file"
+        if away:
+            raise UserError(f"{away}: on another machine: {missing}: allowed: after {certs}")
+        report(f"note: {missing}: cameras of other programs are not filmed; {certs} makes it")
         yield list(viewers), NOBODY
         return
     end_s = time.monotonic() + ROUTER_S
     try:
         session = FilmSession.open(options, lambda: time.monotonic() > end_s)
     except BusError as error:
-        if away := [viewer.camera.name for viewer in viewers if isinstance(viewer.source, Announced)]:
-            raise UserError(f"{', '.join(away)}: on another machine: {error}") from error
+        if away:
+            raise UserError(f"{away}: on another machine: {error}") from error
         report(f"note: cameras of other programs are not filmed: {error}")
         yield list(viewers), NOBODY
         return

@@ -39,9 +39,9 @@ def shifted(message: m.Message, shift: Shift) -> m.Message:
 class ReplayProgress:
     """Latest capture time and frame number as published, and log time of the take; updated with `advanced`."""
 
-    captured_ns: int
-    frame: int
-    log_ns: int
+    captured_ns: int = 0
+    frame: int = 0
+    log_ns: int = 0
 
     def advanced(self, captured_ns: int, frame: int, log_ns: int) -> "ReplayProgress":
         return ReplayProgress(max(self.captured_ns, captured_ns), max(self.frame, frame), log_ns)

@@ -75,13 +75,8 @@ def onvif_data(devices: Sequence[AskedDevice]) -> list[dict[str, object]]:
             **vars(one.device),
             "problem": one.problem,
             "streams": [
-                {
-                    "profile": its.profile,
-                    "encoding": its.encoding,
-                    "size": its.size,
-                    "source": without_password(its.address),
-                }
-                for its in one.streams
+                {"profile": s.profile, "encoding": s.encoding, "size": s.size, "source": without_password(s.address)}
+                for s in one.streams
             ],
         }
         for one in devices

@@ -134,7 +134,8 @@ def _most_moved(
         float(jackknife_error([np.linalg.norm(other.centre - camera.centre) for other in others])),
         apart_px,
         error_px,
-        *offs,
+        offs[0],
+        offs[1],
         camera,
     )
 

@@ -133,9 +133,8 @@ class _Device:
         codes = " ".join(one.text or "" for one in fault.iter(f"{SOAP}Value"))
         text = next((one.text or "" for one in fault.iter(f"{SOAP}Text")), "") or codes or "no reason given"
         if "NotAuthorized" in codes or "authori" in text.lower():
-            raise UserError(
-                f"{self._address}: {'user or password is wrong' if self._user else 'it wants a user: --user NAME'}"
-            )
+            reason = "user or password is wrong" if self._user else "it wants a user: --user NAME"
+            raise UserError(f"{self._address}: {reason}")
         raise UserError(f"{self._address}: {text}")
 
     def _header(self) -> str:
@@ -149,9 +148,7 @@ class _Device:
             return timedelta()
         try:
             year, month, day = (int(found.findtext(f"{TT}Date/{TT}{key}") or "") for key in ("Year", "Month", "Day"))
-            hour, minute, second = (
-                int(found.findtext(f"{TT}Time/{TT}{key}") or "") for key in ("Hour", "Minute", "Second")
-            )
+            hour, minute, second = (int(found.findtext(f"{TT}Time/{TT}{k}") or "") for k in ("Hour", "Minute", "Second"))
             return datetime(year, month, day, hour, minute, min(second, 59), tzinfo=UTC) - datetime.now(UTC)
         except (ValueError, OverflowError):
             return timedelta()

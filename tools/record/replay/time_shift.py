@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-import msgspec
+from msgspec.structs import replace
 
 from zenocap.common import messages as m
 
@@ -20,17 +20,13 @@ class Shift:
 
 def shifted(message: m.Message, shift: Shift) -> m.Message:
     """The message `shift` later.  Frame numbers it refers to move with its own, except -1 (none)."""
-    later = msgspec.structs.replace(
-        message, captured_ns=message.captured_ns + shift.time_ns, frame=message.frame + shift.frames
-    )
+    later = replace(message, captured_ns=message.captured_ns + shift.time_ns, frame=message.frame + shift.frames)
     match later:
         case m.Sighting(based_on=based_on) | m.PartialBap(based_on=based_on) if based_on >= 0:
-            return msgspec.structs.replace(later, based_on=based_on + shift.frames)
+            return replace(later, based_on=based_on + shift.frames)
         case m.Assignment(views=views):
-            answered = {
-                viewer: msgspec.structs.replace(view, frame=view.frame + shift.frames) for viewer, view in views.items()
-            }
-            return msgspec.structs.replace(later, views=answered)
+            answered = {viewer: replace(view, frame=view.frame + shift.frames) for viewer, view in views.items()}
+            return replace(later, views=answered)
         case _:
             return later
 

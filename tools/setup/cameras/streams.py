@@ -64,9 +64,8 @@ def check_address(url: str) -> None:
     except ValueError:
         good = False
     if not good:
-        raise UserError(
-            f"{without_password(url)}: allowed: {', '.join(f'{scheme}://HOST[:PORT]/...' for scheme in STREAMS)}"
-        )
+        allowed = ", ".join(f"{scheme}://HOST[:PORT]/..." for scheme in STREAMS)
+        raise UserError(f"{without_password(url)}: allowed: {allowed}")
 
 
 def tried_streams(urls: Sequence[str], seconds: float = MEASURED_S) -> list[TriedStream]:

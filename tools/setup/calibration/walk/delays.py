@@ -129,7 +129,9 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
     scores = np.full(2 * most + 1, np.inf)
     agreeing = np.zeros(2 * most + 1, dtype=np.int64)
     for k, steps in enumerate(range(-most, most + 1)):
-        motion = registered(*_lagged(one, other, steps))
+        # At equal times of the scene: an image of `other` at t shows what `one` shows at t + steps.
+        count = len(one) - abs(steps)
+        motion = registered(one[max(0, steps) :][:count], other[max(0, -steps) :][:count])
         if motion is not None and motion.agreeing >= LEAST_AGREEING * motion.common and not motion.mirrored:
             scores[k], agreeing[k] = motion.error_m, motion.agreeing
     k = int(scores.argmin())
@@ -140,12 +142,6 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
         before, here, after = scores[k - 1 : k + 2] ** 2
         shift = 0.5 * (before - after) / max(1e-12, before - 2.0 * here + after)
     return (k - most + float(np.clip(shift, -0.5, 0.5))) * LAG_STEP_S, int(agreeing[k])
-
-
-def _lagged(one: Track, other: Track, steps: int) -> tuple[Track, Track]:
-    """Both tracks at equal times of the scene: an image of `other` at t shows what `one` shows at t + steps."""
-    count = len(one) - abs(steps)
-    return one[max(0, steps) :][:count], other[max(0, -steps) :][:count]
 
 
 def adjusted_delays(

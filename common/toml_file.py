@@ -28,6 +28,11 @@ def read_toml(path: Path) -> dict[str, object]:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
+def quoted(text: str) -> str:
+    """A string of TOML.  text: without control characters."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
 def _check_dots(path: Path, text: str) -> None:
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") <= MAX_DOTS:

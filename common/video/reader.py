@@ -1,11 +1,13 @@
 """Decoding of a video file: its frames in order, each with the time that its container gives."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, pairwise
 from pathlib import Path
+from typing import TypeVar
 
 import av
 import cv2
@@ -27,6 +29,7 @@ MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from w
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,12 @@ def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
         return mean
     median = 1 / (intervals[len(intervals) // 2] * base)
     return median if median > mean * MISSING_RATIO else mean
+
+
+def until_cut(frames: Iterable[T]) -> Iterator[T]:
+    """Frames up to where their file is cut or cannot be read further: what was read of it counts."""
+    with suppress(EndedEarly):
+        yield from frames
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,13 @@
 """Pictures of a board before one camera, with the true pixels of its corners."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import cv2
 import numpy as np
 
 from tests.support.carried_board import board_image, seen_corners
+from tests.support.video_file import write_video
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.setup.calibration.board import Board
@@ -38,3 +42,16 @@ def picture_of(board: Board, camera: Camera, pose: tuple[Floats, Floats], seed: 
 def true_pixels(board: Board, camera: Camera, pose: tuple[Floats, Floats]) -> Floats:
     """Of all corners, (n, 2)."""
     return seen_corners(camera, board.corners, pose)[0]
+
+
+def board_video(path: Path, pictures: Sequence[Image], fps: float) -> Path:
+    """A video of grey pictures."""
+    return write_video(path, [cv2.cvtColor(one, cv2.COLOR_GRAY2BGR) for one in pictures], fps=fps)
+
+
+def picture_folder(folder: Path, pictures: Sequence[Image], names: Sequence[str] | None = None) -> Path:
+    """A folder of pictures with names such as a.png, by default 000.png and so on."""
+    folder.mkdir(parents=True)
+    for name, one in zip(names or [f"{k:03d}.png" for k in range(len(pictures))], pictures, strict=True):
+        cv2.imwrite(str(folder / name), one)
+    return folder

@@ -33,7 +33,7 @@ from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
 from zenocap.tools.record.film.film import film
-from zenocap.tools.record.film.rig_film import cameras_of
+from zenocap.tools.record.film.remote_film import cameras_of
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # films in real time, whose rates other load changes

@@ -155,17 +155,15 @@ def _no_step(_: None, state: None, event: Event[Never]) -> tuple[None, list[Neve
 
 
 def _parts(selection: RecordingSelection, path: Path, start_ns: int, id: str, limits: PartLimits) -> Parts:
-    files: tuple[Attachment, ...] = (
-        attachments(selection.file, service_parameters(selection.file)) if selection.file else ()
-    )
-    rig = {"method": selection.file.method, "digest": selection.file.digest} if selection.file else {}
+    file = selection.file
+    files: tuple[Attachment, ...] = attachments(file, service_parameters(file)) if file else ()
+    rig = {"method": file.method, "digest": file.digest} if file else {}
     metadata = {
         "versions": versions(),
         "rig": {"name": selection.name} | rig,
         "recorder": {"id": id, "expression": selection.expression},
     }
-
-    own = services_of(selection.file) if selection.file else ()
+    own = services_of(file) if file else ()
 
     def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
         with_part = metadata | ({"part": part} if part else {})

@@ -9,6 +9,7 @@ from typing import Literal
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MODES
+from zenocap.common.toml_file import quoted
 from zenocap.tools.service_arguments import ZenohArguments
 
 
@@ -74,8 +75,3 @@ def network_of(path: Path, table: object) -> Network:
     if not isinstance(config, str) or not isinstance(multicast, bool):
         raise UserError(f"{path}: zenoh: allowed: {allowed}")
     return Network(mode, endpoints["connect"], endpoints["listen"], config, multicast)
-
-
-def quoted(text: str) -> str:
-    """A string of TOML."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -18,8 +18,8 @@ from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.source_kinds import named_source, parse_source
 from zenocap.common.rig.sources import Announced, VideoFile
-from zenocap.common.toml_file import read_toml
-from zenocap.tools.setup.network import OPEN, Network, network_of, quoted
+from zenocap.common.toml_file import quoted, read_toml
+from zenocap.tools.setup.network import OPEN, Network, network_of
 
 Step = Literal["cameras", "look", "calibration", "rig", "take"]
 STEPS: tuple[Step, ...] = get_args(Step)
@@ -80,8 +80,7 @@ def write_cameras(folder: Path, cameras: Cameras) -> None:
     lines += [f"{quoted(name)} = {quoted(source)}" for name, source in cameras.sources.items()]
     lines += cameras.network.lines()
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode())
-    (folder / CAMERAS).chmod(0o600)
+    write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode(), mode=0o600)
 
 
 def takes_in(folder: Path) -> list[Path]:

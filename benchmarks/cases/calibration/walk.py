@@ -23,10 +23,9 @@ from zenocap.services.tracker.states import Options, Setup
 from zenocap.simulation.body.person import person
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of
 from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration, apart_m, calibrated_films, calibrated_walk
-from zenocap.tools.setup.calibration.walk.delays import Timing
+from zenocap.tools.setup.calibration.walk.delays import Timing, series_of
 from zenocap.tools.setup.calibration.walk.parameters import PER_S
 from zenocap.tools.setup.calibration.walk.report import verdict
-from zenocap.tools.setup.calibration.walk.series import series_of
 from zenocap.tools.setup.sync.take import delays_between
 
 CIRCLE_EVERY = 8  # frames of 60 a second

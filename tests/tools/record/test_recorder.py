@@ -5,8 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 
 from tests.common.bus.test_inbox import bap, sighting
 from tests.support.command import zenocap
+from tests.support.live_cameras import until
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import bdp
@@ -36,13 +36,6 @@ def routed() -> Iterator[ZenohOptions]:
     endpoint = free_endpoint()
     with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
         yield ZenohOptions("client", connect=(endpoint,), multicast_scouting=False)
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
 
 
 class Recorder(threading.Thread):
@@ -68,7 +61,7 @@ def recording(
 ) -> Iterator[Recorder]:
     recorder = Recorder(text, options, take, topics, id)
     recorder.start()
-    wait_until(lambda: recorder.messages >= 0 or not recorder.is_alive())
+    until(lambda: recorder.messages >= 0 or not recorder.is_alive(), "the recorder begins")
     try:
         yield recorder
     finally:
@@ -99,7 +92,7 @@ def test_recording_contains_latched_messages_from_before_its_start(routed: Zenoh
         with recording("studio", routed, tmp_path / "take.mcap") as recorder:
             for frame in range(10):
                 bus.publish(SIGHTING, sighting("1", frame))
-            wait_until(all_messages_are_logged)
+            until(all_messages_are_logged, "all messages in the log")
         assert recorder.status == 0
     recorded = keys(tmp_path / "take.mcap")
     assert recorded.count("zenocap/studio/viewer/1/bdp") == 1
@@ -123,7 +116,7 @@ def test_key_expression_records_only_matching_keys_of_several_rigs(routed: Zenoh
             for bus, viewer in ((studio, "1"), (lab, "2")):
                 bus.publish(UNIVERSAL_BAP, bap(0))
                 bus.publish(SIGHTING, sighting(viewer, 0))
-            wait_until(lambda: recorder.messages >= 3)
+            until(lambda: recorder.messages >= 3, "the messages of both rigs")
         assert recorder.status == 0
     assert sorted(keys(tmp_path / "take.mcap")) == [
         "zenocap/lab/viewer/2/bdp",
@@ -144,7 +137,7 @@ def test_recorders_need_unique_ids_and_record_only_the_requested_topics(routed: 
             assert third.status == 1
         bus.publish(UNIVERSAL_BAP, bap(0))
         bus.publish(SIGHTING, sighting("1", 0))
-        wait_until(lambda: one.messages == 1 and two.messages >= 2)
+        until(lambda: one.messages == 1 and two.messages >= 2, "the messages of both topics")
     assert (one.status, two.status) == (0, 0)
     assert keys(tmp_path / "a.mcap") == ["zenocap/studio/integrator/bap"]
     assert "zenocap/studio/viewer/1/sighting" in keys(tmp_path / "b.mcap")
@@ -180,13 +173,13 @@ def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
     )
     try:
         folder = tmp_path / "takes"
-        wait_until(lambda: folder.is_dir() and any(folder.iterdir()))
+        until(lambda: folder.is_dir() and any(folder.iterdir()), "a take")
         options = ZenohOptions("client", connect=(endpoint,), multicast_scouting=False)
         with ZenohBus.open(options, "studio", RealClock()) as bus:
             bus.subscribe(HEALTH, service="recorder")
-            wait_until(lambda: isinstance(bus.receive(0.1), Envelope))
+            until(lambda: isinstance(bus.receive(0.1), Envelope), "a health of the recorder")
             bus.publish(UNIVERSAL_BAP, bap(0))
-            wait_until(lambda: isinstance(bus.receive(0.1), Envelope))
+            until(lambda: isinstance(bus.receive(0.1), Envelope), "a health after the message")
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=PATIENCE_S)
     finally:

@@ -56,9 +56,8 @@ def collected(
                 move(camera, folder)
             elif fetch:
                 size, seconds = copy(camera, folder, report)
-                notes[camera.name] = (
-                    f"{size / 1e6:.1f} MB copied from {place} at {size / 1e6 / max(seconds, 1e-3):.0f} MB/s",
-                )
+                rate = size / 1e6 / max(seconds, 1e-3)
+                notes[camera.name] = (f"{size / 1e6:.1f} MB copied from {place} at {rate:.0f} MB/s",)
             else:
                 notes[camera.name] = (f"on {place}",)
                 away.append(camera)
@@ -68,9 +67,8 @@ def collected(
     if board is not None and away:
         report(f"searching the board where the films are: {', '.join(f'{one.name} on {one.host}' for one in away)}")
         with ThreadPoolExecutor(len(away)) as pool:
-            for camera, (note, failure) in zip(
-                away, pool.map(partial(_corners, folder=folder, board=board), away), strict=True
-            ):
+            found = pool.map(partial(_corners, folder=folder, board=board), away)
+            for camera, (note, failure) in zip(away, found, strict=True):
                 notes[camera.name] += (note,) * bool(note)
                 failures += [f"{camera.name}: no corners: {failure}"] * bool(failure)
     return notes, failures

@@ -25,15 +25,13 @@ class Place:
     running: bool
 
 
-def places_of(
-    session: FilmSession, rig: Rig | None, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
-) -> dict[str, Place]:
-    """Places of the viewers whose camera another program has, by id of the viewer; waits `patience_s` for them.
+def places_of(session: FilmSession, rig: Rig | None, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
+    """Places of the viewers whose camera another program has, by id of the viewer; waits FIND_S for them.
 
     rig: None before there is one.  Raises UserError when a camera may not be filmed, two programs offer it, or one of
     another machine is not announced.
     """
-    end_s = time.monotonic() + patience_s
+    end_s = time.monotonic() + FIND_S
     found: dict[str, Place] = {}
     while True:
         if rig is not None:
@@ -62,14 +60,13 @@ def _running(session: FilmSession, rig: Rig, viewers: Sequence[Viewer], sender: 
     """Viewers of the rig that are running."""
     keys = {FILM.format(rig=rig.name, viewer=viewer.id): viewer.id for viewer in viewers}
     replies = session.ask(FILM.format(rig=rig.name, viewer="*"), _state(sender), QUERY_S)
+    found = {}
     for key, reply in replies.items():
         if isinstance(reply, str) and key in keys:
             raise UserError(f"viewer {keys[key]}: {printable(reply)}")
-    return {
-        keys[key]: Place(key, reply, running=True)
-        for key, reply in replies.items()
-        if key in keys and isinstance(reply, FilmReply)
-    }
+        if isinstance(reply, FilmReply) and key in keys:
+            found[keys[key]] = Place(key, reply, running=True)
+    return found
 
 
 def _hosted(session: FilmSession, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:

@@ -104,9 +104,8 @@ class RemoteCamera:
 
     def open(self) -> None:
         """Begin to take images, and to ask for the state until `close`.  Raises UserError."""
-        self.ask(
-            "open", size=self.viewer.calibrated_size, fps=float(self.viewer.fps), settings=camera_settings(self.viewer)
-        )
+        viewer = self.viewer
+        self.ask("open", size=viewer.calibrated_size, fps=float(viewer.fps), settings=camera_settings(viewer))
         for _ in range(TRIPS):  # the shortest round trip gives the clock
             self.ask("state")
         self._thread = threading.Thread(target=self._poll, name=f"film-{self.viewer.id}", daemon=True)

@@ -15,8 +15,7 @@ from zenocap.tools.record.film.camera import Filmed
 from zenocap.tools.record.film.collect import check_fetch, collected
 from zenocap.tools.record.film.film import film
 from zenocap.tools.record.film.layout import late_texts, prepare, write_layout
-from zenocap.tools.record.film.remote_film import NOBODY, RemoteFilm
-from zenocap.tools.record.film.rig_film import cameras_of
+from zenocap.tools.record.film.remote_film import NOBODY, RemoteFilm, cameras_of
 from zenocap.tools.setup.cameras.away import Places, copy_commands, detect_commands
 
 

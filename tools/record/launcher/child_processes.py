@@ -109,8 +109,8 @@ class ChildProcesses:
     def restarts(self) -> int:
         return sum(max(0, child.starts - 1) for child in self.all)
 
-    def stop(self, names: Callable[[str], bool] = lambda _: True, patience_s: float = STOPPED_S) -> None:
-        """End processes by name: SIGTERM, then SIGKILL after `patience_s`."""
+    def stop(self, names: Callable[[str], bool] = lambda _: True) -> None:
+        """End processes by name: SIGTERM, then SIGKILL after STOPPED_S."""
         running = []
         for child in self.all:
             if names(child.name):
@@ -120,7 +120,7 @@ class ChildProcesses:
                 if child.process is not None and child.process.poll() is None:
                     child.process.send_signal(signal.SIGTERM)
                     running.append(child)
-        end_s = self._clock() + patience_s
+        end_s = self._clock() + STOPPED_S
         for child in running:
             assert child.process is not None  # it is running
             try:
@@ -128,7 +128,7 @@ class ChildProcesses:
             except subprocess.TimeoutExpired:
                 child.process.kill()
                 child.status = child.process.wait()
-                self._lines.put(f"{child.name}: did not stop in {patience_s:g} s and was killed")
+                self._lines.put(f"{child.name}: did not stop in {STOPPED_S:g} s and was killed")
             child.process = None
             if child.reader is not None:
                 child.reader.join(1.0)

@@ -26,9 +26,8 @@ def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, t
         rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
     for service in services:
         rows.add_row(*_row(status, service))
-    return Group(
-        rows, _pose_line(status), *_posture_line(status), Text(f"take: {printable(take)}    Ctrl-C ends", style="dim")
-    )
+    end = Text(f"take: {printable(take)}    Ctrl-C ends", style="dim")
+    return Group(rows, _pose_line(status), *_posture_line(status), end)
 
 
 def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float) -> str:

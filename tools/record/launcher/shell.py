@@ -41,7 +41,7 @@ from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildPro
 from zenocap.tools.record.launcher.display import plain_line, table
 from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
-from zenocap.tools.record.launcher.peer_mesh import Peer, free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
 from zenocap.tools.record.launcher.statement import Statement, frame_lines, new_takes, statement
 from zenocap.tools.service_arguments import arguments_of, words
@@ -177,11 +177,11 @@ class Supervisor:
         """Print the result; return the exit status."""
         failed = self._failed_services()
         integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
-        lost = False
         if self._first_s is not None:
+            dropped = sum(lost(health.counts) for health in self._status.services.health.values())
             self._print(
                 f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
-                f"{self._status.complete} of them by all viewers; frames dropped: {self._dropped()}"
+                f"{self._status.complete} of them by all viewers; frames dropped: {dropped}"
             )
         else:
             self._print("no pose: the body is measured when all viewers see a T-pose")
@@ -190,15 +190,14 @@ class Supervisor:
             self._print(f"postures: {counts}")
         for line in frame_lines(self._status.services, self._frames):
             self._print(line)
-        if self._take is not None:
-            lost = self._print_takes(self._take)
+        incomplete = self._take is not None and self._print_takes(self._take)
         broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
         never_ran = self._hosted.never_ran if self._hosted is not None else []
         for text in never_ran:
             self._print(f"error: {printable(text, MAX_LINE)}")
-        return FAILED if broken or never_ran else LOSS if failed or lost else DONE
+        return FAILED if broken or never_ran else LOSS if failed or incomplete else DONE
 
     def receive_rest(self) -> None:
         """Handle what the services published until they ended, such as the integrator's last health."""
@@ -208,7 +207,8 @@ class Supervisor:
     def _print_takes(self, take: Path) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
         takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
-        counts = self._log_counts()
+        health = self._status.services.health.get((TIMEKEEPER, MAIN))
+        counts: Mapping[str, int] = health.counts if health is not None else {}
         whole = not (counts.get("log_stopped") or counts.get("log_removed"))
         whole = whole and bool(takes) and all(one.complete for one in takes)
         found = statement(takes, self._reports, self._services, whole=whole)
@@ -231,15 +231,10 @@ class Supervisor:
             self._status = self._status.updated(event, time.monotonic_ns())
             self._reports.add(event)
 
-    def _log_counts(self) -> Mapping[str, int]:
-        health = self._status.services.health.get((TIMEKEEPER, MAIN))
-        return health.counts if health is not None else {}
-
     def _is_over(self) -> bool:
-        names = [title(service) for service in self._services if service[0] == "viewer"]
-        viewers = [child for child in self._children.all if child.name in names]
-        finished = len(viewers) == len(names) and all(_finished(child) for child in viewers)
-        return bool(self._failed_services()) or finished
+        viewers = {title(service) for service in self._services if service[0] == "viewer"}
+        finished = {child.name for child in self._children.all if child.status == 0}
+        return bool(self._failed_services()) or viewers <= finished
 
     def _failed_services(self) -> list[ChildProcess]:
         """Required services that failed and are not restarted."""
@@ -255,9 +250,6 @@ class Supervisor:
                 self._handle(event)
                 if self._status.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s
-
-    def _dropped(self) -> int:
-        return sum(lost(health.counts) for health in self._status.services.health.values())
 
     def _display(self) -> AbstractContextManager[Live | None]:
         if not self._console.is_terminal:
@@ -276,10 +268,6 @@ def _loss(found: Statement) -> str:
     return f"{found.lost} lost{more}"
 
 
-def _finished(child: ChildProcess) -> bool:
-    return child.status == 0
-
-
 def _places(options: ZenohOptions, count: int, *, reachable: bool = False) -> list[ZenohOptions]:
     """Connection options of each member, the integrator's first, this process's two last.
 
@@ -288,20 +276,13 @@ def _places(options: ZenohOptions, count: int, *, reachable: bool = False) -> li
     """
     if options.mode == "client":
         return [options] * count
-    places = peer_mesh(free_ports(count), "tls" if options.security else "tcp")
-    members = [_member(options, place, multicast=reachable and options.multicast_scouting) for place in places]
+    peer = replace(options, mode="peer", multicast_scouting=bool(reachable and options.multicast_scouting))
+    members = [
+        replace(peer, listen=(place.listen,), connect=(*place.connect, *options.connect))
+        for place in peer_mesh(free_ports(count), "tls" if options.security else "tcp")
+    ]
     members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
     return members
-
-
-def _member(options: ZenohOptions, place: Peer, *, multicast: bool | None) -> ZenohOptions:
-    return replace(
-        options,
-        mode="peer",
-        listen=(place.listen,),
-        connect=(*place.connect, *options.connect),
-        multicast_scouting=bool(multicast),
-    )
 
 
 def _page_arguments(take: Path | None, port: int | None) -> list[str]:

@@ -128,11 +128,9 @@ class Player:
 
     @property
     def status(self) -> Status:
-        plan = self._plan
-        head = self._head
-        bad = self.bad.total()
+        plan, head = self._plan, self._head
         return Status(
-            self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, bad,
+            self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, self.bad.total(),
             self._shift.time_ns, self._shift.frames,
         )  # fmt: skip
 
@@ -174,7 +172,7 @@ class Player:
         self.sent += 1
         if not prepared.state:
             self._place_ns, self._lap = prepared.place_ns, prepared.lap
-            before = self._reached or ReplayProgress(0, 0, 0)
+            before = self._reached or ReplayProgress()
             self._reached = before.advanced(prepared.captured_ns, prepared.frame, prepared.log_ns)
             if not self._head.rate:  # another rate continues from here
                 self._head = self._head.moved(prepared.line_ns, self._clock.elapsed_ns())

@@ -100,8 +100,7 @@ class Playlist:
                     continue
                 last_ns = placed.place_ns
                 lowest = prepared.frame if lowest is None else min(lowest, prepared.frame)
-                before = reached or ReplayProgress(0, 0, 0)
-                reached = before.advanced(prepared.captured_ns, prepared.frame, prepared.log_ns)
+                reached = (reached or ReplayProgress()).advanced(prepared.captured_ns, prepared.frame, prepared.log_ns)
                 yield prepared
             if not plan.loop or reached is None or last_ns is None or lowest is None:
                 return

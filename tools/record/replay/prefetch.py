@@ -20,7 +20,7 @@ class Prefetch:
     def __init__(self, source: Iterable[PreparedMessage]) -> None:
         self._source = source
         self._changed = threading.Condition()
-        self._timer: deque[PreparedMessage] = deque()
+        self._buffer: deque[PreparedMessage] = deque()
         self._bytes = self._taken = 0
         self._closed = self._ended = False
         self._failure: Exception | None = None
@@ -34,13 +34,13 @@ class Prefetch:
         """
         end_s = monotonic() + timeout_s
         with self._changed:
-            while not self._timer and not self._ended:
+            while not self._buffer and not self._ended:
                 left_s = end_s - monotonic()
                 if left_s <= 0:
                     return None
                 self._changed.wait(left_s)
-            if self._timer:
-                return self._timer[0]
+            if self._buffer:
+                return self._buffer[0]
             if self._failure is not None:
                 raise self._failure
             return None
@@ -48,9 +48,9 @@ class Prefetch:
     def take(self) -> None:
         """Remove the next message."""
         with self._changed:
-            self._bytes -= len(self._timer.popleft().data)
+            self._bytes -= len(self._buffer.popleft().data)
             self._taken += 1
-            if len(self._timer) <= REFILL * self._limit and self._bytes <= REFILL * MAX_BYTES:
+            if len(self._buffer) <= REFILL * self._limit and self._bytes <= REFILL * MAX_BYTES:
                 self._changed.notify_all()
 
     @property
@@ -62,19 +62,19 @@ class Prefetch:
     def ended(self) -> bool:
         """Whether the buffer is empty and the source exhausted."""
         with self._changed:
-            return self._ended and not self._timer
+            return self._ended and not self._buffer
 
     @property
     def buffered(self) -> tuple[int, int]:
         """Number of messages and bytes in the buffer."""
         with self._changed:
-            return len(self._timer), self._bytes
+            return len(self._buffer), self._bytes
 
     def close(self) -> None:
         """End the thread and drop the buffer."""
         with self._changed:
             self._closed = True
-            self._timer.clear()
+            self._buffer.clear()
             self._bytes = 0
             self._changed.notify_all()
         self._thread.join(10.0)
@@ -93,17 +93,17 @@ class Prefetch:
 
     def _put(self, prepared: PreparedMessage) -> bool:
         with self._changed:
-            if len(self._timer) >= self._limit or self._bytes + len(prepared.data) > MAX_BYTES:
+            if len(self._buffer) >= self._limit or self._bytes + len(prepared.data) > MAX_BYTES:
                 self._changed.wait_for(lambda: self._closed or self._has_room(len(prepared.data)))
             if self._closed:
                 return False
-            self._timer.append(prepared)
+            self._buffer.append(prepared)
             self._bytes += len(prepared.data)
-            if len(self._timer) == 1:
+            if len(self._buffer) == 1:
                 self._changed.notify_all()
             return True
 
     def _has_room(self, size: int) -> bool:
-        if not self._timer:
+        if not self._buffer:
             return True
-        return len(self._timer) <= REFILL * self._limit and self._bytes + size <= MAX_BYTES
+        return len(self._buffer) <= REFILL * self._limit and self._bytes + size <= MAX_BYTES

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-import msgspec
+from msgspec.structs import replace
 
 from zenocap.common import messages as m
 from zenocap.common.topics import PARTIAL_BAP, Topic, checked_name, topic_at
@@ -77,17 +77,13 @@ class Remapping:
         """The message of the old `key` with the names of the new one, also of viewers in its fields."""
         rig, names = key.split("/")[1], topic.names(self.key(key)) or {}
         own = {field: names[field] for field in topic.names_of(message)}
-        renamed = msgspec.structs.replace(message, **own)
+        renamed = replace(message, **own)
         match renamed:
             case m.Assignment(views=views):
-                return msgspec.structs.replace(renamed, views=self._viewers(rig, views))
+                return replace(renamed, views=self._viewers(rig, views))
             case m.UniversalBap(scores=scores, views=seen, stale=stale):
-                return msgspec.structs.replace(
-                    renamed,
-                    scores=self._viewers(rig, scores),
-                    views=self._viewers(rig, seen),
-                    stale=[self._viewer(rig, viewer) for viewer in stale],
-                )
+                late = [self._viewer(rig, viewer) for viewer in stale]
+                return replace(renamed, scores=self._viewers(rig, scores), views=self._viewers(rig, seen), stale=late)
             case _:
                 return renamed
 

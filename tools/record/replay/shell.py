@@ -84,10 +84,9 @@ def run_replay(
     if options.remote:
         write_status(player.status)  # the last status, also of a take that ended at once
         return LOSS if plan.timeline.lost or player.bad else DONE
-    console.print(status_text(player.status), markup=False, highlight=False, soft_wrap=True)
-    _print(
-        console, f"rig {rig}: {player.sent} messages in {elapsed_s:.1f} s, none later than {player.late_ns / 1e6:.1f} ms"
-    )
+    _print(console, status_text(player.status))
+    late_ms = player.late_ns / 1e6
+    _print(console, f"rig {rig}: {player.sent} messages in {elapsed_s:.1f} s, none later than {late_ms:.1f} ms")
     if player.stalls:
         _print(console, f"delayed {player.stalls} times by more than a second, then continued from there")
     lost = [*plan.timeline.lost.values(), *(f"{key}: {count} messages are not valid" for key, count in player.bad.items())]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-import msgspec
+from msgspec.structs import replace
 
 from zenocap.common import messages as m
 
@@ -20,17 +20,13 @@ class Shift:
 
 def shifted(message: m.Message, shift: Shift) -> m.Message:
     """The message `shift` later.  Frame numbers it refers to move with its own, except -1 (none)."""
-    later = msgspec.structs.replace(
-        message, captured_ns=message.captured_ns + shift.time_ns, frame=message.frame + shift.frames
-    )
+    later = replace(message, captured_ns=message.captured_ns + shift.time_ns, frame=message.frame + shift.frames)
     match later:
         case m.Sighting(based_on=based_on) | m.PartialBap(based_on=based_on) if based_on >= 0:
-            return msgspec.structs.replace(later, based_on=based_on + shift.frames)
+            return replace(later, based_on=based_on + shift.frames)
         case m.Assignment(views=views):
-            answered = {
-                viewer: msgspec.structs.replace(view, frame=view.frame + shift.frames) for viewer, view in views.items()
-            }
-            return msgspec.structs.replace(later, views=answered)
+            answered = {viewer: replace(view, frame=view.frame + shift.frames) for viewer, view in views.items()}
+            return replace(later, views=answered)
         case _:
             return later
 
@@ -39,9 +35,9 @@ def shifted(message: m.Message, shift: Shift) -> m.Message:
 class ReplayProgress:
     """Latest capture time and frame number as published, and log time of the take; updated with `advanced`."""
 
-    captured_ns: int
-    frame: int
-    log_ns: int
+    captured_ns: int = 0
+    frame: int = 0
+    log_ns: int = 0
 
     def advanced(self, captured_ns: int, frame: int, log_ns: int) -> "ReplayProgress":
         return ReplayProgress(max(self.captured_ns, captured_ns), max(self.frame, frame), log_ns)

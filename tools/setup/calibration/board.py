@@ -34,9 +34,9 @@ DICTIONARIES["original"] = cv2.aruco.DICT_ARUCO_ORIGINAL
 
 def usual_squares(kind: Kind) -> tuple[int, int]:
     """Columns and rows of a board that are taken without options."""
-    return {"charuco": (DEFAULT_COLUMNS, DEFAULT_ROWS), "chessboard": DEFAULT_CHESSBOARD, "aprilgrid": DEFAULT_APRILGRID}[
-        kind
-    ]
+    if kind == "charuco":
+        return DEFAULT_COLUMNS, DEFAULT_ROWS
+    return DEFAULT_CHESSBOARD if kind == "chessboard" else DEFAULT_APRILGRID
 
 
 @dataclass(frozen=True)
@@ -166,11 +166,7 @@ def checked_board(
     if spacing is not None:
         raise UserError(f"--spacing {spacing:g}: allowed: with --kind aprilgrid")
     dictionary = dictionary or DEFAULT_DICTIONARY
-    for option, count in (("--columns", columns), ("--rows", rows)):
-        least = MIN_CHESSBOARD if kind == "chessboard" else MIN_SQUARES
-        if not least <= count <= MAX_SQUARES:
-            raise UserError(f"{option} {count}: allowed: {least} to {MAX_SQUARES} squares")
-    _check_side(square_mm, "a square")
+    _check_sizes(columns, rows, MIN_CHESSBOARD if kind == "chessboard" else MIN_SQUARES, square_mm, "square")
     marker = MARKER_SHARE * square_mm if marker_mm is None else marker_mm
     if not 0.3 * square_mm <= marker < square_mm:
         allowed = f"{0.3 * square_mm:g} to less than {square_mm:g} mm, the side of a square"
@@ -192,24 +188,24 @@ def checked_board(
     return board
 
 
-def _check_side(square_mm: float, of: str) -> None:
+def _check_sizes(columns: int, rows: int, least: int, square_mm: float, of: str) -> None:
+    """Raises UserError for numbers or sides of squares or tags that are not allowed."""
+    for option, count in (("--columns", columns), ("--rows", rows)):
+        if not least <= count <= MAX_SQUARES:
+            raise UserError(f"{option} {count}: allowed: {least} to {MAX_SQUARES} {of}s")
     if not MIN_SQUARE_M <= square_mm / 1000 <= MAX_SQUARE_M:
         limits = f"{1000 * MIN_SQUARE_M:g} to {1000 * MAX_SQUARE_M:g} mm"
-        raise UserError(f"--square {square_mm:g}: allowed: the side of {of}, {limits}, measured on the printed board")
+        raise UserError(f"--square {square_mm:g}: allowed: the side of a {of}, {limits}, measured on the printed board")
 
 
 def _checked_grid(
     columns: int, rows: int, tag_mm: float, marker_mm: float | None, dictionary: str | None, spacing: float | None
 ) -> Board:
     """An AprilGrid.  Raises UserError."""
-    for option, count in (("--columns", columns), ("--rows", rows)):
-        if not MIN_TAGS <= count <= MAX_SQUARES:
-            raise UserError(f"{option} {count}: allowed: {MIN_TAGS} to {MAX_SQUARES} tags")
-    _check_side(tag_mm, "a tag")
+    _check_sizes(columns, rows, MIN_TAGS, tag_mm, "tag")
     if marker_mm is not None:
-        raise UserError(
-            f"--marker {marker_mm:g}: allowed: --square for the tags of an AprilGrid, and --spacing between them"
-        )
+        allowed = "--square for the tags of an AprilGrid, and --spacing between them"
+        raise UserError(f"--marker {marker_mm:g}: allowed: {allowed}")
     if dictionary not in (None, APRILGRID_DICTIONARY):
         raise UserError(f"--dictionary {dictionary}: allowed: {APRILGRID_DICTIONARY}, of an AprilGrid")
     ratio = DEFAULT_SPACING if spacing is None else spacing

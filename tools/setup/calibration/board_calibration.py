@@ -99,11 +99,10 @@ def calibrated_rig(
     own_delay = np.array([delays and not one.still for one in seen])
     own_lens = np.array([lenses is None] * len(seen))
     on_progress("poses of the cameras")
-    frame_sets = _frame_sets(seen, np.zeros(len(seen)), floor_s)
+    none = np.zeros(len(seen))  # delays and readouts
+    frame_sets = _frame_sets(seen, none, floor_s)
     poses, boards = start_poses(names, models, frame_sets, corners)
-    start = RigState(
-        tuple(models), tuple(poses), np.zeros(len(seen)), tuple(b for b in boards if b is not None), np.zeros(len(seen))
-    )
+    start = RigState(tuple(models), tuple(poses), none, tuple(b for b in boards if b is not None), none)
     frame_sets = [frame_set for frame_set, b in zip(frame_sets, boards, strict=True) if b is not None]
     result, frame_sets, left_out, observed = _rounds(
         board, seen, start, frame_sets, own_lens, own_delay, floor_s, on_progress

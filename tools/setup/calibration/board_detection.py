@@ -25,6 +25,7 @@ OTHERS = ("4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "apriltag_36h11", "ori
 EVERY_TAG = Board("aprilgrid", 1, 587, 1.0, 1.0, APRILGRID_DICTIONARY, spacing=0.3)  # all tags of the family
 CHESSBOARD_SQUARES = 5  # at least, of a chessboard that is named; between blurred markers fewer are seen
 APRILGRID_SEEN = "the board has the tags of an AprilGrid: --kind aprilgrid"
+MIRRORED = "the images are mirrored: switch mirroring off in the camera or its program"
 REFINEMENT = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.01)
 
 
@@ -58,10 +59,8 @@ class BoardDetector:
         good, pixels = cv2.findChessboardCornersSB(image, (across, down), None, cv2.CALIB_CB_NORMALIZE_IMAGE)
         if not good:
             return None
-        steps = [
-            np.hypot(*np.moveaxis(np.diff(pixels.reshape(down, across, 2), axis=axis), -1, 0)).min() for axis in (0, 1)
-        ]
-        if (step := float(min(steps))) >= REFINED_PX:
+        apart = (np.diff(pixels.reshape(down, across, 2), axis=axis) for axis in (0, 1))
+        if (step := float(min(np.hypot(*np.moveaxis(one, -1, 0)).min() for one in apart))) >= REFINED_PX:
             reach = int(np.clip(step / 4, 3, 8))
             cv2.cornerSubPix(image, pixels, (reach, reach), (-1, -1), REFINEMENT)
         grid = pixels.reshape(down, across, 2).astype(np.float64)
@@ -127,8 +126,8 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
         return _other_chessboard(board, images)
     if board.kind == "aprilgrid":
         return _other_grid(board, images)
-    if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:
-        return "the images are mirrored: switch mirroring off in the camera or its program"
+    if _mirrored(board, images):
+        return MIRRORED
     names = [board.dictionary, *(name for name in OTHERS if name != board.dictionary)]
     seen = {name: max((_markers(name, image) for image in images), key=lambda found: len(found[0])) for name in names}
     name = max(names, key=lambda one: (len(seen[one][0]), one == board.dictionary))
@@ -146,6 +145,11 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
         columns, rows = layout
         return f"the board has other numbers of squares: its markers fit --columns {columns} --rows {rows}"
     return f"only {len(ids)} markers are seen at once: show more of the board, nearer and sharper"
+
+
+def _mirrored(board: Board, images: Sequence[Image]) -> bool:
+    """Whether the board is found in the mirrored images."""
+    return board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1] > 0
 
 
 def _area(one: Floats, next_one: Floats, last: Floats) -> Floats:
@@ -213,8 +217,8 @@ def _most_tags(images: Sequence[Image]) -> dict[int, Floats]:
 def _other_grid(board: Board, images: Sequence[Image]) -> str:
     """Reason that no AprilGrid was found in images, for people."""
     most = _most_tags(images)
-    if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:
-        return "the images are mirrored: switch mirroring off in the camera or its program"
+    if _mirrored(board, images):
+        return MIRRORED
     if len(most) >= 3:
         columns = columns_of(most)
         if columns is not None and columns != board.columns:

@@ -118,9 +118,5 @@ def _focal(one: CalibratedCamera) -> float:
 
 
 def _variant(found: BoardCalibration) -> str:
-    words = [
-        word
-        for known, word in ((found.board.legacy, "layout of OpenCV before 4.6"), (found.board.inverted, "inverted"))
-        if known
-    ]
+    words = ["layout of OpenCV before 4.6"] * found.board.legacy + ["inverted"] * found.board.inverted
     return f" ({', '.join(words)})" if words else ""

@@ -61,11 +61,9 @@ class CameraViews:
 def with_velocities(views: Sequence[View], period_s: float) -> tuple[View, ...]:
     """Views by time with the velocities of corners from the views before and after; NaN without a near one."""
     ordered = sorted(views, key=lambda view: view.time_s)
-    found = []
+    found, span_s = [], NEIGHBOUR_PERIODS * period_s
     for k, view in enumerate(ordered):
-        near = [
-            one for one in ordered[max(0, k - 1) : k + 2] if abs(one.time_s - view.time_s) < NEIGHBOUR_PERIODS * period_s
-        ]
+        near = [one for one in ordered[max(0, k - 1) : k + 2] if abs(one.time_s - view.time_s) < span_s]
         velocities = np.full(view.pixels.shape, np.nan)
         for early, late in ((near[0], near[-1]), (near[0], view), (view, near[-1])):
             if early.time_s == late.time_s:

@@ -151,14 +151,12 @@ def _drift(state: RigState, start: RigState) -> Floats:
 def _rows(state: RigState, seen: Corners) -> Floats:
     """Rows of the corners, (n,): -1/2 at the top of the image, 1/2 at the bottom."""
     heights = np.array([lens.size[1] for lens in state.lenses])[seen.cameras]
-    found: Floats = (seen.pixels[:, 1] + 0.5) / heights - 0.5
-    return found
+    return np.asarray((seen.pixels[:, 1] + 0.5) / heights - 0.5)
 
 
 def _measured(state: RigState, seen: Corners) -> Floats:
     shift = seen.ahead_s - state.delays[seen.cameras] - state.readouts[seen.cameras] * _rows(state, seen)
-    measured: Floats = seen.pixels + seen.velocities * shift[:, None]
-    return measured
+    return np.asarray(seen.pixels + seen.velocities * shift[:, None])
 
 
 def _local(state: RigState, seen: Corners) -> tuple[Floats, Floats, Floats]:
@@ -185,8 +183,7 @@ def _residuals(state: RigState, seen: Corners) -> Floats:
 
 def _robust(residuals: Floats, seen: Corners) -> Floats:
     """Squared errors relative to the loss' scale, (n,)."""
-    found: Floats = (residuals**2).sum(axis=1) / (ROBUST * seen.sigma) ** 2
-    return found
+    return np.asarray((residuals**2).sum(axis=1) / (ROBUST * seen.sigma) ** 2)
 
 
 def _cost(state: RigState, seen: Corners, residuals: Floats, prior: Floats, start: RigState) -> float:
@@ -264,16 +261,16 @@ class _System:
         matrix, slope, inverses = self._reduced(damping)
         change = np.zeros(len(self.free))
         if len(slope):
-            change[self.free] = -np.linalg.lstsq(*_scaled(matrix, slope), rcond=1e-14)[0] / _scale(matrix)
+            sizes = _scale(matrix)
+            change[self.free] = -np.linalg.lstsq(matrix / np.outer(sizes, sizes), slope / sizes, rcond=1e-14)[0] / sizes
         mixed = self.mixed.reshape(len(inverses), -1, 6)
         boards = -np.einsum("mij,mj->mi", inverses, self.board_slope + np.einsum("mwi,w->mi", mixed, change))
         state, by_camera = self.state, change.reshape(-1, WIDTH)
-        return RigState(
-            tuple(lens.moved(one[POSE + DELAY :]) for lens, one in zip(state.lenses, by_camera, strict=True)),
-            tuple(_turned(pose, one[:3], one[3:6]) for pose, one in zip(state.cameras, by_camera, strict=True)),
-            state.delays + by_camera[:, POSE],
-            tuple(_turned(pose, one[:3], one[3:]) for pose, one in zip(state.boards, boards, strict=True)),
-            state.readouts + by_camera[:, READOUT],
+        return replace(
+            moved_cameras(state, by_camera),
+            delays=state.delays + by_camera[:, POSE],
+            boards=tuple(_turned(pose, one[:3], one[3:]) for pose, one in zip(state.boards, boards, strict=True)),
+            readouts=state.readouts + by_camera[:, READOUT],
         )
 
     def covariances(self, residuals: Floats) -> tuple[Floats, ...]:
@@ -301,13 +298,7 @@ class _System:
 
 
 def _scale(matrix: Floats) -> Floats:
-    sizes: Floats = np.sqrt(np.maximum(np.diag(matrix), 1e-12))
-    return sizes
-
-
-def _scaled(matrix: Floats, slope: Floats) -> tuple[Floats, Floats]:
-    sizes = _scale(matrix)
-    return matrix / np.outer(sizes, sizes), slope / sizes
+    return np.asarray(np.sqrt(np.maximum(np.diag(matrix), 1e-12)))
 
 
 def _turned(pose: Pose, turn: Floats, shift: Floats) -> Pose:
@@ -316,11 +307,8 @@ def _turned(pose: Pose, turn: Floats, shift: Floats) -> Pose:
     return rotation @ pose[0], pose[1] + shift
 
 
-def moved_cameras(state: RigState, free: Bools, change: Floats) -> RigState:
-    """The state with `change` (free parameters) added to the cameras."""
-    full = np.zeros(free.size)
-    full[free.ravel()] = change
-    by_camera = full.reshape(-1, WIDTH)
+def moved_cameras(state: RigState, by_camera: Floats) -> RigState:
+    """The state with changes (cameras, 20) of the lenses and poses of the cameras; delays and readouts stay."""
     return replace(
         state,
         lenses=tuple(lens.moved(one[POSE + DELAY :]) for lens, one in zip(state.lenses, by_camera, strict=True)),

@@ -1,5 +1,6 @@
 """Reports about the cameras of a calibration, as text and JSON."""
 
+from dataclasses import asdict
 from itertools import combinations
 
 from zenocap.common.camera.pinhole import Camera, angle_between_deg, attitude, most_orthogonal_pair
@@ -34,20 +35,16 @@ def camera_report(cameras: dict[str, Camera]) -> list[str]:
 
 def camera_data(cameras: dict[str, Camera]) -> dict[str, object]:
     """The content of `camera_report` for JSON."""
-    entries = []
-    for name, camera in cameras.items():
-        camera_attitude = attitude(camera)
-        entries.append(
-            {
-                "name": name,
-                "size_px": list(camera.size),
-                "position_m": camera.centre.tolist(),
-                "focal_px": [float(camera.matrix[0, 0]), float(camera.matrix[1, 1])],
-                "heading_deg": camera_attitude.heading_deg,
-                "tilt_deg": camera_attitude.tilt_deg,
-                "roll_deg": camera_attitude.roll_deg,
-            }
-        )
+    entries = [
+        {
+            "name": name,
+            "size_px": list(camera.size),
+            "position_m": camera.centre.tolist(),
+            "focal_px": [float(camera.matrix[0, 0]), float(camera.matrix[1, 1])],
+            **asdict(attitude(camera)),
+        }
+        for name, camera in cameras.items()
+    ]
     angles = [
         {"cameras": [one, other], "angle_deg": angle_between_deg(cameras[one], cameras[other])}
         for one, other in combinations(cameras, 2)

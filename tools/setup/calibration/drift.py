@@ -34,22 +34,22 @@ from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of, losses,
 
 @dataclass(frozen=True)
 class MovedCamera:
-    """turn_deg: its turn.  shift_m: movement of its centre.  camera: its present pose.
+    """turn_deg: its turn.  shift_m: movement of its centre.  apart_px: offset of the person from the old place.
 
-    before_px, after_px: median distance of its silhouettes from where the other cameras put their borders, before and with
-    the new pose.  apart_px: offset of the person from the old place.  Errors: standard errors, of a jackknife.
+    Errors: standard errors, of a jackknife.  before_px, after_px: median distance of its silhouettes from where the other
+    cameras put their borders, before and with the new pose.  camera: its present pose.
     """
 
     name: str
-    camera: Camera
     turn_deg: float
     turn_error_deg: float
     shift_m: float
     shift_error_m: float
-    before_px: float
-    after_px: float
     apart_px: float
     error_px: float
+    before_px: float
+    after_px: float
+    camera: Camera
 
 
 @dataclass(frozen=True)
@@ -128,15 +128,15 @@ def _most_moved(
     old = calibrated[name]
     return MovedCamera(
         name,
-        camera,
-        _turn_deg(camera, old),
-        float(jackknife_error([_turn_deg(other, camera) for other in others])),
+        turn_deg(camera, old),
+        float(jackknife_error([turn_deg(other, camera) for other in others])),
         float(np.linalg.norm(camera.centre - old.centre)),
         float(jackknife_error([np.linalg.norm(other.centre - camera.centre) for other in others])),
-        offs[0],
-        offs[1],
         apart_px,
         error_px,
+        offs[0],
+        offs[1],
+        camera,
     )
 
 
@@ -151,7 +151,8 @@ def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: st
     return found
 
 
-def _turn_deg(one: Camera, other: Camera) -> float:
+def turn_deg(one: Camera, other: Camera) -> float:
+    """Angle between the attitudes of two cameras, degrees."""
     return float(np.degrees(np.linalg.norm(cv2.Rodrigues(one.rotation @ other.rotation.T)[0])))
 
 

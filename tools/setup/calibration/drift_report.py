@@ -1,10 +1,9 @@
 """Report on moved cameras, and the corrected calibration."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from zenocap.common import messages as m
@@ -17,7 +16,7 @@ from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.figures import camera_of
 from zenocap.tools.judge.parameters import MIN_AREA
 from zenocap.tools.judge.verdict import USED
-from zenocap.tools.setup.calibration.drift import Drift, drift_of
+from zenocap.tools.setup.calibration.drift import Drift, drift_of, turn_deg
 from zenocap.tools.setup.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
 
 
@@ -73,12 +72,10 @@ def drift_lines(found: Drift) -> list[str]:
         lines.append(
             f"not checked: {', '.join(found.unchecked)}: the person is seldom seen whole there and in another view"
         )
-    if not found.moved:
-        agreed = (
-            "no camera was moved" if len(found.pairs_px) > 1 else "no contradiction; two cameras show only some motions"
-        )
-        lines += _unexplained(found) or [agreed]
-    return lines
+    if found.moved:
+        return lines
+    agreed = "no camera was moved" if len(found.pairs_px) > 1 else "no contradiction; two cameras show only some motions"
+    return [*lines, *(_unexplained(found) or [agreed])]
 
 
 def _unexplained(found: Drift) -> list[str]:
@@ -126,30 +123,16 @@ def _check_same(cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera])
                 f"the calibration has no camera {name!r}, which is in the take; there are: {', '.join(calibrated)}"
             )
         other = calibrated[name]
-        turn_deg = float(np.degrees(np.linalg.norm(cv2.Rodrigues(other.rotation @ camera.rotation.T)[0])))
-        apart_m = float(np.linalg.norm(other.centre - camera.centre))
-        if turn_deg > SAME_DEG or apart_m > SAME_M:
+        turned_deg, apart_m = turn_deg(other, camera), float(np.linalg.norm(other.centre - camera.centre))
+        if turned_deg > SAME_DEG or apart_m > SAME_M:
             raise UserError(
-                f"{name}: the calibration has it turned by {turn_deg:.2f} degrees and {1000 * apart_m:.0f} mm away from "
+                f"{name}: the calibration has it turned by {turned_deg:.2f} degrees and {1000 * apart_m:.0f} mm away from "
                 "the take's: allowed: the calibration that the take was recorded or tracked with"
             )
 
 
 def drift_data(found: Drift) -> dict[str, object]:
     """The content of the report for JSON."""
-    moved: Sequence[dict[str, object]] = [
-        {
-            "name": one.name,
-            "turn_deg": one.turn_deg,
-            "turn_error_deg": one.turn_error_deg,
-            "shift_m": one.shift_m,
-            "shift_error_m": one.shift_error_m,
-            "apart_px": one.apart_px,
-            "error_px": one.error_px,
-            "before_px": one.before_px,
-            "after_px": one.after_px,
-        }
-        for one in found.moved
-    ]
+    moved = [{key: value for key, value in vars(one).items() if key != "camera"} for one in found.moved]
     pairs = [{"cameras": list(pair), "px": px} for pair, px in found.pairs_px.items()]
     return {"moved": moved, "unchecked": list(found.unchecked), "pairs": pairs, "instants": found.instants}

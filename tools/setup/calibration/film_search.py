@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.common.errors import EndedEarly, UserError
+from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import IMAGE_SUFFIXES
-from zenocap.common.video.reader import VideoReader
+from zenocap.common.video.reader import VideoReader, until_cut
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import BoardDetector
 from zenocap.tools.setup.calibration.board_views import View
@@ -86,13 +86,7 @@ def _images(path: Path, wanted: Callable[[float, float], bool]) -> Iterator[tupl
         return
     with VideoReader(path) as reader:
         duration_s = reader.declared / reader.fps
-        while True:
-            try:
-                frame = reader.next()
-            except EndedEarly:
-                return  # a cut file: what was read of it counts
-            if frame is None:
-                return
+        for frame in until_cut(iter(reader.next, None)):
             time_s = frame.time_ns / 1e9
             grey: Image | None = None
             if wanted(time_s, duration_s):

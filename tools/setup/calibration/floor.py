@@ -26,11 +26,6 @@ class World:
     remarks: tuple[str, ...]
 
 
-def _lies_at(frame_set: BoardFrameSet, times_s: Sequence[float]) -> bool:
-    """Whether the frame set is one of a stretch in which the board lies on the floor."""
-    return any(abs(frame_set.time_s - time_s) <= FLOOR_S for time_s in times_s)
-
-
 def floor_world(
     board: Board, frame_sets: Sequence[BoardFrameSet], boards: Sequence[Pose], times_s: Sequence[float]
 ) -> World:
@@ -40,7 +35,7 @@ def floor_world(
     """
     corners, ups, first = [], [], None
     for time_s in times_s:
-        near = [k for k, one in enumerate(frame_sets) if _lies_at(one, [time_s])]
+        near = [k for k, one in enumerate(frame_sets) if abs(one.time_s - time_s) <= FLOOR_S]
         if not near:
             begin, end = frame_sets[0].time_s, frame_sets[-1].time_s
             seen = f"it is seen from {begin:.1f} to {end:.1f} s, with gaps"
@@ -82,9 +77,9 @@ def guessed_world(board: Board, cameras: Sequence[Pose], boards: Sequence[Pose])
     middle = points.mean(axis=0)
     origin = middle - up * float(np.max((middle - points) @ up))
     remarks = [
-        "the floor is not known: lay the board on it and give --floor SECONDS; guessed: no camera is rolled, and Y = 0"
+        "the floor is not known: lay the board on it and give --floor SECONDS; guessed: no camera is rolled, and Y = 0 at "
+        "the lowest place of the board"
     ]
-    remarks[0] += " at the lowest place of the board"
     if rolls.max() > ROLL_DEG:
         remarks.append(f"a camera is rolled by {rolls.max():.0f} degrees against that vertical")
     return World(_world(up, rows[0], origin), False, tuple(remarks))

@@ -42,9 +42,8 @@ def _distinct(candidates: Sequence[BoardFrameSet]) -> list[BoardFrameSet]:
     last: dict[int, View] = {}
     kept = []
     for frame_set in sorted(candidates, key=lambda one: one.time_s):
-        if any(
-            number not in last or _moved_px(last[number], view) > RESTING_PX for number, view in frame_set.views.items()
-        ):
+        moved = (k not in last or _moved_px(last[k], view) > RESTING_PX for k, view in frame_set.views.items())
+        if any(moved):
             kept.append(frame_set)
             last |= frame_set.views
     return kept

@@ -36,8 +36,7 @@ class LensModel:
 
     @property
     def distortions(self) -> Floats:
-        found: Floats = self.values[4:]
-        return found
+        return np.asarray(self.values[4:])
 
     @property
     def title(self) -> str:

@@ -83,10 +83,8 @@ def verdict(measured: Measurements, cameras: Sequence[SolvedCamera], found: Sequ
     reasons = []
     for number, one in enumerate(found, start=1):
         if not one.checked:
-            pinnacles = measured.camera1 if number == 1 else measured.camera2
-            advice = (
-                "check it again in the image" if pinnacles.height_m is not None else f"measure height{number} to check it"
-            )
+            height_m = (measured.camera1 if number == 1 else measured.camera2).height_m
+            advice = f"measure height{number} to check it" if height_m is None else "check it again in the image"
             reasons.append(
                 f"camera {number}: {one.undetected_px:g} px in the {one.undetected_coordinate} would not be noticed and "
                 f"change the focal length by {one.undetected:.0%}: {advice}"

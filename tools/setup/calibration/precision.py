@@ -52,8 +52,7 @@ def aligned_errors(points: Floats, truth: Floats) -> Floats:
     middle, centre = points.mean(axis=0), truth.mean(axis=0)
     left, _, right = np.linalg.svd((points - middle).T @ (truth - centre))
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    found: Floats = np.linalg.norm((points - middle) @ left @ sign @ right + centre - truth, axis=1)
-    return found
+    return np.asarray(np.linalg.norm((points - middle) @ left @ sign @ right + centre - truth, axis=1))
 
 
 def claimed_error(adjusted: Adjusted, points: Floats) -> float:
@@ -76,7 +75,9 @@ def _drawn_error(adjusted: Adjusted, covariance: Floats, points: Floats, pixels:
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draw, squares = np.random.default_rng(0), []
     for _ in range(DRAWS):
-        moved = moved_cameras(state, adjusted.free, root @ draw.normal(size=len(values)))
+        change = np.zeros(adjusted.free.shape)
+        change[adjusted.free] = root @ draw.normal(size=len(values))
+        moved = moved_cameras(state, change)
         found = triangulated(moved.lenses, moved.cameras, pixels)
         if np.isfinite(found).all():
             squares.append(float((aligned_errors(found, points) ** 2).mean()))
@@ -96,8 +97,6 @@ def readout_errors(adjusted: Adjusted) -> Floats:
 
 def _deviations(adjusted: Adjusted) -> Floats:
     """Standard deviations of the parameters of all cameras, (cameras, 20)."""
-    deviation = np.zeros(adjusted.free.size)
-    deviation[adjusted.free.ravel()] = np.sqrt(
-        np.maximum(np.max([np.diag(one) for one in adjusted.covariances], axis=0), 0.0)
-    )
-    return np.asarray(deviation.reshape(adjusted.free.shape))
+    deviation = np.zeros(adjusted.free.shape)
+    deviation[adjusted.free] = np.sqrt(np.maximum(np.max([np.diag(one) for one in adjusted.covariances], axis=0), 0.0))
+    return deviation

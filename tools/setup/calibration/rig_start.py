@@ -14,6 +14,9 @@ from zenocap.tools.setup.calibration.lens_model import LensModel, plane_poses
 Pose = tuple[Floats, Floats]
 """Rotation (3, 3) and translation (3,) m."""
 
+Proposals = Sequence[tuple[Floats, Floats, float]]
+"""Poses of the board, board to camera, and their errors in px, see `plane_poses`."""
+
 MAX_TRIED = 40  # shared views of a pair that propose its relative pose
 MAX_CHECKED = 60  # and on which proposals are judged
 
@@ -48,10 +51,7 @@ def start_poses(
 
     The world is the frame of the first camera.  Raises UserError, which names cameras without a shared view.
     """
-    seen = [
-        {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in frame_set.views.items()}
-        for frame_set in frame_sets
-    ]
+    seen = [_proposals(lenses, frame_set, corners) for frame_set in frame_sets]
     pairs: dict[tuple[int, int], tuple[Pose, float, int]] = {}
     for one, other in combinations(range(len(names)), 2):
         shared = [k for k, poses in enumerate(seen) if poses.get(one) and poses.get(other)]
@@ -82,43 +82,39 @@ def board_poses(
     lenses: Sequence[LensModel], cameras: Sequence[Pose], frame_sets: Sequence[BoardFrameSet], corners: Floats
 ) -> list[Pose | None]:
     """Poses of the board at the frame sets, board to world, in which the cameras agree best; None where none fits."""
-    found = []
-    for frame_set in frame_sets:
-        poses = {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in frame_set.views.items()}
-        found.append(_board(frame_set, poses, cameras, lenses, corners))
-    return found
+    return [_board(one, _proposals(lenses, one, corners), cameras, lenses, corners) for one in frame_sets]
+
+
+def _proposals(lenses: Sequence[LensModel], frame_set: BoardFrameSet, corners: Floats) -> dict[int, Proposals]:
+    """By camera."""
+    return {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in frame_set.views.items()}
 
 
 def _consensus(
     one: int,
     other: int,
     shared: Sequence[int],
-    seen: Sequence[Mapping[int, list[tuple[Floats, Floats, float]]]],
+    seen: Sequence[Mapping[int, Proposals]],
     lenses: Sequence[LensModel],
     frame_sets: Sequence[BoardFrameSet],
     corners: Floats,
 ) -> tuple[Pose, float]:
     """Relative pose of a pair that explains the most of its shared views, and its median error, px."""
-    checked = shared[:: max(1, len(shared) // MAX_CHECKED)]
+    checked, lens = shared[:: max(1, len(shared) // MAX_CHECKED)], lenses[other]
     best: tuple[float, Pose] | None = None
     for k in shared[:: max(1, len(shared) // MAX_TRIED)]:
         for first in seen[k][one]:
             for second in seen[k][other]:
                 pose = relative_pose(first[:2], second[:2])
-                error = float(
-                    np.median(
-                        [_transfer(pose, seen[j][one], lenses[other], frame_sets[j].views[other], corners) for j in checked]
-                    )
-                )
+                errors = [_transfer(pose, seen[j][one], lens, frame_sets[j].views[other], corners) for j in checked]
+                error = float(np.median(errors))
                 if best is None or error < best[0]:
                     best = (error, pose)
     assert best is not None
     return best[1], best[0]
 
 
-def _transfer(
-    pose: Pose, firsts: Sequence[tuple[Floats, Floats, float]], lens: LensModel, view: View, corners: Floats
-) -> float:
+def _transfer(pose: Pose, firsts: Proposals, lens: LensModel, view: View, corners: Floats) -> float:
     """Error in the second camera of the board as the first one sees it, of its two poses the better, px."""
     errors = []
     for first in firsts:
@@ -131,7 +127,7 @@ def _transfer(
 
 def _board(
     frame_set: BoardFrameSet,
-    poses: Mapping[int, list[tuple[Floats, Floats, float]]],
+    poses: Mapping[int, Proposals],
     cameras: Sequence[Pose],
     lenses: Sequence[LensModel],
     corners: Floats,

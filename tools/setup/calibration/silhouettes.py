@@ -57,14 +57,12 @@ def pair_residuals(
         pixel_rad = 2.0 / float(camera.matrix[0, 0] + camera.matrix[1, 1])
         ends.append(both)
         noises.append(NOISE_PX * pixel_rad / max(0.05, float(across)))
-    differences: Floats = ((ends[0] - ends[1]) / np.hypot(noises[0], noises[1])).ravel()
-    return differences
+    return np.asarray(((ends[0] - ends[1]) / np.hypot(noises[0], noises[1])).ravel())
 
 
 def losses(residuals: Floats) -> Floats:
     """Cauchy loss of residuals in standard deviations."""
-    found: Floats = LOSS_SCALE**2 * np.log1p((residuals / LOSS_SCALE) ** 2)
-    return found
+    return np.asarray(LOSS_SCALE**2 * np.log1p((residuals / LOSS_SCALE) ** 2))
 
 
 def median_px(residuals: Floats) -> float:

@@ -8,7 +8,7 @@ from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
-from zenocap.common.toml_file import read_toml
+from zenocap.common.toml_file import quoted, read_toml
 
 AWAY = "away.toml"
 Places = Mapping[str, tuple[str, str]]  # machine and folder there, by camera
@@ -19,14 +19,9 @@ def write_away(folder: Path, places: Places) -> None:
     if not places:
         (folder / AWAY).unlink(missing_ok=True)
         return
-    lines = "".join(f"{_text(name)} = [{_text(host)}, {_text(there)}]\n" for name, (host, there) in places.items())
+    lines = "".join(f"{quoted(name)} = [{quoted(host)}, {quoted(there)}]\n" for name, (host, there) in places.items())
     text = f"# Written by zenocap film: machine and folder of the videos that are not copied yet\n[away]\n{lines}"
     write_atomically(folder / AWAY, text.encode())
-
-
-def _text(value: str) -> str:
-    """A TOML string.  value: without control characters."""
-    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def copy_commands(folder: Path, places: Places) -> list[str]:

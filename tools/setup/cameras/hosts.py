@@ -14,9 +14,9 @@ PATIENCE_S = 3.0  # for the machines to be found and to answer; chosen by hand
 ANSWER_S = 1.0  # of each query, within that time; chosen by hand
 
 
-def announced(session: FilmSession, patience_s: float = PATIENCE_S) -> list[CameraHost]:
-    """Camera hosts that answer within `patience_s`, sorted by machine; all of it is waited, because others may come."""
-    end_s, found = time.monotonic() + patience_s, dict[tuple[str, str], CameraHost]()
+def announced(session: FilmSession) -> list[CameraHost]:
+    """Camera hosts that answer within PATIENCE_S, sorted by machine; all of it is waited, because others may come."""
+    end_s, found = time.monotonic() + PATIENCE_S, dict[tuple[str, str], CameraHost]()
     while time.monotonic() < end_s:
         replies = session.hosts(ANSWER_S)
         found |= {(one.machine, one.instance): one for one in replies if isinstance(one, CameraHost)}

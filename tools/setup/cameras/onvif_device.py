@@ -93,7 +93,7 @@ def streams_of(address: str, user: User | None, tls: ssl.SSLContext | None = Non
         )
         encoder = profile.find(f"{TT}VideoEncoderConfiguration")
         stream = next((one.text or "" for one in answer.iter(f"{TT}Uri")), "").strip()
-        if encoder is not None and _is_rtsp(stream):
+        if encoder is not None and host_of(stream, ("rtsp", "rtsps")):
             name = profile.findtext(f"{TT}Name") or token
             streams.append(OnvifStream(name, encoder.findtext(f"{TT}Encoding") or "", _size(encoder), stream))
     return streams
@@ -105,14 +105,6 @@ def with_user(device: OnvifDevice, stream: OnvifStream, user: User | None) -> st
     if user is None or "@" in parts.netloc or parts.hostname != host_of(device.address):
         return stream.address
     return parts._replace(netloc=f"{quote(user.name, safe='')}:{quote(user.password, safe='')}@{parts.netloc}").geturl()
-
-
-def _is_rtsp(address: str) -> bool:
-    try:
-        parts = urlsplit(address)
-        return parts.scheme in ("rtsp", "rtsps") and bool(parts.hostname) and parts.port != 0
-    except ValueError:
-        return False
 
 
 def _size(encoder: ElementTree.Element) -> tuple[int, int]:
@@ -141,9 +133,8 @@ class _Device:
         codes = " ".join(one.text or "" for one in fault.iter(f"{SOAP}Value"))
         text = next((one.text or "" for one in fault.iter(f"{SOAP}Text")), "") or codes or "no reason given"
         if "NotAuthorized" in codes or "authori" in text.lower():
-            raise UserError(
-                f"{self._address}: {'user or password is wrong' if self._user else 'it wants a user: --user NAME'}"
-            )
+            reason = "user or password is wrong" if self._user else "it wants a user: --user NAME"
+            raise UserError(f"{self._address}: {reason}")
         raise UserError(f"{self._address}: {text}")
 
     def _header(self) -> str:
@@ -157,9 +148,7 @@ class _Device:
             return timedelta()
         try:
             year, month, day = (int(found.findtext(f"{TT}Date/{TT}{key}") or "") for key in ("Year", "Month", "Day"))
-            hour, minute, second = (
-                int(found.findtext(f"{TT}Time/{TT}{key}") or "") for key in ("Hour", "Minute", "Second")
-            )
+            hour, minute, second = (int(found.findtext(f"{TT}Time/{TT}{k}") or "") for k in ("Hour", "Minute", "Second"))
             return datetime(year, month, day, hour, minute, min(second, 59), tzinfo=UTC) - datetime.now(UTC)
         except (ValueError, OverflowError):
             return timedelta()

@@ -7,7 +7,7 @@ import socket
 import struct
 import time
 import uuid
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
@@ -87,11 +87,11 @@ def devices_of(answer: bytes, host: str) -> Iterable[OnvifDevice]:
                 break
 
 
-def host_of(address: str) -> str | None:
-    """Host of an http or https URL, or None."""
+def host_of(address: str, schemes: Collection[str] = ("http", "https")) -> str | None:
+    """Host of a URL with one of these schemes, or None."""
     try:
         parts = urlsplit(address)
-        return parts.hostname if parts.scheme in ("http", "https") and (parts.port is None or parts.port > 0) else None
+        return parts.hostname if parts.scheme in schemes and parts.port != 0 else None
     except ValueError:
         return None
 

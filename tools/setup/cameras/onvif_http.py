@@ -111,11 +111,9 @@ class OnvifHttp:
         headers = {"Content-Type": "application/soap+xml; charset=utf-8"}
         if self._challenge is not None and self._digest is not None:
             headers["Authorization"] = self._digest.answer(path, body, self._challenge)
-        connection = (
-            http.client.HTTPSConnection(self._host, self._port, timeout=TIMEOUT_S, context=self._tls)
-            if self._https
-            else http.client.HTTPConnection(self._host, self._port, timeout=TIMEOUT_S)
-        )
+        connection = http.client.HTTPConnection(self._host, self._port, timeout=TIMEOUT_S)
+        if self._https:
+            connection = http.client.HTTPSConnection(self._host, self._port, timeout=TIMEOUT_S, context=self._tls)
         try:
             connection.request("POST", path, body, headers)
             response = connection.getresponse()

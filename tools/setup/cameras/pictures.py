@@ -1,7 +1,7 @@
 """A small picture of each camera, to see which is which."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
@@ -30,9 +30,7 @@ def camera_image(camera: FoundCamera) -> Image | None:
         capture.release()
 
 
-def written_pictures(
-    folder: Path, images: Mapping[str, Image], write: Callable[[str, Image], bool] = cv2.imwrite
-) -> dict[str, str]:
+def written_pictures(folder: Path, images: Mapping[str, Image]) -> dict[str, str]:
     """Write small pictures and return their paths, by the names of the cameras.  Raises UserError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -44,7 +42,7 @@ def written_pictures(
         number = 2
         while str(path) in found.values():  # two streams of one host may get one name
             path, number = folder / f"{_file_name(name)}-{number}.jpg", number + 1
-        if not write(str(path), small_picture(image, LONG_SIDE_PX)):
+        if not cv2.imwrite(str(path), small_picture(image, LONG_SIDE_PX)):
             raise UserError(f"{path}: cannot be written: allowed: a folder that can be written")
         found[name] = str(path)
     return found

@@ -1,7 +1,7 @@
 """Try network streams: what they send, how long the first image takes, or why none comes."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -64,9 +64,8 @@ def check_address(url: str) -> None:
     except ValueError:
         good = False
     if not good:
-        raise UserError(
-            f"{without_password(url)}: allowed: {', '.join(f'{scheme}://HOST[:PORT]/...' for scheme in STREAMS)}"
-        )
+        allowed = ", ".join(f"{scheme}://HOST[:PORT]/..." for scheme in STREAMS)
+        raise UserError(f"{without_password(url)}: allowed: {allowed}")
 
 
 def tried_streams(urls: Sequence[str], seconds: float = MEASURED_S) -> list[TriedStream]:
@@ -77,9 +76,9 @@ def tried_streams(urls: Sequence[str], seconds: float = MEASURED_S) -> list[Trie
         return list(pool.map(lambda url: tried_stream(url, seconds), urls))
 
 
-def tried_stream(url: str, seconds: float = MEASURED_S, now_s: Callable[[], float] = time.monotonic) -> TriedStream:
+def tried_stream(url: str, seconds: float = MEASURED_S) -> TriedStream:
     """Connect, wait for the first image, and measure the rate."""
-    address, begin_s = without_password(url), now_s()
+    address, begin_s = without_password(url), time.monotonic()
     try:
         with _opened(url) as container:
             if not container.streams.video:
@@ -88,7 +87,7 @@ def tried_stream(url: str, seconds: float = MEASURED_S, now_s: Callable[[], floa
             first: av.VideoFrame | None = None
             first_s, arrivals = 0.0, list[float]()
             for frame in container.decode(stream):
-                arrival_s = now_s() - begin_s
+                arrival_s = time.monotonic() - begin_s
                 if first is None:
                     first, first_s = frame, arrival_s
                 if arrival_s - first_s >= WAITING_S:

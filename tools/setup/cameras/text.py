@@ -72,18 +72,11 @@ def onvif_data(devices: Sequence[AskedDevice]) -> list[dict[str, object]]:
     """For JSON."""
     return [
         {
-            "address": one.device.address,
-            "name": one.device.name,
-            "hardware": one.device.hardware,
+            **vars(one.device),
             "problem": one.problem,
             "streams": [
-                {
-                    "profile": stream.profile,
-                    "encoding": stream.encoding,
-                    "size": stream.size,
-                    "source": without_password(stream.address),
-                }
-                for stream in one.streams
+                {"profile": s.profile, "encoding": s.encoding, "size": s.size, "source": without_password(s.address)}
+                for s in one.streams
             ],
         }
         for one in devices
@@ -100,24 +93,9 @@ def camera_data(camera: FoundCamera, picture: str | None, picture_problem: str) 
         "driver": camera.driver,
         "bus": camera.bus,
         "modes": [
-            {"format": mode.format, "size": mode.size, "smallest": mode.smallest, "rates": mode.rates}
-            for mode in camera.modes
+            {"format": its.format, "size": its.size, "smallest": its.smallest, "rates": its.rates} for its in camera.modes
         ],
-        "controls": [
-            {
-                "name": one.name,
-                "id": one.id,
-                "minimum": one.minimum,
-                "maximum": one.maximum,
-                "step": one.step,
-                "default": one.default,
-                "value": one.value,
-                "menu": {str(value): text for value, text in one.menu.items()},
-                "read_only": one.read_only,
-                "inactive": one.inactive,
-            }
-            for one in camera.controls
-        ],
+        "controls": [{"name": one.name, **vars(one)} for one in camera.controls],
         "picture": picture,
         "problem": camera.problem or picture_problem,
     }

@@ -1,7 +1,5 @@
 """Folder of certificates: created once, kept, renewed or revoked on request."""
 
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -32,7 +30,7 @@ from zenocap.tools.setup.certificates.authority import (
     signed_by,
 )
 
-SECRET, OPEN = 0o600, 0o644
+SECRET = 0o600  # permissions of a private key
 VALID_DAYS = 730  # of certificates by default; chosen by hand
 
 
@@ -152,23 +150,8 @@ def _common_name(member: Member, rig: str, generations: Mapping[str, int]) -> st
 
 def _write_pair(certificate: Path, secret: Path, pair: Pair) -> None:
     """Write the key first: a certificate without its key would be kept by the next run."""
-    _write(secret, key_pem(pair.key), SECRET)
-    _write(certificate, pem(pair.certificate), OPEN)
-
-
-def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file atomically, with permissions never wider than `mode`."""
-    handle, name = tempfile.mkstemp(dir=path.parent)  # permissions 0600
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, mode)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_atomically(secret, key_pem(pair.key), SECRET)
+    write_atomically(certificate, pem(pair.certificate))
 
 
 def revoke(folder: Path, rig: str, members: Sequence[Member], now: datetime) -> Revocations:

@@ -29,7 +29,8 @@ def report(rig: str, rig_file: Path, folder: Path, made: Sequence[MemberCertific
         where = MACHINES.get(one.member.service, f"the machine of {one.member.name}")
         table.add_row(one.member.name, one.done, f"{one.ends:%Y-%m-%d}", ", ".join(one.hosts), where)
     example = made[0].member.name
-    public, own, secret = (path.name for path in _files(folder, example))
+    files = certificate_file(folder, AUTHORITY), certificate_file(folder, example), key_file(folder, example)
+    public, own, secret = (path.name for path in files)
     lines = [
         f"Each machine: the rig file and its calibration, and in {folder.name}/ beside it {public}, and of its own "
         f"service only the two files NAME.pem and NAME-key.pem, such as {own} and {secret}.",
@@ -38,7 +39,3 @@ def report(rig: str, rig_file: Path, folder: Path, made: Sequence[MemberCertific
     if not secured:
         lines.append(f'In {rig_file}, on every machine: [security] with certificates = "{folder.name}"')
     return Group(table, *(Text(line) for line in lines))
-
-
-def _files(folder: Path, name: str) -> tuple[Path, Path, Path]:
-    return certificate_file(folder, AUTHORITY), certificate_file(folder, name), key_file(folder, name)

@@ -66,29 +66,13 @@ class Certificate:
     readable_by_others: bool = False
 
 
-@dataclass(frozen=True)
-class File:
-    """An input file of a service.  problem: reason why it cannot be read, else None."""
-
-    title: str
-    problem: str | None
-
-
 def check_endpoint(endpoint: Endpoint) -> CheckResult:
     if endpoint.problem is None:
         return ok("endpoint", f"{endpoint.address} accepts connections")
-    text = f"{endpoint.address}: {endpoint.problem}"
+    remedy = "check that the router or the listening service runs, the address is right, and no firewall blocks the port"
     if not endpoint.trusted:
-        return wrong(
-            "endpoint",
-            text,
-            "check the address, and that the certificates on both machines are of one authority (zenocap certs)",
-        )
-    return wrong(
-        "endpoint",
-        text,
-        "check that the router or the listening service runs, the address is right, and no firewall blocks the port",
-    )
+        remedy = "check the address, and that the certificates on both machines are of one authority (zenocap certs)"
+    return wrong("endpoint", f"{endpoint.address}: {endpoint.problem}", remedy)
 
 
 def check_source(source: SourceState) -> CheckResult:
@@ -101,18 +85,17 @@ def check_source(source: SourceState) -> CheckResult:
         "size": "calibrate at the size of the camera's images, or set the camera to the calibrated size",
         "broken": "another program may use it; for streams check the address, for files the codec",
     }
+    remedy = remedies[source.kind]
     if source.local or source.kind == "size":
-        return wrong(check, source.words, remedies[source.kind])
-    return warning(
-        check, source.words, f"ignore this if viewer {source.viewer} runs on another machine; else: {remedies[source.kind]}"
-    )
+        return wrong(check, source.words, remedy)
+    elsewhere = f"ignore this if viewer {source.viewer} runs on another machine"
+    return warning(check, source.words, f"{elsewhere}; else: {remedy}")
 
 
 def check_disk(disk: Disk) -> CheckResult:
     if disk.problem is not None:
-        return wrong(
-            "disk", f"{disk.folder}: {disk.problem}", "let this user write there, or set `folder` in the [log] table"
-        )
+        remedy = "let this user write there, or set `folder` in the [log] table"
+        return wrong("disk", f"{disk.folder}: {disk.problem}", remedy)
     text = None if disk.free_bytes is None else shortage(disk.free_bytes, 0.0)
     if text is not None:
         return warning("disk", f"{disk.folder}: {text}", "delete old takes, or set `folder` in the [log] table")
@@ -126,27 +109,23 @@ def check_port(port: Port) -> CheckResult:
         return ok(check, f"{port.address} is in use by this rig, which is running")
     if port.problem is None:
         return ok(check, f"{port.address} is free")
-    return wrong(
-        check, f"{port.address}: {port.problem}", f"end the program that uses it, or change `{port.key}` in the rig file"
-    )
+    remedy = f"end the program that uses it, or change `{port.key}` in the rig file"
+    return wrong(check, f"{port.address}: {port.problem}", remedy)
 
 
 def check_certificate(certificate: Certificate, now: datetime) -> CheckResult:
     check = f"certificate {certificate.name}"
     if certificate.problem is not None or certificate.ends is None:
-        return wrong(
-            check, certificate.problem or "cannot be read", "create it with `zenocap certs` and copy it to this machine"
-        )
+        remedy = "create it with `zenocap certs` and copy it to this machine"
+        return wrong(check, certificate.problem or "cannot be read", remedy)
     if certificate.readable_by_others:
         return wrong(check, "other users of this machine can read its private key", f"chmod 600 {certificate.name}-key.pem")
-    left = days_left(certificate.ends, now)
-    day = f"{certificate.ends:%Y-%m-%d}"
+    left, day = days_left(certificate.ends, now), f"{certificate.ends:%Y-%m-%d}"
+    renew = "`zenocap certs RIG --renew`, and copy it to this machine"
     if certificate.ends <= now:
-        return wrong(check, f"expired on {day}", "`zenocap certs RIG --renew`, and copy it to this machine")
+        return wrong(check, f"expired on {day}", renew)
     if certificate.ends - now < SOON:
-        return warning(
-            check, f"expires on {day}, {left} days left", "`zenocap certs RIG --renew`, and copy it to this machine"
-        )
+        return warning(check, f"expires on {day}, {left} days left", renew)
     return ok(check, f"valid until {day}, {left} days left")
 
 
@@ -158,7 +137,8 @@ def check_compiled(missing: Sequence[str]) -> CheckResult:
     return warning("compiled", f"not compiled yet: {', '.join(missing)}: the first start takes some 20 s longer", remedy)
 
 
-def check_file(file: File) -> CheckResult:
-    if file.problem is None:
-        return ok(file.title, "can be read")
-    return wrong(file.title, file.problem, "correct the rig file, or copy the file to this machine")
+def check_file(title: str, problem: str | None) -> CheckResult:
+    """Check of an input file of a service.  problem: reason why it cannot be read, else None."""
+    if problem is None:
+        return ok(title, "can be read")
+    return wrong(title, problem, "correct the rig file, or copy the file to this machine")

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import zenocap
 from zenocap.common.bus.security import Security
-from zenocap.common.errors import UserError
+from zenocap.common.errors import AccessDenied, OpenError, SizeMismatch, SourceError, UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, host_of, key_file
 from zenocap.common.rig.sources import Announced, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.setup.doctor.machine_checks import Certificate, Disk, Endpoint, File, Port, SourceState
+from zenocap.tools.setup.doctor.machine_checks import Certificate, Disk, Endpoint, Port, SourceState
 
 ROOT = Path(zenocap.__file__).resolve().parent
 CALL_S = 2.0
@@ -23,7 +23,6 @@ CALL_S = 2.0
 
 def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
     """Read one image of a viewer's source.  runs: its viewer runs and has opened it.  local: see `SourceState`."""
-    from zenocap.common.errors import AccessDenied, OpenError, SizeMismatch, SourceError
     from zenocap.services.viewer.sources.playback import Playback
     from zenocap.services.viewer.sources.source import open_source
 
@@ -71,22 +70,21 @@ def look_at_disk(folder: Path) -> Disk:
         return Disk(folder, None, None)
 
 
-def look_at_file(title: str, path: Path) -> File:
-    """Whether a file can be read.  title: its title."""
+def look_at_file(path: Path) -> str | None:
+    """Why a file cannot be read; None where it can."""
     try:
         path.read_bytes()
     except OSError as error:
-        return File(title, f"{path}: {error.strerror}")
-    return File(title, None)
+        return f"{path}: {error.strerror}"
+    return None
 
 
 def look_at_port(title: str, key: str, host: str, port: int, *, ours: bool) -> Port:
     """State of a port.  ours: a service of this rig runs on this machine and may use it."""
     address = f"{host}:{port}"
     try:
-        family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[
-            0
-        ]
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, kind, protocol, _, place = found[0]
         with socket.socket(family, kind, protocol) as one:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             one.bind(place)

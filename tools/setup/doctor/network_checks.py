@@ -33,10 +33,9 @@ class NetworkState:
 def check_open(network: NetworkState, secured: bool) -> CheckResult:
     if network.problem is None:
         return ok("network", "open")
+    remedy = "start the router or the other services, and check that the endpoints agree"
     hint = "; is this machine's certificate of the rig's authority?" if secured else ""
-    return wrong(
-        "network", network.problem, f"start the router or the other services, and check that the endpoints agree{hint}"
-    )
+    return wrong("network", network.problem, f"{remedy}{hint}")
 
 
 def check_presence(expected: Sequence[ServiceKey], network: NetworkState, rig: str) -> list[CheckResult]:
@@ -54,7 +53,7 @@ def check_rigs(digest: str, network: NetworkState) -> list[CheckResult]:
     """Check for services with another rig file or calibration than this machine."""
     infos = {name: about for name, about in network.about.items() if isinstance(about, ServiceInfo)}
     others = {name: about for name, about in infos.items() if about.digest != digest}
-    unanswered = sorted(network.alive - network.about.keys() - {(s, i) for s, i in network.alive if s in ("recorder",)})
+    unanswered = sorted(network.alive - network.about.keys() - {(s, i) for s, i in network.alive if s == "recorder"})
     found = [
         wrong(
             "rig file",
@@ -68,18 +67,12 @@ def check_rigs(digest: str, network: NetworkState) -> list[CheckResult]:
         found.append(ok("rig file", f"the same for all {len(infos)} running services and on this machine"))
     for name, text in sorted(network.about.items()):
         if isinstance(text, str):
-            found.append(
-                warning("versions", f"{title(name)}: its reply cannot be decoded: {text}", "update it to this version")
-            )
+            unread = f"{title(name)}: its reply cannot be decoded: {text}"
+            found.append(warning("versions", unread, "update it to this version"))
     if unanswered:
-        names = ", ".join(map(title, unanswered))
-        found.append(
-            warning(
-                "versions",
-                f"{names}: no reply to the query for versions",
-                "update zenocap there; if it is the same version, the machine is overloaded: run doctor again",
-            )
-        )
+        silent = f"{', '.join(map(title, unanswered))}: no reply to the query for versions"
+        remedy = "update zenocap there; if it is the same version, the machine is overloaded: run doctor again"
+        found.append(warning("versions", silent, remedy))
     return found
 
 
@@ -106,25 +99,14 @@ def check_versions(here: Mapping[str, str], network: NetworkState) -> list[Check
 
 def check_clocks(network: NetworkState, frame_ns: int) -> list[CheckResult]:
     """Check of the clock offsets.  frame_ns: frame period; an offset of up to a quarter of it is allowed."""
-    found: list[CheckResult] = []
+    clocks = [(title(name), offset_in(health)) for name, health in sorted(network.health.items())]
+    known = [(name, offset) for name, offset in (*clocks, ("this machine", network.offset)) if offset is not None]
     remedy = "let NTP (chrony, systemd-timesyncd) set the clocks of all machines from one source"
-    known = 0
-    for name, health in sorted(network.health.items()):
-        offset = offset_in(health)
-        if offset is None:
-            continue
-        known += 1
-        text = clock_warning(title(name), offset, frame_ns)
-        if text is not None:
-            found.append(warning("clocks", text, remedy))
-    if network.offset is not None:
-        known += 1
-        text = clock_warning("this machine", network.offset, frame_ns)
-        if text is not None:
-            found.append(warning("clocks", text, remedy))
-    if known and not found:
-        found.append(ok("clocks", f"{known} clocks within a quarter frame ({frame_ns / 4e6:.0f} ms) of the integrator's"))
-    return found
+    texts = [text for name, offset in known if (text := clock_warning(name, offset, frame_ns)) is not None]
+    if known and not texts:
+        within = f"{len(known)} clocks within a quarter frame ({frame_ns / 4e6:.0f} ms) of the integrator's"
+        return [ok("clocks", within)]
+    return [warning("clocks", text, remedy) for text in texts]
 
 
 def check_messages(network: NetworkState) -> list[CheckResult]:
@@ -135,17 +117,12 @@ def check_messages(network: NetworkState) -> list[CheckResult]:
         others = health.counts.get("rejected_version", 0)
         if others:
             text = f"{title(name)} has rejected {others} messages of another wire version"
-            found.append(
-                wrong("messages", text, "install the same zenocap on every machine; its log names the senders' keys")
-            )
+            remedy = "install the same zenocap on every machine; its log names the senders' keys"
+            found.append(wrong("messages", text, remedy))
         if rejected > others:
-            rejected -= others
-            text = f"{title(name)} has rejected {rejected} invalid messages"
-            found.append(
-                warning(
-                    "messages", text, "see its log for their keys; the sender has another version, or is faulty or hostile"
-                )
-            )
+            text = f"{title(name)} has rejected {rejected - others} invalid messages"
+            remedy = "see its log for their keys; the sender has another version, or is faulty or hostile"
+            found.append(warning("messages", text, remedy))
         if health.counts.get("step_errors", 0):
             text = f"{title(name)}: {health.counts['step_errors']} steps failed"
             found.append(warning("messages", text, "see its log for the error, and report it"))

@@ -75,7 +75,7 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
     for viewer in chosen:
         runs = ("viewer", viewer.id) in network.alive
         found.append(check_source(look_at_source(viewer, runs=runs, local=service is not None)))
-    found += [check_file(look_at_file(title, file)) for kind in kinds for title, file in kind.files(rig)]
+    found += [check_file(title, look_at_file(file)) for kind in kinds for title, file in kind.files(rig)]
     if "integrator" in wanted:
         found.append(check_disk(look_at_disk(takes)))
     if "animator" in wanted:

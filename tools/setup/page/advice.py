@@ -51,11 +51,11 @@ class Measures:
     rate: float | None
     requested_rate: float
     jitter_s: float | None
-    focus: float | None
     best_focus: float
-    exposure: Exposure | None
-    noise: float | None
-    light: Light | None
+    focus: float | None = None
+    exposure: Exposure | None = None
+    noise: float | None = None
+    light: Light | None = None
 
     @property
     def sharpness(self) -> float | None:

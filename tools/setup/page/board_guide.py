@@ -142,11 +142,11 @@ class BoardGuide:
                 self.pairs[pair] = self.pairs.get(pair, 0) + 1
                 self._last_pairs[pair] = first, second
 
-    def groups(self, least: int = MIN_MOMENTS) -> list[list[int]]:
-        """Cameras that are connected by pairs with at least `least` common moments, the largest group first."""
+    def groups(self) -> list[list[int]]:
+        """Cameras that are connected by pairs with at least MIN_MOMENTS common moments, the largest group first."""
         group = list(range(len(self.cameras)))
         for (one, other), count in self.pairs.items():
-            if count >= least:
+            if count >= MIN_MOMENTS:
                 group = [group[one] if number == group[other] else number for number in group]
         found = [[k for k, number in enumerate(group) if number == name] for name in dict.fromkeys(group)]
         return sorted(found, key=lambda members: -len(members))

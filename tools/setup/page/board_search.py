@@ -44,9 +44,7 @@ class VariantSearch:
 
     def add(self, grey: Image) -> bool:
         """Use an image, unless the variant is known; returns whether it has become known."""
-        if self.known:
-            return False
-        if not board_variant(self.board, [grey])[1]:
+        if self.known or not board_variant(self.board, [grey])[1]:
             return False
         self._images.append(grey)
         if len(self._images) < VARIANT_IMAGES:

@@ -7,13 +7,14 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.vision.image_measures import Exposure, Light, brightness, exposure, focus, grey_of, light, noise
+from zenocap.common.vision.image_measures import brightness, exposure, focus, grey_of, light, noise
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import live_images
@@ -115,28 +116,21 @@ class LiveCamera:
             frames, times, cells = list(self._frames)[-2:], list(self._times_s), list(self._cells)
         counts = self._rate.counts()
         rate, jitter_us = counts.get("source_frames_per_1000_s"), counts.get("source_jitter_us")
-        focused: float | None = None
-        exposed: Exposure | None = None
-        noisy: float | None = None
-        changing: Light | None = None
-        if len(frames) == 2 and not self.problem and frames[0].image.shape == frames[1].image.shape:
-            grey = grey_of(frames[1].image)
-            noisy = noise(grey_of(frames[0].image), grey)
-            focused = focus(grey, noisy if noisy == noisy else 0.0)
-            exposed = exposure(frames[1].image)
-            changing = light(times, cells)
-            with self._lock:
-                self._best_focus = max(self._best_focus, focused)
-        return Measures(
+        found = Measures(
             rate=rate / 1000.0 if rate else None,
             requested_rate=self.viewer.fps,
             jitter_s=jitter_us / 1e6 if jitter_us is not None else None,
-            focus=focused,
             best_focus=self._best_focus,
-            exposure=exposed,
-            noise=noisy,
-            light=changing,
         )
+        if len(frames) < 2 or self.problem or frames[0].image.shape != frames[1].image.shape:
+            return found
+        image, grey = frames[1].image, grey_of(frames[1].image)
+        noisy = noise(grey_of(frames[0].image), grey)
+        focused = focus(grey, noisy if noisy == noisy else 0.0)
+        with self._lock:
+            best = self._best_focus = max(self._best_focus, focused)
+        exposed, changing = exposure(image), light(times, cells)
+        return replace(found, focus=focused, best_focus=best, exposure=exposed, noise=noisy, light=changing)
 
     def _run(self) -> None:
         with suppress(_Stopped):

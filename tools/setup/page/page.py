@@ -92,9 +92,8 @@ class LivePage:
     def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: Mode) -> None:
         """program: the command, for messages."""
         self._cameras, self._mode = cameras, mode
-        content: PageContent[lm.Command] = PageContent(
-            page_files("zenocap.tools.setup.page"), lm.decode_command, program, "--"
-        )
+        files = page_files("zenocap.tools.setup.page")
+        content: PageContent[lm.Command] = PageContent(files, lm.decode_command, program, "--")
         self._page = Page(table, content, self._enlarge)
         self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
         self._shown = {camera.name: _Shown() for camera in cameras}

@@ -49,12 +49,12 @@ class PlacedView(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     size: tuple[int, int] | None
     picks: dict[str, tuple[float, float]]
-    expected: dict[str, tuple[float, float]]
-    off_px: dict[str, float]
-    mm_per_px: dict[str, float]
-    suspect: str
-    lines: list[str]
-    problem: str
+    expected: dict[str, tuple[float, float]] = {}
+    off_px: dict[str, float] = {}
+    mm_per_px: dict[str, float] = {}
+    suspect: str = ""
+    lines: list[str] = []
+    problem: str = ""
 
 
 class PointsUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type", kw_only=True):

@@ -18,7 +18,7 @@ from zenocap.common.camera.line_sensitivity import Sensitivity, pixel_effects, s
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.lines_file import read_measurements, solution_report, verdict, write_measurements
 from zenocap.tools.setup.page.point_messages import FieldRow, PlacedView, PointTask
-from zenocap.tools.setup.page.points_task import Pixel, Place, Placed, Size, Solution, refused
+from zenocap.tools.setup.page.points_task import Pixel, Place, Placed, Size, Solution, next_sentence, refused
 
 OBJECTS = ("A", "B", "C")
 FIELDS = (  # key, name, needed
@@ -85,8 +85,7 @@ class LinePoints:
         if not isinstance(one, UserError) and not isinstance(two, UserError):
             both = replace(one[0], camera2=two[0].camera2)
             word, reasons = verdict(both, (one[1], two[1]), (one[2], two[2]))
-        sentence = "Good: press Save." if word == "good" else f"{reasons[0]}." if reasons else "Press Save."
-        return Solution(views, word, reasons, cameras, report, sentence)
+        return Solution(views, word, reasons, cameras, report, next_sentence(word, reasons))
 
     def write(self, placed: Placed, solution: Solution) -> list[str]:
         if wrong := [view.problem for view in solution.views if view.problem]:
@@ -129,10 +128,7 @@ class LinePoints:
         name = self._names[number - 1]
         size, picks = placed.sizes.get(name), dict(placed.picks.get(name, {}))
         if isinstance(one, UserError):
-            return PlacedView(
-                name=name, size=size, picks=picks, expected={}, off_px={}, mm_per_px={}, suspect="", lines=[],
-                problem=str(one),
-            )  # fmt: skip
+            return PlacedView(name=name, size=size, picks=picks, problem=str(one))
         measured, solved, found = one
         offs = dict(zip(OBJECTS, solved.residuals_px, strict=True))
         expected = {key: (picks[key][0] - float(x), picks[key][1] - float(y)) for key, (x, y) in offs.items()}
@@ -143,9 +139,7 @@ class LinePoints:
             expected=expected,
             off_px={key: float(np.hypot(*off)) for key, off in offs.items()},
             mm_per_px={key: 1e3 * effect for key, effect in pixel_effects(measured, number, solved).items()},
-            suspect="",
             lines=[*solution_report(solved, found), *(f"  {remark}" for remark in solved.remarks)],
-            problem="",
         )
 
 

@@ -13,17 +13,50 @@ from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.viewer.frame import Frame
+from zenocap.tools.setup.cameras.streams import jpeg
 from zenocap.tools.setup.page import messages as lm
 from zenocap.tools.setup.page import point_messages as pm
 from zenocap.tools.setup.page.camera import LiveCamera
-from zenocap.tools.setup.page.parameters import FINISH_HINT_S
+from zenocap.tools.setup.page.parameters import FINISH_HINT_S, STILL_JPEG_QUALITY, STILL_PX
 from zenocap.tools.setup.page.points_edit import cleared, edited, measured, picked
 from zenocap.tools.setup.page.points_task import Placed, PointsTask, Solution
-from zenocap.tools.setup.page.stills import Stills
 
 logger = logging.getLogger(__name__)
 END_S = 10.0  # for the thread to end; chosen by hand
 MEASURES = ("rate", "jitter", "focus", "exposure", "noise", "drift", "flicker")
+
+
+class Stills:
+    """The pictures in which points are placed: one still image of each camera, until another is asked for.
+
+    sizes: (width, height) px of the pictures so far, by camera.
+    """
+
+    def __init__(self, cameras: Sequence[LiveCamera]) -> None:
+        self._cameras = {camera.name: camera for camera in cameras}
+        self._asked = set(self._cameras)
+        self.sizes: dict[str, tuple[int, int]] = {}
+
+    def ask(self, name: str) -> None:
+        """Take the newest image of a camera as its picture.  Raises UserError."""
+        if name not in self._cameras:
+            raise UserError(f"{name}: no such camera; there are: {', '.join(self._cameras)}")
+        if self._cameras[name].newest is None:
+            raise UserError(f"{name}: no image yet: {self._cameras[name].problem}")
+        self._asked.add(name)
+
+    def due(self) -> list[EncodedUpdate]:
+        """Pictures that were asked for and have come."""
+        found = []
+        for name in sorted(self._asked):
+            if (frame := self._cameras[name].newest) is None:
+                continue
+            self._asked.discard(name)
+            height, width = frame.image.shape[:2]
+            self.sizes[name] = width, height
+            update = pm.StillUpdate(name, width, height, jpeg(frame.image, STILL_PX, STILL_JPEG_QUALITY))
+            found.append(encoded(f"still/{name}", update))
+        return found
 
 
 class PointsMode:

@@ -19,7 +19,7 @@ from zenocap.tools.setup.calibration.scene_file import (
     write_scene,
 )
 from zenocap.tools.setup.page.point_messages import FieldRow, PlacedView, PointTask
-from zenocap.tools.setup.page.points_task import Placed, Solution, refused
+from zenocap.tools.setup.page.points_task import Placed, Solution, next_sentence, refused
 
 Point = tuple[float, float, float]
 RESERVED = (SIZE_KEY, "points")  # tables and keys of the file
@@ -120,21 +120,13 @@ class ScenePoints:
             placed = sum(point in known for point in view.picks)
             if view.size is not None and placed < fewest:
                 return f"Place {fewest - placed} more points in the picture of {view.name}: click where each is."
-        return _next(verdict, reasons)
-
-
-def _next(verdict: str, reasons: Sequence[str]) -> str:
-    if verdict == "good":
-        return "Good: press Save."
-    return f"{reasons[0]}." if reasons else "Press Save."
+        return next_sentence(verdict, reasons)
 
 
 def _view(name: str, one: PlacedCamera | UserError, known: Mapping[str, Point], placed: Placed) -> PlacedView:
     size, picks = placed.sizes.get(name), dict(placed.picks.get(name, {}))
     if isinstance(one, UserError):
-        return PlacedView(
-            name=name, size=size, picks=picks, expected={}, off_px={}, mm_per_px={}, suspect="", lines=[], problem=str(one)
-        )
+        return PlacedView(name=name, size=size, picks=picks, problem=str(one))
     off_px = {point: float(np.hypot(*off)) for point, off in zip(one.points, one.residuals_px, strict=True)}
     return PlacedView(
         name=name,
@@ -145,7 +137,6 @@ def _view(name: str, one: PlacedCamera | UserError, known: Mapping[str, Point], 
         mm_per_px={point: 1e3 * float(m) for point, m in zip(one.points, one.per_pixel_m, strict=True)},
         suspect=one.suspect[0] if one.suspect is not None else "",
         lines=scene_report(one),
-        problem="",
     )
 
 

@@ -81,3 +81,8 @@ class PointsTask(Protocol):
 def refused(texts: Sequence[str]) -> UserError:
     """Error of a calibration that is not complete."""
     return UserError(f"not yet: {'; '.join(texts)}")
+
+
+def next_sentence(verdict: str, reasons: Sequence[str]) -> str:
+    """What to do after all points are placed."""
+    return "Good: press Save." if verdict == "good" else f"{reasons[0]}." if reasons else "Press Save."

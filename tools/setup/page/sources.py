@@ -49,14 +49,10 @@ def _found(cameras: Sequence[FoundCamera], size: tuple[int, int], fps: float) ->
 def _of_rig(rig: Rig) -> tuple[list[Viewer], list[str]]:
     shown, notes = [], []
     for viewer in rig.viewers:
-        if viewer.source.live:
-            shown.append(viewer)
-        elif isinstance(viewer.source, VideoFile):
-            shown.append(_own_size(viewer))
-        elif isinstance(viewer.source, Images):
+        if isinstance(viewer.source, Images):
             notes.append(f"note: viewer {viewer.id}: a folder of images: not shown")
         else:
-            shown.append(viewer)  # the simulated person
+            shown.append(_own_size(viewer))
     if not shown:
         raise UserError(f"rig {rig.name}: no viewer has a camera, stream or video: nothing to show")
     return shown, notes

@@ -7,6 +7,7 @@ metre by which one camera is farther from the source than the other.
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, takewhile
 from pathlib import Path
 
 import av
@@ -59,20 +60,15 @@ def _mono(container: av.container.InputContainer, start_s: float, seconds: float
     resampler = av.AudioResampler(format="flt", layout="mono", rate=RATE)
     pieces: list[tuple[int, Floats]] = []
     place: int | None = None
-    for decoded in container.decode(audio=0):
-        if decoded.time is not None and decoded.time > start_s + seconds:
-            break
-        stamp = place if decoded.time is None else round((decoded.time - start_s) * RATE)
+    within = takewhile(lambda one: one.time is None or one.time <= start_s + seconds, container.decode(audio=0))
+    for decoded in chain(within, [None]):  # with None the resampler gives what it has kept
+        stamp = place if decoded is None or decoded.time is None else round((decoded.time - start_s) * RATE)
         if place is None or (stamp is not None and abs(stamp - place) > GAP_S * RATE):
             place = stamp or 0
         for frame in resampler.resample(decoded):
             block = np.asarray(frame.to_ndarray(), dtype=np.float64).ravel()
             pieces.append((place, block))
             place += len(block)
-    for frame in resampler.resample(None):
-        block = np.asarray(frame.to_ndarray(), dtype=np.float64).ravel()
-        pieces.append((place or 0, block))
-        place = (place or 0) + len(block)
     length = max((first + len(block) for first, block in pieces), default=0)
     samples = np.zeros(max(0, min(length, round(seconds * RATE))))
     for first, block in pieces:

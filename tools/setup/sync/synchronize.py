@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import hypot, inf
+from math import hypot, inf, nan
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +21,7 @@ from zenocap.tools.setup.sync.videos import brightness_in, from_its_beginning, o
 
 Method = Literal["auto", "sound", "flash", "silhouettes"]
 SOUND, FLASH, SILHOUETTES = "sound", "flash", "silhouettes"
+UNKNOWN = Offset(nan, nan, 0.0, nan, 0, "unknown")
 NO_PERSON = "no person in view"
 TOGETHER = "the videos began together within the errors of the offsets: 0 is taken"
 EXACT_FRAMES = 0.1  # standard error of flashes, up to which silhouettes are not compared too
@@ -64,8 +65,8 @@ def synchronize(
         sounds = {id: read_sound(viewer.source.path, options.seconds) for id, viewer in viewers.items()}  # type: ignore[attr-defined]
         found, notes = _by_sound(sounds, options)
         if options.by == SOUND or _all_certain(viewers, found):
-            silent = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no sound")
-            return _together(viewers, {id: found.get(id, CameraOffset(SOUND, silent)) for id in viewers}, notes), notes
+            silent = CameraOffset(SOUND, replace(UNKNOWN, reason="no sound"))
+            return _together(viewers, {id: found.get(id, silent) for id in viewers}, notes), notes
     known = {id: one for id, one in found.items() if one.is_certain}
     flashes: dict[str, CameraOffset] = {}
     if options.by in ("auto", FLASH):
@@ -112,8 +113,8 @@ def _by_flash(
     seen = [id for id in viewers if changes[id]]
     pairs = {(a, b): FlashPair(changes[a], changes[b], reach_s(options.max_offset_s)) for a, b in combinations(seen, 2)}
     found = _compared(viewers, pairs, replace(FLASH_LIMITS, max_lag_s=options.max_offset_s), known, FLASH)
-    dark = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no flash")
-    return {id: one if id in seen or id in known else CameraOffset(FLASH, dark) for id, one in found.items()}
+    dark = CameraOffset(FLASH, replace(UNKNOWN, reason="no flash"))
+    return {id: one if id in seen or id in known else dark for id, one in found.items()}
 
 
 def _by_silhouettes(
@@ -152,42 +153,34 @@ def _by_sound(sounds: Mapping[str, Floats | None], options: SyncOptions) -> tupl
     notes = [f"{id}: no sound" for id in sounds if id not in tracks] if tracks else ["no video has sound"]
     if len(tracks) < 2:
         return {}, notes
-    names = list(tracks)
-    pairs = {
-        (a, b): SoundPair(tracks[a], tracks[b], reach_s(options.max_offset_s))
-        for k, a in enumerate(names)
-        for b in names[k + 1 :]
-    }
-    found = offsets_of(names, pairs, replace(SOUND_LIMITS, max_lag_s=options.max_offset_s), {})
+    pairs = {(a, b): SoundPair(tracks[a], tracks[b], reach_s(options.max_offset_s)) for a, b in combinations(tracks, 2)}
+    found = offsets_of(list(tracks), pairs, replace(SOUND_LIMITS, max_lag_s=options.max_offset_s), {})
     if sum(not offset.reason for offset in found.values()) < 2:  # a group of one
         reason = "the sound of the videos has too little in common"
         found = {id: replace(offset, reason=offset.reason or reason) for id, offset in found.items()}
     return {id: CameraOffset(SOUND, offset) for id, offset in found.items()}, notes
 
 
-def _from_first(names: Mapping[str, object], found: Mapping[str, CameraOffset]) -> dict[str, CameraOffset]:
-    """The offsets in the rig's order, counted from the first camera that is certain."""
-    first = next((found[id].offset.offset_s for id in names if found[id].is_certain), 0.0)
-    return {
-        id: replace(found[id], offset=replace(found[id].offset, offset_s=found[id].offset.offset_s - first)) for id in names
-    }
-
-
 def _together(
     viewers: Mapping[str, Viewer], found: Mapping[str, CameraOffset], notes: list[str]
 ) -> dict[str, CameraOffset]:
-    """The offsets from the first camera on; all 0, with a note, where none differs from 0 by more than its error.
+    """The offsets in the rig's order, from the first certain one on; all 0, with a note, where none is above its error.
 
     Videos that do not belong together begin within half a frame period of each other only by rare chance.
     """
-    offsets = _from_first(viewers, found)
+    first_s = next((found[id].offset.offset_s for id in viewers if found[id].is_certain), 0.0)
+    offsets = {id: _at(found[id], found[id].offset.offset_s - first_s) for id in viewers}
     for id, one in offsets.items():
         largest_s = min(TOGETHER_ERRORS * one.offset.error_s, TOGETHER_FRAMES / viewers[id].fps)
         if not one.is_certain or abs(one.offset.offset_s) > largest_s:
             return offsets
     if any(one.offset.offset_s for one in offsets.values()):
         notes.append(TOGETHER)
-    return {id: replace(one, offset=replace(one.offset, offset_s=0.0)) for id, one in offsets.items()}
+    return {id: _at(one, 0.0) for id, one in offsets.items()}
+
+
+def _at(one: CameraOffset, offset_s: float) -> CameraOffset:
+    return replace(one, offset=replace(one.offset, offset_s=offset_s))
 
 
 def sync_text(offsets: Mapping[str, float], comment: str) -> str:

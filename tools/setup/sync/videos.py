@@ -9,14 +9,14 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.conversion import silhouette_mask
-from zenocap.common.errors import EndedEarly, UserError
+from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import Silhouette
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Stepper
-from zenocap.common.video.reader import VideoReader
+from zenocap.common.video.reader import VideoReader, until_cut
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -42,12 +42,8 @@ def outlines_of(
         for id, viewer in viewers.items():
             stepper, outlines = Stepper(silhouette_service(viewer)), found.setdefault(id, [])
             frames = open_source(viewer, Playback(0, ManualClock(0), live=False))
-            while True:
-                try:
-                    frame = next(frames, None)
-                except EndedEarly:
-                    break  # a cut file: what was read of it counts
-                if frame is None or frame.captured_ns > seconds * 1e9:
+            for frame in until_cut(frames):
+                if frame.captured_ns > seconds * 1e9:
                     break
                 for message in stepper.step(frame):
                     if isinstance(message, Silhouette) and message.data:
@@ -71,20 +67,15 @@ class Brightness:
 def brightness_of(image: Image) -> Floats:
     """(cells,) mean grey level of an image (height, width, 3)."""
     small = cv2.resize(image, CELLS, interpolation=cv2.INTER_AREA)
-    grey: Floats = np.asarray(small, dtype=np.float64).mean(axis=2).ravel()
-    return grey
+    return np.asarray(np.asarray(small, dtype=np.float64).mean(axis=2).ravel())
 
 
 def brightness_in(path: Path, seconds: float) -> Brightness:
     """Brightness of the first `seconds` of a video.  Raises OpenError."""
     times, cells = [], []
     with VideoReader(path) as reader:
-        while True:
-            try:
-                frame = reader.next()
-            except EndedEarly:
-                break  # a cut file: what was read of it counts
-            if frame is None or frame.time_ns > seconds * 1e9:
+        for frame in until_cut(iter(reader.next, None)):
+            if frame.time_ns > seconds * 1e9:
                 break
             times.append(frame.time_ns / 1e9)
             cells.append(brightness_of(frame.image()))

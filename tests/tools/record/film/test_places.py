@@ -14,7 +14,7 @@ from zenocap.common.rig.rig import Viewer, demo_rig
 from zenocap.common.rig.sources import Device
 from zenocap.services.camera.feeds import settings_in
 from zenocap.tools.record.film.places import camera_settings, matching
-from zenocap.tools.record.film.rig_film import film_name
+from zenocap.tools.record.film.remote_film import film_name
 
 LINK = "/dev/v4l/by-id/usb-A-video-index0"
 

@@ -16,6 +16,7 @@ RIG = demo_rig()
 BOARD = FilmBoard(kind="charuco", columns=5, rows=7, square_mm=35.0, marker_mm=None, dictionary=None, spacing=None)
 WHOLE = [Filmed(viewer.camera.name, 31, 10**9, 2 * 10**9) for viewer in RIG.viewers]
 NAMES = [one.name for one in WHOLE]
+FIRST = f"{NAMES[0]}: 31 frames, 30.00 frames/s"
 
 
 def away(folder: Path) -> RemoteFilm:
@@ -39,16 +40,8 @@ def test_a_whole_film_has_a_line_for_each_camera(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "line", "is_warning"),
     [
-        (
-            {"filmed": [replace(WHOLE[0], lost=2)]},
-            f"{NAMES[0]}: 31 frames, 30.00 frames/s, 2 frames lost by the writer",
-            False,
-        ),
-        (
-            {"filmed": [replace(WHOLE[0], away=1)]},
-            f"{NAMES[0]}: 31 frames, 30.00 frames/s, lost and opened again: 1",
-            False,
-        ),
+        ({"filmed": [replace(WHOLE[0], lost=2)]}, f"{FIRST}, 2 frames lost by the writer", False),
+        ({"filmed": [replace(WHOLE[0], away=1)]}, f"{FIRST}, lost and opened again: 1", False),
         ({"filmed": [Filmed(NAMES[0])]}, f"{NAMES[0]}: 0 frames, 0.00 frames/s, no frame", False),
         ({"failures": ["cam09: not copied: cut"]}, "cam09: not copied: cut", True),
         ({"reason": "the disk is nearly full"}, "ended early: the disk is nearly full", True),

@@ -54,22 +54,23 @@ class Harness:
         self.started.append(FakeProcess())
         return self.started[-1]
 
+    def pass_time(self, seconds: float) -> None:
+        self.now_s += seconds
+        self.children.poll()
+
     def end_newest(self, status: int, after_s: float) -> str:
         """End the newest process; return the log lines."""
-        self.now_s += after_s
         self.started[-1].status = status
-        self.children.poll()
+        self.pass_time(after_s)
         return "\n".join(self.children.lines())
 
 
 def test_killed_process_is_restarted_after_a_pause() -> None:
     harness = Harness()
     assert "died (SIGKILL); starting it again in 0.5 s" in harness.end_newest(-9, 1.0)
-    harness.now_s += 0.4
-    harness.children.poll()
+    harness.pass_time(0.4)
     assert len(harness.started) == 1
-    harness.now_s += 0.2
-    harness.children.poll()
+    harness.pass_time(0.2)
     assert len(harness.started) == 2
     assert harness.children.restarts() == 1
     assert any("started again" in line for line in harness.children.lines())
@@ -80,8 +81,7 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     pauses = []
     for _ in range(3):
         pauses.append(harness.end_newest(-9, 1.0).rpartition(" in ")[2])
-        harness.now_s += 10.0
-        harness.children.poll()
+        harness.pass_time(10.0)
     assert pauses == ["0.5 s", "1 s", "2 s"]
     assert " in 0.5 s" in harness.end_newest(-9, SETTLED_S + 1)
 
@@ -90,8 +90,7 @@ def test_process_that_fails_at_its_first_start_is_given_up() -> None:
     harness = Harness()
     assert "failed (exit status 1) after 2.0 s; not started again" in harness.end_newest(1, 2.0)
     assert [child.name for child in harness.children.given_up] == ["viewer 1"]
-    harness.now_s += 100
-    harness.children.poll()
+    harness.pass_time(100)
     assert len(harness.started) == 1
 
 
@@ -104,8 +103,7 @@ def test_process_with_repeated_short_runs_is_given_up() -> None:
     harness = Harness()
     for _ in range(QUICK_FAILURES):
         harness.end_newest(-11, 0.1)
-        harness.now_s += 10.0
-        harness.children.poll()
+        harness.pass_time(10.0)
     assert len(harness.started) == QUICK_FAILURES
     assert harness.children.given_up
 
@@ -116,8 +114,7 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
     harness.end_newest(-9, SETTLED_S + 1)
     pauses = []
     for _ in range(4 * QUICK_FAILURES):
-        harness.now_s += 100.0
-        harness.children.poll()
+        harness.pass_time(100.0)
         pauses.append(harness.end_newest(1, 0.5).rpartition(" in ")[2])
     assert not harness.children.given_up
     assert len(harness.started) == 4 * QUICK_FAILURES + 1
@@ -129,8 +126,7 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
 def test_finished_process_is_not_restarted() -> None:
     harness = Harness()
     assert "finished" in harness.end_newest(0, 1.0)
-    harness.now_s += 100
-    harness.children.poll()
+    harness.pass_time(100)
     assert len(harness.started) == 1
     assert not harness.children.given_up
 
@@ -148,8 +144,7 @@ def test_no_process_is_restarted_while_stopping() -> None:
     harness = Harness()
     harness.end_newest(-9, 1.0)
     harness.children.stop()
-    harness.now_s += 100
-    harness.children.poll()
+    harness.pass_time(100)
     assert len(harness.started) == 1
 
 

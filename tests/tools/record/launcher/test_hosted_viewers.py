@@ -57,14 +57,20 @@ def viewers(session: Session, folder: Path) -> HostedViewers:
 
 def news_of(session: Session, folder: Path, wanted: int = 2) -> list[str]:
     """The first texts."""
-    running, found, end_s = viewers(session, folder), [], time.monotonic() + 60.0
+    running, found = viewers(session, folder), list[str]()
     running.start()
-    while len(found) < wanted:
+    follow(running, found, lambda: len(found) >= wanted)
+    running.close()
+    return found
+
+
+def follow(running: HostedViewers, found: list[str], is_enough: Callable[[], bool]) -> None:
+    """Add news to `found` until they are enough."""
+    end_s = time.monotonic() + 60.0
+    while not is_enough():
         assert time.monotonic() < end_s, found
         found += running.news()
         time.sleep(0.005)
-    running.close()
-    return found
 
 
 def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
@@ -79,10 +85,7 @@ def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
 @pytest.mark.parametrize(
     ("present", "text"),
     [
-        (
-            [],
-            "no machine lab1 announces its cameras (there are: none): run there: zenocap viewer --discover",
-        ),
+        ([], "no machine lab1 announces its cameras (there are: none): run there: zenocap viewer --discover"),
         ([host(0)], "(there are: lab0)"),
         ([host(1, camera="other")], "lab1 has no camera cam (there are: other): plug it in, or run there: zenocap viewer"),
         ([host(1, "a"), host(1, "b")], "two machines announce as lab1: pc1a and pc1b: run one of them with another"),
@@ -118,11 +121,7 @@ def test_a_machine_that_vanishes_is_named_and_gets_its_viewer_again(session, tmp
     running.start()
 
     def until(text: str) -> None:
-        end_s = time.monotonic() + 60.0
-        while not any(text in line for line in found):
-            assert time.monotonic() < end_s, found
-            found.extend(running.news())
-            time.sleep(0.005)
+        follow(running, found, lambda: any(text in line for line in found))
 
     until("viewer 1 runs on lab1")
     session.present = [host(0)]
@@ -139,10 +138,8 @@ def test_a_viewer_that_never_ran_and_a_clock_far_off_are_named(session, tmp_path
     session.reply = lambda _: session.good(captured_ns=time.time_ns() + 3_600_000_000_000)
     running = viewers(session, tmp_path)
     running.start()
-    found, end_s = [], time.monotonic() + 60.0
-    while len(found) < 3 and time.monotonic() < end_s:
-        found += running.news()
-        time.sleep(0.005)
+    found: list[str] = []
+    follow(running, found, lambda: len(found) >= 3)
     running.close()
     assert "note: the clock of lab0 is 3600 s ahead: corrected for tracking; its logs and films have that time" in found
     (text,) = running.never_ran

@@ -1,6 +1,7 @@
 """Status display of a rig from received messages, as a table and as a line."""
 
 import io
+from collections.abc import Sequence
 
 from rich.console import Console
 
@@ -16,12 +17,13 @@ SERVICES = [("viewer", "1"), ("viewer", "2"), ("integrator", "main")]
 
 
 def status_after(*messages: m.Message, alive: tuple[tuple[str, str], ...] = ()) -> RigStatus:
-    status = RigStatus(RigView("studio"))
-    for service, id in alive:
-        status = status.updated(Alive(service, id, True, 0), 0)
-    for message in messages:
-        topic = topic_of(type(message))
-        status = status.updated(Envelope("key", topic, message, 0), 0)
+    return updated(RigStatus(RigView("studio")), *(Alive(service, id, True, 0) for service, id in alive), *messages)
+
+
+def updated(status: RigStatus, *events: Alive | m.Message) -> RigStatus:
+    for one in events:
+        event = one if isinstance(one, Alive) else Envelope("key", topic_of(type(one)), one, 0)
+        status = status.updated(event, 0)
     return status
 
 
@@ -43,10 +45,17 @@ def bap(**changes: object) -> m.UniversalBap:
     return m.UniversalBap(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
 
 
-def table_text(status: RigStatus) -> str:
+def posture(label: str | None) -> m.Posture:
+    return m.Posture(
+        frame=9, captured_ns=3 * 10**9, label=label, start_ns=0, end_ns=25 * 10**8, log_likelihoods={"kick": -90.0},
+        score=0.2, margin=0.5,
+    )  # fmt: skip
+
+
+def table_text(status: RigStatus, services: Sequence[tuple[str, str]] = SERVICES) -> str:
     console = Console(width=160, file=io.StringIO())
     with console.capture() as capture:
-        console.print(table(status, SERVICES, 3.0, "a.mcap"))
+        console.print(table(status, services, 3.0, "a.mcap"))
     return capture.get()
 
 
@@ -99,10 +108,7 @@ def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:
     line = plain_line(status, services, 3.0)
     assert "viewer 1: 15.0/s used tracking | viewer 3: 15.0/s left out tracking" in line
     assert "tracker: 14.9/s tracking, without viewer 3 | frame 7: turn 90°" in line
-    console = Console(width=160, file=io.StringIO())
-    with console.capture() as capture:
-        console.print(table(status, services, 3.0, "a.mcap"))
-    assert "follow 8.2  since capture 21.5" in capture.get()
+    assert "follow 8.2  since capture 21.5" in table_text(status, services)
     assert lost_text(tracker_pose(lost=True)) == "searching for the person"
 
 
@@ -113,12 +119,6 @@ def test_tracker_pose_is_complete_when_every_running_viewer_is_used() -> None:
 
 
 def test_the_last_posture_is_shown_and_all_are_counted() -> None:
-    def posture(label: str | None) -> m.Posture:
-        return m.Posture(
-            frame=9, captured_ns=3 * 10**9, label=label, start_ns=0, end_ns=25 * 10**8, log_likelihoods={"kick": -90.0},
-            score=0.2, margin=0.5,
-        )  # fmt: skip
-
     status = status_after(posture(None), posture("kick"), posture("kick"))
     assert status.postures == {"unknown movement": 1, "kick": 2}
     assert "posture: kick, 2.5 s, margin 0.50" in table_text(status)
@@ -128,26 +128,19 @@ def test_the_last_posture_is_shown_and_all_are_counted() -> None:
 def test_number_of_stored_health_messages_is_bounded() -> None:
     status = status_after(*(health(f"unknown{number}") for number in range(MOST_OTHERS + 10)))
     assert len(status.services.health) == MOST_OTHERS
-    again = status.updated(Envelope("key", topic_of(m.Health), health("unknown0", rate=7.0), 0), 0)
+    again = updated(status, health("unknown0", rate=7.0))
     assert again.services.health[("viewer", "unknown0")].rate == 7.0
 
 
 def test_the_tables_are_bounded_and_the_own_services_always_in_them() -> None:
     status = RigStatus(RigView("studio", tuple(SERVICES)))
     for number in range(3 * MOST_OTHERS):
-        status = status.updated(Alive("viewer", f"unknown{number}", True, 0), 0)
-        status = status.updated(Envelope("key", topic_of(m.Health), health(f"unknown{number}"), 0), 0)
-        status = status.updated(Envelope("key", topic_of(m.Posture), posture(f"label {number}"), 0), 0)
-    status = status.updated(Alive("viewer", "1", True, 0), 0).updated(
-        Envelope("key", topic_of(m.Health), health("1"), 0), 0
-    )
+        name = f"unknown{number}"
+        status = updated(status, Alive("viewer", name, True, 0), health(name), posture(f"label {number}"))
+    status = updated(status, Alive("viewer", "1", True, 0), health("1"))
     assert len(status.services.alive) <= MOST_OTHERS + len(SERVICES)
     assert len(status.services.health) <= MOST_OTHERS + len(SERVICES)
     assert len(status.postures) <= MAX_POSTURES + 1
     assert sum(status.postures.values()) == 3 * MOST_OTHERS
     assert ("viewer", "1") in status.services.alive
     assert ("viewer", "1") in status.services.health
-
-
-def posture(label: str) -> m.Posture:
-    return m.Posture(frame=0, captured_ns=0, label=label, start_ns=0, end_ns=1, log_likelihoods={}, score=0.0, margin=0.0)

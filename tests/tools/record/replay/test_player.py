@@ -186,10 +186,21 @@ def test_player_does_not_catch_up_after_a_stall(replay: ReplayNetwork, take: Pat
     assert after[-1] - after[0] > 100_000_000
 
 
-def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: ReplayNetwork, take: Path) -> None:
+def play_at_rate_zero(replay: ReplayNetwork, take: Path, network: LocalNetwork, kind: type[Consumers]) -> Consumers:
+    """Play a take for the services of a network; they get their messages as fast as they handle them."""
+    bus = network.bus()
+    bus.watch_alive()
+    consumers = kind(bus, frozenset())
+    consumers.poll()
     plan = planned(Timeline([take]), ReplayOptions(ReplaySelection(), Remapping()))
+    player = Player(bus, replay.clock, Timer(replay.clock), plan, consumers, Keyboard(None), lambda _: None, rate=0.0)
+    player.run(lambda: False)
+    return consumers
+
+
+def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: ReplayNetwork, take: Path) -> None:
     network = LocalNetwork(RIG, replay.clock)
-    bus, tracker = network.bus(), network.bus()
+    tracker = network.bus()
     tracker.subscribe(SIGHTING)
     tracker.subscribe(ASSIGNMENT)
     tracker.declare_alive("tracker", "main")
@@ -201,12 +212,7 @@ def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: Re
                 handled.append(event.message)
             super().keep_pace()
 
-    bus.watch_alive()
-    consumers = Working(bus, frozenset())
-    consumers.poll()
-    Player(bus, replay.clock, Timer(replay.clock), plan, consumers, Keyboard(None), lambda _: None, rate=0.0).run(
-        lambda: False
-    )
+    consumers = play_at_rate_zero(replay, take, network, Working)
     assert handled == [each.message for each in sample_messages(50) if each.topic is not PARTIAL_BDP]
     assert tracker.counters.dropped == {}
     assert consumers.given_up == set()
@@ -216,17 +222,11 @@ def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: Re
 def test_unresponsive_consumer_is_reported_and_given_up(
     replay: ReplayNetwork, take: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    plan = planned(Timeline([take]), ReplayOptions(ReplaySelection(), Remapping()))
     network = LocalNetwork(RIG, replay.clock)
-    bus, frozen = network.bus(), network.bus()
+    frozen = network.bus()
     frozen.subscribe(SIGHTING)
     frozen.declare_alive("tracker", "main")
-    bus.watch_alive()
-    consumers = Consumers(bus, frozenset())
-    consumers.poll()
-    Player(bus, replay.clock, Timer(replay.clock), plan, consumers, Keyboard(None), lambda _: None, rate=0.0).run(
-        lambda: False
-    )
+    consumers = play_at_rate_zero(replay, take, network, Consumers)
     assert consumers.given_up == {("tracker", "main")}
     assert [record.getMessage().partition(" did")[0] for record in caplog.records] == ["tracker main"]
 

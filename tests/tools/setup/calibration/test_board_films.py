@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.support.board_pictures import before, picture_of, plain_camera, true_pixels
-from tests.support.video_file import write_video
+from tests.support.board_pictures import before, board_video, picture_folder, picture_of, plain_camera, true_pixels
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.board_films import BoardFilm, board_films, board_views
@@ -28,14 +27,7 @@ def pictures():
 
 
 def video(path: Path, pictures) -> Path:
-    return write_video(path, [cv2.cvtColor(one, cv2.COLOR_GRAY2BGR) for one in pictures], fps=FPS)
-
-
-def images(folder: Path, pictures, names=None) -> Path:
-    folder.mkdir(parents=True)
-    for k, one in enumerate(pictures):
-        cv2.imwrite(str(folder / (names[k] if names else f"{k:03d}.png")), one)
-    return folder
+    return board_video(path, pictures, FPS)
 
 
 @pytest.fixture
@@ -108,8 +100,8 @@ def test_a_wrong_sync_toml_is_named(folder, text, message):
 
 @pytest.mark.slow
 def test_folders_of_images_are_cameras_and_equal_names_are_one_moment(tmp_path, pictures):
-    images(tmp_path / "left", pictures[:3], ["a.png", "b.jpg", "d.bmp"])
-    images(tmp_path / "right", pictures[:3], ["b.png", "c.PNG", "d.png"])
+    picture_folder(tmp_path / "left", pictures[:3], ["a.png", "b.jpg", "d.bmp"])
+    picture_folder(tmp_path / "right", pictures[:3], ["b.png", "c.PNG", "d.png"])
     (tmp_path / "empty").mkdir()
     films, _ = board_films([tmp_path])
     assert [film.name for film in films] == ["left", "right"]
@@ -126,7 +118,7 @@ def test_folders_of_images_are_cameras_and_equal_names_are_one_moment(tmp_path, 
 def test_probes_of_stills_are_spread_over_all_images(tmp_path, pictures):
     """Only the last images show the board, whose colours are exchanged."""
     wall = [np.full((240, 320), 150, np.uint8)] * 40
-    images(tmp_path / "left", [*wall, *(255 - one for one in pictures)])
+    picture_folder(tmp_path / "left", [*wall, *(255 - one for one in pictures)])
     found, seen = board_views(BOARD, board_films([tmp_path])[0])
     assert found.inverted
     assert len(seen[0].views) == len(pictures)
@@ -138,8 +130,8 @@ def test_the_camera_that_sees_most_tells_the_variant_of_the_board(tmp_path):
     old = next(one for one in board.variants() if one.legacy and not one.inverted)
     shown = [picture_of(old, CAMERA, before(old, 0.5, (0.2, 0.1 * k, 0.0))) for k in range(3)]
     far = [picture_of(old, CAMERA, before(old, 0.7, (0.2, 0.1 * k, 0.0), (0.3, 0.0))) for k in range(3)]
-    images(tmp_path / "a", [*far, shown[0]])
-    images(tmp_path / "b", shown)
+    picture_folder(tmp_path / "a", [*far, shown[0]])
+    picture_folder(tmp_path / "b", shown)
     found, seen = board_views(board, board_films([tmp_path])[0])
     assert found == old
     assert len(seen[1].views) == 3
@@ -184,7 +176,7 @@ def test_a_folder_without_films_is_an_error(tmp_path, make, message):
 
 
 def test_mixed_and_doubled_cameras_are_errors(folder, pictures):
-    still = images(folder / "stills" / "cam03", pictures[:1])
+    still = picture_folder(folder / "stills" / "cam03", pictures[:1])
     one = folder / "videos" / "cam01.mp4"
     with pytest.raises(UserError, match=r"cam01.mp4: videos and folders of images together: allowed: one kind"):
         board_films([one, still])
@@ -201,7 +193,7 @@ def _doubled(one: Path) -> list[Path]:
 
 
 def test_an_image_that_cannot_be_read_or_has_another_size_is_named(tmp_path, pictures):
-    images(tmp_path / "a", pictures[:3])
+    picture_folder(tmp_path / "a", pictures[:3])
     (tmp_path / "a" / "001.png").write_bytes(b"no image")
     with pytest.raises(UserError, match=r"001.png: not an image that can be read: allowed: .png, .jpg, .jpeg, .bmp"):
         board_views(BOARD, board_films([tmp_path])[0])
@@ -219,7 +211,7 @@ def test_a_file_that_is_no_video_is_named(folder):
 
 
 def test_a_folder_without_images_given_beside_others_is_named(tmp_path, pictures):
-    images(tmp_path / "a", pictures[:1])
+    picture_folder(tmp_path / "a", pictures[:1])
     (tmp_path / "b").mkdir()
     with pytest.raises(UserError, match=r"b: no images in it: allowed: a folder with videos"):
         board_views(BOARD, board_films([tmp_path / "a", tmp_path / "b"])[0])

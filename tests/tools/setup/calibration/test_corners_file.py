@@ -5,13 +5,11 @@ import struct
 import zlib
 from pathlib import Path
 
-import cv2
 import msgspec
 import numpy as np
 import pytest
 
-from tests.support.board_pictures import before, picture_of, plain_camera
-from tests.support.video_file import write_video
+from tests.support.board_pictures import before, board_video, picture_folder, picture_of, plain_camera
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.board import Board, checked_board
 from zenocap.tools.setup.calibration.board_films import board_films, board_views, searchable_films
@@ -31,23 +29,12 @@ def pictures(board: Board, x: float = 0.0, z: float = 0.5):
     return [picture_of(board, CAMERA, pose, seed) for seed, pose in enumerate(poses)]
 
 
-def video(path: Path, images) -> Path:
-    return write_video(path, [cv2.cvtColor(one, cv2.COLOR_GRAY2BGR) for one in images], fps=FPS)
-
-
-def images(folder: Path, pictures, names) -> Path:
-    folder.mkdir(parents=True)
-    for name, one in zip(names, pictures, strict=True):
-        cv2.imwrite(str(folder / f"{name}.png"), one)
-    return folder
-
-
 @pytest.fixture(scope="module")
 def films(tmp_path_factory) -> Path:
     """Two cameras see a board of the older pattern, cam01 at the border of its image; they began at different times."""
     folder = tmp_path_factory.mktemp("films")
-    video(folder / "videos" / "cam01.mp4", [*pictures(OLD, 0.19), np.full((240, 320), 150, np.uint8)])
-    video(folder / "videos" / "cam02.mp4", pictures(OLD))
+    board_video(folder / "videos" / "cam01.mp4", [*pictures(OLD, 0.19), np.full((240, 320), 150, np.uint8)], FPS)
+    board_video(folder / "videos" / "cam02.mp4", pictures(OLD), FPS)
     (folder / "sync.toml").write_text("[offset_s]\ncam01 = 0.0\ncam02 = -0.123\n")
     return folder
 
@@ -112,8 +99,8 @@ def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, cor
 @pytest.mark.nightly
 def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     shown = pictures(BOARD)[:3]
-    images(tmp_path / "left", shown, ["a", "b", "d"])
-    images(tmp_path / "right", [np.full((240, 320), 150, np.uint8), *shown[:2]], ["b", "c", "d"])
+    picture_folder(tmp_path / "left", shown, ["a.png", "b.png", "d.png"])
+    picture_folder(tmp_path / "right", [np.full((240, 320), 150, np.uint8), *shown[:2]], ["b.png", "c.png", "d.png"])
     of_pictures = board_views(BOARD, board_films([tmp_path])[0])
     assert [[view.time_s for view in one.views] for one in of_pictures[1]] == [[0.0, 1.0, 3.0], [2.0, 3.0]]
     there = tmp_path / "there"
@@ -124,7 +111,7 @@ def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
 @pytest.mark.slow
 def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.tools.setup.calibration.film_search.PROBED_FRAMES", 1)
-    images(tmp_path / "left", [np.full((240, 320), 150, np.uint8), *pictures(OLD)[:2]], ["a", "b", "c"])
+    picture_folder(tmp_path / "left", [np.full((240, 320), 150, np.uint8), *pictures(OLD)[:2]], ["a.png", "b.png", "c.png"])
     found = detected(BOARD, tmp_path / "left", "left")
     assert sum(found.counts) == 0
     seen = found.searched(OLD)
@@ -149,13 +136,14 @@ def test_the_corners_of_another_board_are_refused(corners):
 def test_a_board_that_other_cameras_see_with_exchanged_colours_is_refused(corners, tmp_path):
     shutil.copy(corners / "corners" / "cam01.corners", tmp_path)
     exchanged = [255 - one for one in pictures(BOARD, z=0.4)]
-    write_corners(tmp_path / "cam02.corners", detected(BOARD, video(tmp_path / "v" / "cam02.mp4", exchanged), "cam02"))
+    film = board_video(tmp_path / "v" / "cam02.mp4", exchanged, FPS)
+    write_corners(tmp_path / "cam02.corners", detected(BOARD, film, "cam02"))
     with pytest.raises(UserError, match=r"cam01.corners: the board is seen with another pattern or with exchanged colours"):
         board_views(BOARD, board_films([tmp_path])[0])
 
 
 def test_a_film_without_the_board_is_named_with_the_reason(tmp_path):
-    path = images(tmp_path / "left", [np.full((240, 320), 5, np.uint8)], ["a"])
+    path = picture_folder(tmp_path / "left", [np.full((240, 320), 5, np.uint8)], ["a.png"])
     with pytest.raises(UserError, match=r"left: the board is not found: the images are too dark"):
         detected(BOARD, path, "left")
 

@@ -137,19 +137,3 @@ def test_the_command_lists_tries_and_never_prints_the_password():
         (row,) = json.loads(text)
         assert (row["address"], row["streams"]) == (device.address, [])
         assert row["problem"] == "it wants a user: --user NAME"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "status", "text"),
-    [
-        (("--user", "me"), 2, "allowed with --onvif"),
-        (("--onvif", "--interface", "127.0.0.1", "camera"), 2, "--interface: allowed without HOST"),
-        (("--onvif", "--live"), 2, "--onvif: allowed without"),
-        (("--onvif", "--interface", "999.1.1.1"), 1, "no probe can be sent"),
-        (("--onvif", "ftp://camera"), 1, "allowed: HOST, HOST:PORT"),
-    ],
-)
-def test_options_that_do_not_fit(arguments, status, text):
-    code, _, errors = zenocap("cameras", *arguments)
-    assert (code, text in " ".join(errors.split())) == (status, True)

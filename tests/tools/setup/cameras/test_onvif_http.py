@@ -97,12 +97,18 @@ def test_the_command_takes_the_certificate(tmp_path):
             assert (status, STREAMS["main"] in text) == (0, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [
         (("--any-certificate",), 2, "allowed with --onvif"),
         (("--onvif", "--any-certificate", "--certificates", "a.pem"), 2, "allowed without --certificates"),
         (("--onvif", "camera", "--certificates", "missing.pem"), 1, "--certificates missing.pem: "),
+        (("--user", "me"), 2, "allowed with --onvif"),
+        (("--onvif", "--interface", "127.0.0.1", "camera"), 2, "--interface: allowed without HOST"),
+        (("--onvif", "--live"), 2, "--onvif: allowed without"),
+        (("--onvif", "--interface", "999.1.1.1"), 1, "no probe can be sent"),
+        (("--onvif", "ftp://camera"), 1, "allowed: HOST, HOST:PORT"),
     ],
 )
 def test_options_that_do_not_fit(arguments, status, text):

@@ -16,7 +16,6 @@ from zenocap.tools.setup.doctor.machine_checks import (
     Certificate,
     Disk,
     Endpoint,
-    File,
     Port,
     SourceState,
     check_certificate,
@@ -161,8 +160,8 @@ def test_network_that_cannot_be_opened_is_reported() -> None:
         (check_certificate(Certificate("router", None, NOW + timedelta(days=100), True), NOW), "wrong"),
         (check_compiled([]), "ok"),
         (check_compiled(["tracking"]), "warning"),
-        (check_file(File("postures", None)), "ok"),
-        (check_file(File("postures", "no such file")), "wrong"),
+        (check_file("postures", None), "ok"),
+        (check_file("postures", "no such file"), "wrong"),
     ],
 )
 def test_only_faults_have_a_remedy(finding: CheckResult, verdict: str) -> None:

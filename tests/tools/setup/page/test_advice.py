@@ -7,7 +7,7 @@ import pytest
 from zenocap.common.vision.image_measures import Exposure, Light
 from zenocap.tools.setup.page.advice import Measures, rows
 
-GOOD = Measures(29.9, 30.0, 0.001, 0.9, 1.0, Exposure(120.0, 0.01, 0.02), 2.0, Light(0.01, 0.002))
+GOOD = Measures(29.9, 30.0, 0.001, 1.0, 0.9, Exposure(120.0, 0.01, 0.02), 2.0, Light(0.01, 0.002))
 
 
 def test_good_measures_have_no_advice():
@@ -39,6 +39,6 @@ def test_a_bad_measure_has_its_advice(changed, key, word):
 
 
 def test_what_is_unknown_waits():
-    unknown = Measures(None, 30.0, None, None, 0.0, None, None, None)
+    unknown = Measures(None, 30.0, None, 0.0)
     assert {one.verdict for one in rows(unknown)} == {"wait"}
     assert next(one for one in rows(replace(GOOD, noise=float("nan"))) if one.key == "noise").verdict == "wait"

@@ -10,14 +10,11 @@ from contextlib import contextmanager
 import cv2
 import numpy as np
 import pytest
-from websockets.asyncio.client import connect
-from websockets.exceptions import InvalidStatus
 
-from tests.common.web.test_server import fetched, socket_of, talk, updates_of
+from tests.common.web.test_server import fetched, talk, updates_of
 from tests.support.live_cameras import at_once, camera_of, paced, picture, until
 from zenocap.common.errors import OpenError, UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.common.web.parameters import MAX_UNACKNOWLEDGED
 from zenocap.tools.cli.live_page import page_table
 from zenocap.tools.setup.page.page import CamerasOnly, LivePage, wait_for_images
 
@@ -94,24 +91,6 @@ def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
         assert talk(page.address, sizes) == [640, 1280, 640]
 
 
-@pytest.mark.nightly
-def test_a_page_that_does_not_read_gets_a_few_lists_and_then_the_newest():
-    camera = camera_of(lambda: paced(picture, 30.0))
-
-    async def slow(connection):
-        await asyncio.sleep(1.5)
-        received = 0
-        while True:
-            try:
-                await asyncio.wait_for(connection.recv(), 0.3)
-                received += 1
-            except TimeoutError:
-                return received
-
-    with served([camera]) as page:
-        assert talk(page.address, slow) == MAX_UNACKNOWLEDGED
-
-
 def test_files_of_the_page_and_nothing_else():
     with served([]) as page:
         for name in ("", "main.js", "camera_card.js", "live.css", "base.css", "connection.js", "icon.svg"):
@@ -127,13 +106,6 @@ def test_a_token_is_required_where_one_is_set():
     with served([], PageTable(port=0, token=TOKEN)) as page:
         assert fetched(page.address)[0] == 200
         assert fetched(page.address.partition("?")[0])[0] == 403
-
-        async def open_without() -> None:
-            async with connect(socket_of(page.address.partition("?")[0])):
-                pass
-
-        with pytest.raises(InvalidStatus):
-            asyncio.run(open_without())
 
 
 @pytest.mark.parametrize(

@@ -191,8 +191,7 @@ def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: F
     there = np.linalg.solve(normal + 1e-12 * np.eye(3), target[..., None])[..., 0]
     left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (points - points.mean(axis=0)))
     turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
-    off: Floats = np.linalg.norm((there - there.mean(axis=0)) @ turn - (points - points.mean(axis=0)), axis=1)
-    return off
+    return np.asarray(np.linalg.norm((there - there.mean(axis=0)) @ turn - (points - points.mean(axis=0)), axis=1))
 
 
 def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], PlanarMotion]) -> None:

@@ -6,13 +6,13 @@ an adjustment of all poses and delays, in which each camera's silhouettes are in
 those of a jackknife over stretches of time.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import jackknife_error
 from zenocap.tools.setup.calibration.silhouettes import Hulls
@@ -21,14 +21,55 @@ from zenocap.tools.setup.calibration.walk.parameters import (
     DELAY_BIAS_S,
     DELAY_BLOCKS,
     DELAY_ERRORS,
+    DIRECTIONS,
     LAG_STEP_S,
     LEAST_AGREEING,
+    LONGEST_GAP_S,
     MOST_DELAY_S,
     TRACK_SMOOTHING_S,
 )
 from zenocap.tools.setup.calibration.walk.registration import registered
-from zenocap.tools.setup.calibration.walk.series import Series
 from zenocap.tools.setup.calibration.walk.single_view import SingleView, Track, smooth, track_of
+
+
+@dataclass(frozen=True)
+class Series:
+    """Silhouettes of one camera at the times of its own images.
+
+    times: (n,) s, increasing.  points: (n, d, 3) unit rays in the camera's frame, the silhouette's farthest in each of d
+    directions of the image plane.  cut: (n, d).
+    """
+
+    times: Floats
+    points: Floats
+    cut: Bools
+
+    def at(self, times: Floats) -> Hulls:
+        """Hulls at times (m,), between two images interpolated point by point; NaN where neither is near.
+
+        The support function of the interpolated hull is that of both, interpolated: the hull moves as its extremes do.
+        """
+        later = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
+        before = later - 1
+        gap = self.times[later] - self.times[before]
+        share = (times - self.times[before]) / gap
+        known = (share >= 0.0) & (share <= 1.0) & (gap <= LONGEST_GAP_S)
+        local = (1.0 - share)[:, None, None] * self.points[before] + share[:, None, None] * self.points[later]
+        local /= np.linalg.norm(local, axis=2, keepdims=True)
+        local[~known] = np.nan
+        return Hulls(local, self.cut[before] | self.cut[later])
+
+
+def series_of(times: Sequence[float] | Floats, hulls: Hulls) -> Series:
+    """Series of hulls at n times, those without a silhouette left out."""
+    seen = np.isfinite(hulls.local[..., 0]).any(axis=1)
+    local, cut = hulls.local[seen], hulls.cut[seen]
+    flat = local[..., :2] / local[..., 2:]
+    angles = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
+    along = flat @ np.stack([np.cos(angles), np.sin(angles)])
+    farthest = np.where(np.isfinite(along), along, -np.inf).argmax(axis=1)
+    rows = np.arange(len(local))[:, None]
+    return Series(np.asarray(times, dtype=np.float64)[seen], local[rows, farthest], cut[rows, farthest])
 
 
 @dataclass(frozen=True)
@@ -88,7 +129,9 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
     scores = np.full(2 * most + 1, np.inf)
     agreeing = np.zeros(2 * most + 1, dtype=np.int64)
     for k, steps in enumerate(range(-most, most + 1)):
-        motion = registered(*_lagged(one, other, steps))
+        # At equal times of the scene: an image of `other` at t shows what `one` shows at t + steps.
+        count = len(one) - abs(steps)
+        motion = registered(one[max(0, steps) :][:count], other[max(0, -steps) :][:count])
         if motion is not None and motion.agreeing >= LEAST_AGREEING * motion.common and not motion.mirrored:
             scores[k], agreeing[k] = motion.error_m, motion.agreeing
     k = int(scores.argmin())
@@ -99,12 +142,6 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
         before, here, after = scores[k - 1 : k + 2] ** 2
         shift = 0.5 * (before - after) / max(1e-12, before - 2.0 * here + after)
     return (k - most + float(np.clip(shift, -0.5, 0.5))) * LAG_STEP_S, int(agreeing[k])
-
-
-def _lagged(one: Track, other: Track, steps: int) -> tuple[Track, Track]:
-    """Both tracks at equal times of the scene: an image of `other` at t shows what `one` shows at t + steps."""
-    count = len(one) - abs(steps)
-    return one[max(0, steps) :][:count], other[max(0, -steps) :][:count]
 
 
 def adjusted_delays(

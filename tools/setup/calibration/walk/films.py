@@ -18,9 +18,8 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.calibration.lens_model import LensModel
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of
-from zenocap.tools.setup.calibration.walk.delays import Timing
+from zenocap.tools.setup.calibration.walk.delays import Timing, series_of
 from zenocap.tools.setup.calibration.walk.parameters import LEAST_INSTANTS, MOST_INSTANTS, PER_S
-from zenocap.tools.setup.calibration.walk.series import series_of
 from zenocap.tools.setup.cameras.away import require_copied
 from zenocap.tools.setup.sync.videos import from_its_beginning, outlines_of
 

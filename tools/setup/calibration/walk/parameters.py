@@ -24,16 +24,14 @@ LEAST_AGREEING: Final = 0.5  # share of the common instants
 MIRRORED: Final = 0.7  # share of the instants at which the mirrored track of a mirrored image agrees
 
 # Delays.
-DIRECTIONS: Final = (
-    96  # of the image plane in which a silhouette's farthest point is interpolated: right to 0.05 % of its size
-)
+# Of the image plane in which a silhouette's farthest point is interpolated: right to 0.05 % of its size.
+DIRECTIONS: Final = 96
 LONGEST_GAP_S: Final = 0.15  # between two images that are interpolated; by hand
 MOST_DELAY_S: Final = 1.5  # searched
 LAG_STEP_S: Final = 0.1  # of the search
 TRACK_SMOOTHING_S: Final = 0.8  # running median of a track, about one step
-DELAY_BIAS_S: Final = (
-    0.009  # standard error beside that of the jackknife: of walkers in step (seeds 0 to 5) -12 to 12 ms are found
-)
+# Standard error beside that of the jackknife: of walkers in step (seeds 0 to 5) -12 to 12 ms are found.
+DELAY_BIAS_S: Final = 0.009
 DELAY_ERRORS: Final = 3.0  # standard errors from which on a delay is corrected: films in step stay as they are
 DELAY_BLOCKS: Final = 5  # stretches of time of the jackknife
 

@@ -9,9 +9,8 @@ from tests.support.upright import HEIGHT_M, figure, hulls_seen
 from tests.tools.setup.calibration.walk.test_calibration import CAMERAS
 from zenocap.tools.cli.calibrate.walk import sync_lines
 from zenocap.tools.setup.calibration.walk.calibration import calibrated_films
-from zenocap.tools.setup.calibration.walk.delays import Delay, Timing
+from zenocap.tools.setup.calibration.walk.delays import Delay, Timing, series_of
 from zenocap.tools.setup.calibration.walk.report import report, report_data, verdict
-from zenocap.tools.setup.calibration.walk.series import series_of
 
 FPS, SECONDS = 12.0, 14.0
 TIMES = np.arange(0.0, SECONDS, 1.0 / FPS)

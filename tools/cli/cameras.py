@@ -81,14 +81,9 @@ class OnvifArguments:
 
 
 def cameras(
-    urls: Urls = None,
-    *,
-    given: CamerasArguments,
-    images: ImageArguments,
-    expert: Annotated[OnvifArguments, EXPERT],
-    page: Annotated[PageArguments, EXPERT],
-    zenoh: ZenohArguments,
-) -> None:
+    urls: Urls = None, *, given: CamerasArguments, images: ImageArguments, expert: Annotated[OnvifArguments, EXPERT],
+    page: Annotated[PageArguments, EXPERT], zenoh: ZenohArguments,
+) -> None:  # fmt: skip
     """List the cameras of this machine, or try network streams.
 
     Of a camera: what to write into a rig file, modes, controls. The name in `/dev/v4l/by-id` stays with the camera when

@@ -74,14 +74,9 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
 
 def run_page(
-    texts: Sequence[str],
-    images: ImageArguments,
-    table: PageTable,
-    program: str,
-    make_mode: Callable[[Sequence[LiveCamera], int], Mode],
-    *,
-    loop: bool = True,
-) -> Mode:
+    texts: Sequence[str], images: ImageArguments, table: PageTable, program: str,
+    make_mode: Callable[[Sequence[LiveCamera], int], Mode], *, loop: bool = True,
+) -> Mode:  # fmt: skip
     """Open the cameras and serve their page until Ctrl-C or the end of the mode, which is returned.  Raises UserError.
 
     texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.

@@ -63,15 +63,9 @@ def command_at(name: str) -> Callable[..., None] | typer.Typer:
 def program(words: Sequence[str] = ()) -> typer.Typer:
     """The command line; where the words begin with a command, with that one alone, for importing all takes time."""
     app = typer.Typer(
-        name="zenocap",
-        cls=CommandGroup,
-        no_args_is_help=True,
-        add_completion=False,
-        rich_markup_mode="markdown",
-        pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
-        help=HELP,
-    )
+        name="zenocap", cls=CommandGroup, no_args_is_help=True, add_completion=False, rich_markup_mode="markdown",
+        pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}, help=HELP,
+    )  # fmt: skip
     app.callback()(common_options)
     places = [(panel, name) for panel, group in COMMANDS.items() for name in group]
     for panel, name in [one for one in places if one[1] in words[:1]] or places:

@@ -85,14 +85,10 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
             show_take(
-                take,
-                PageTable(port=port),
-                stopped,
+                take, PageTable(port=port), stopped,
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
-                None if pictures is None else pictures.at,
-                raw=given.raw,
-                compared=compared,
-            )
+                None if pictures is None else pictures.at, raw=given.raw, compared=compared,
+            )  # fmt: skip
 
 
 def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Callable[[], bool]], Comparison]:

@@ -9,12 +9,9 @@ from zenocap.tools.service_arguments import ZenohArguments
 
 
 def top(
-    rigs: RigPaths = None,
-    once: Annotated[bool, typer.Option("--once", help="Print the table once and exit.")] = False,
-    json: JsonOption = False,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+    rigs: RigPaths = None, once: Annotated[bool, typer.Option("--once", help="Print the table once and exit.")] = False,
+    json: JsonOption = False, *, zenoh: ZenohArguments,
+) -> None:  # fmt: skip
     """Watch all services in this terminal: rates, latencies, losses.
 
     Of one rig or several; also clocks, memory and processor. Runs on any machine of the network and publishes nothing.

@@ -17,12 +17,9 @@ Text = tuple[list[str], str]  # viewers, text
 MAX_REASON = 1000  # characters, as in the message
 SHOWN_PARTS = 10  # of a take that are less than good
 EVIDENCE = {
-    "both-ways": "poses of both passes, silhouettes",
-    "one-pass": "poses of one pass, silhouettes",
-    "two-view": "poses of two-view, silhouettes",
-    "poses-only": "poses alone",
-    "none": "nothing",
-}
+    "both-ways": "poses of both passes, silhouettes", "one-pass": "poses of one pass, silhouettes",
+    "two-view": "poses of two-view, silhouettes", "poses-only": "poses alone", "none": "nothing",
+}  # fmt: skip
 
 
 def verdict_lines(verdict: m.Verdict) -> Iterator[str]:

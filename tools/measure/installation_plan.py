@@ -79,14 +79,11 @@ def measured(costs: Costs, size: tuple[int, int], measure: Callable[[Plan], "Mea
     two_view, hybrid = (measure(plan) for plan in plans(size))
     viewer, silhouette = _ratio(two_view, "viewer", costs), _ratio(hybrid, "viewer", costs)
     return replace(
-        costs,
-        two_view=_scaled(costs.two_view, viewer),
-        silhouette=_scaled(costs.silhouette, silhouette),
+        costs, two_view=_scaled(costs.two_view, viewer), silhouette=_scaled(costs.silhouette, silhouette),
         integrator=costs.integrator * _ratio(two_view, "integrator", costs),
         tracker=_scaled(costs.tracker, _ratio(hybrid, "tracker", costs)),
-        forwarded=costs.forwarded * _ratio(two_view, "router", costs),
-        process=costs.process * silhouette,
-    )
+        forwarded=costs.forwarded * _ratio(two_view, "router", costs), process=costs.process * silhouette,
+    )  # fmt: skip
 
 
 def installation_of(plan: Plan) -> Installation:

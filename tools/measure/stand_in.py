@@ -126,14 +126,9 @@ def _received_count(count: int) -> Mapping[str, int]:
 
 
 def main(
-    kind: Annotated[Literal["stand-in", "subscriber"], typer.Argument()],
-    rig: Annotated[Path, typer.Argument()],
-    id: Annotated[str, typer.Option()],
-    priority: Priority = "normal",
-    epoch_ns: int = 0,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+    kind: Annotated[Literal["stand-in", "subscriber"], typer.Argument()], rig: Annotated[Path, typer.Argument()],
+    id: Annotated[str, typer.Option()], priority: Priority = "normal", epoch_ns: int = 0, *, zenoh: ZenohArguments,
+) -> None:  # fmt: skip
     logs.configure(f"{kind} {id}")
     options = zenoh.options()
     try:

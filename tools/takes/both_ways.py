@@ -55,12 +55,9 @@ def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
 
 
 def track_both_ways(
-    rig: Rig,
-    take: Path,
-    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
-    watch: Watch = lambda *_: None,
+    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, watch: Watch = lambda *_: None,
     jobs: int | None = None,
-) -> Tracked:
+) -> Tracked:  # fmt: skip
     """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with the progress after the first pass.
 
     When the second pass is interrupted or fails, the take is that of the forward pass; a failure is one of the problems.
@@ -96,13 +93,9 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
 
 
 def with_both_ways(
-    take: Path,
-    rig: str,
-    setup: Setup,
-    open_take: Callable[[Path], Recording],
-    watch: Watch = lambda *_: None,
+    take: Path, rig: str, setup: Setup, open_take: Callable[[Path], Recording], watch: Watch = lambda *_: None,
     jobs: int = 1,
-) -> tuple[int, m.Verdict]:
+) -> tuple[int, m.Verdict]:  # fmt: skip
     """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
     found = both_ways(take, rig, setup, watch, jobs)
     end_ns = EPOCH_NS

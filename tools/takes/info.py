@@ -114,11 +114,8 @@ class Info:
 
 
 def info(
-    path: Path,
-    first: Bound | None = None,
-    last: Bound | None = None,
-    watch: Callable[[int], None] = lambda _: None,
-) -> Info:
+    path: Path, first: Bound | None = None, last: Bound | None = None, watch: Callable[[int], None] = lambda _: None,
+) -> Info:  # fmt: skip
     """Content of the take at `path`, of the part from `first` to `last`.  Raises UserError.
 
     watch: is called with the number of messages read.

@@ -125,14 +125,10 @@ def take_like(
     own = ("zenocap", "versions", METADATA)  # of the new file; it has no log, and so no account
     kept = {name: values for name, values in source.metadata.items() if name not in own}
     return Recording(
-        path,
-        rig=rig.name,
-        start_ns=start_ns,
-        metadata={"versions": versions()} | kept | dict(metadata),
-        attachments=tuple(files),
-        overwrite=True,
+        path, rig=rig.name, start_ns=start_ns, metadata={"versions": versions()} | kept | dict(metadata),
+        attachments=tuple(files), overwrite=True,
         convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if has_foxglove(source.path) else no_conversion,
-    )
+    )  # fmt: skip
 
 
 def has_foxglove(path: Path) -> bool:

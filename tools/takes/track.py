@@ -98,15 +98,10 @@ def opened(rig: Rig, clock: ManualClock, inputs: Inputs) -> dict[str, Iterator[F
 
 
 def track_frames(
-    rig: Rig,
-    frames: dict[str, Iterator[Frame]],
-    clock: ManualClock,
-    take: Path,
-    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
-    logged: Sequence[Topic] = TOPICS,
-    jobs: int = 1,
+    rig: Rig, frames: dict[str, Iterator[Frame]], clock: ManualClock, take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, logged: Sequence[Topic] = TOPICS, jobs: int = 1,
     inputs: Inputs | None = None,
-) -> Tracked:
+) -> Tracked:  # fmt: skip
     """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
 
     logged: topics of the take.  jobs: as of `track`.  inputs: counts the frames.  Raises SourceError before the first
@@ -149,16 +144,9 @@ def track_frames(
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
-        count,
-        poses,
-        written.messages,
-        tuple(problems),
-        session.states(),
-        measured,
-        complete=written.failure is None,
-        verdict=None if written.failure else verdict,
-        advice=tuple(advice.faults()),
-    )
+        count, poses, written.messages, tuple(problems), session.states(), measured, complete=written.failure is None,
+        verdict=None if written.failure else verdict, advice=tuple(advice.faults()),
+    )  # fmt: skip
 
 
 def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:

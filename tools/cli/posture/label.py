@@ -100,14 +100,9 @@ def _on_page(sources: Sequence[Path], given: LabelArguments, expert: LabelExpert
 
 
 def _session(
-    takes: Sequence[MotionView],
-    file: ManifestFile,
-    settings: PageSettings,
-    names: JointMap | None,
-    suggesting: tuple[str, PostureModel] | None,
-    person: str,
-    rig: Rig | None,
-) -> Callable[[Publish], TeachingSession]:
+    takes: Sequence[MotionView], file: ManifestFile, settings: PageSettings, names: JointMap | None,
+    suggesting: tuple[str, PostureModel] | None, person: str, rig: Rig | None,
+) -> Callable[[Publish], TeachingSession]:  # fmt: skip
     """Function that makes the session of the page.  Raises UserError."""
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes

@@ -17,12 +17,9 @@ class LabelArguments:
     """output: folder or manifest.  model: that suggests labels.  rig: of a running rig."""
 
     output: Path | None = option(
-        None,
-        "Folder of examples.csv, or a manifest; existing rows are kept. Default: this folder.",
-        "-o",
-        "--output",
+        None, "Folder of examples.csv, or a manifest; existing rows are kept. Default: this folder.", "-o", "--output",
         metavar="FOLDER|MANIFEST",
-    )
+    )  # fmt: skip
     model: str | None = option(
         None, f"Posture model that suggests labels; default: {SHIPPED}, which is built in.", metavar="NAME|FILE"
     )

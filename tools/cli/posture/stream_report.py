@@ -99,12 +99,9 @@ def stream_json(outcome: StreamOutcome, notes: Sequence[str]) -> dict[str, objec
     curve = [{"level": level} | _score_json(score) for level, score in outcome.curve()]
     postures = {label: _score_json(outcome.score(label)) for label in outcome.labels}
     return {
-        "hours": outcome.hours,
-        "all": _score_json(outcome.score()),
-        "postures": postures,
-        "curve": curve,
+        "hours": outcome.hours, "all": _score_json(outcome.score()), "postures": postures, "curve": curve,
         "notes": [*notes],
-    }
+    }  # fmt: skip
 
 
 def _score_json(score: StreamScore) -> dict[str, object]:

@@ -23,13 +23,9 @@ FIELD_OF_VIEW = np.radians(FIELD_OF_VIEW_DEG)
 
 # Azimuth from +Z towards +X (the left of a person facing +Z), and elevation, degrees.
 VIEWS: Mapping[str, tuple[float, float]] = {
-    "front": (0.0, 9.0),
-    "left": (90.0, 9.0),
-    "back": (180.0, 9.0),
-    "right": (270.0, 9.0),
-    "quarter": (35.0, 14.0),
+    "front": (0.0, 9.0), "left": (90.0, 9.0), "back": (180.0, 9.0), "right": (270.0, 9.0), "quarter": (35.0, 14.0),
     "top": (0.0, 89.0),
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

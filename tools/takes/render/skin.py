@@ -24,11 +24,8 @@ def skin_of(anatomy: Anatomy, bdp: Bdp) -> Skin:
     root = rest[skeleton.parts[0], :, 3]
     colours = np.array([linear(colour)[::-1] for colour in THEMES["light"].body])[list(MATERIALS)]
     return Skin(
-        points=surface.points - root,
-        normals=surface.normals,
-        triangles=surface.triangles,
+        points=surface.points - root, normals=surface.normals, triangles=surface.triangles,
         bones=np.array([first[part] for part in body.parts.tolist()]),
         materials=np.array([list(MATERIALS).index(shade) for shade in surface.shades[surface.triangles[:, 0]].tolist()]),
-        colours=colours,
-        names=tuple(MATERIALS.values()),
-    )
+        colours=colours, names=tuple(MATERIALS.values()),
+    )  # fmt: skip

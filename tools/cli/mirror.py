@@ -43,9 +43,9 @@ def mirror(take: TakePath, *, given: MirrorArguments) -> None:
     from_s, until_s = seconds("--from", given.since), None if given.until is None else seconds("--to", given.until)
     output = take.with_name(f"{take.stem}-mirrored{take.suffix}") if given.output is None else given.output
     with one_line_errors():
+        from zenocap.common.session.lookahead import available_cores
         from zenocap.tools.takes.mirror import TRACKING
         from zenocap.tools.takes.mirror import mirror as run_mirror
-        from zenocap.tools.takes.track import available_cores
 
         checked_take(take)
         with progress(TRACKING, "poses") as state:

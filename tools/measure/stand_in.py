@@ -6,7 +6,7 @@ python -m zenocap.tools.measure.stand_in stand-in|subscriber RIG --id ID --epoch
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -115,14 +115,6 @@ def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions)
     )  # fmt: skip
     with stop_signals(with_parent=True) as stopped, ZenohBus.open(options, rig, clock, stopped) as bus:
         return run(service, bus, clock, stopped=stopped)
-
-
-def _count(_: None, count: int, event: Event[DueFrame]) -> tuple[int, Sequence[Message]]:
-    return count + isinstance(event, Envelope), []
-
-
-def _received_count(count: int) -> Mapping[str, int]:
-    return {"received": count}
 
 
 def main(

@@ -26,6 +26,7 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.session.lookahead import available_cores
 from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.fusion import SECTIONS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
@@ -34,7 +35,7 @@ from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.takes.take_writer import TakeWriter
-from zenocap.tools.takes.track import Tracked, TrackedFrameSet, available_cores, track
+from zenocap.tools.takes.track import Tracked, TrackedFrameSet, track
 
 WRITING = "writing the take"
 WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand

@@ -4,7 +4,8 @@ Everything that the viewers published is copied byte for byte, at its own time, 
 again.  With the set-up of the take itself, a take of `zenocap track` becomes itself again.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import cast
 
@@ -25,7 +26,6 @@ from zenocap.common.recording.setup_file import (
     write_setup,
 )
 from zenocap.common.recording.writer import Attachment, Recording, RecordingError, no_conversion
-from zenocap.common.rig.services import MAIN, ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Service
 from zenocap.common.runtime.service_info import versions
@@ -55,8 +55,6 @@ from zenocap.tools.takes.take_writer import TakeWriter
 # Not the detail of an overloaded tracker: now there is time for all points.
 INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, CAMERA_DELAYS, REQUEST)
 OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
-TRACKER: ServiceKey = ("tracker", MAIN)
-RECOGNIZER: ServiceKey = ("recognizer", MAIN)
 MEDIA_TYPES = {PRIOR_FILE: "application/octet-stream", POSTURES_FILE: "application/octet-stream"}
 
 
@@ -88,7 +86,7 @@ def retrack(
                 writer.record(one)
                 on_message(one.message)
 
-        for one in _with_first(first, received):
+        for one in chain([first], received):
             clock.set(max(clock.now_ns(), one.received_ns))
             service = service_at(one.key)
             if one.topic in (BOTH_WAYS_POSE, VERDICT):
@@ -133,12 +131,9 @@ def take_like(
 
 def has_foxglove(path: Path) -> bool:
     """Whether a take has channels of Foxglove beside its own; those of the first camera come first."""
-    for recorded in Take(path).messages():
-        if recorded.topic.startswith("foxglove/"):
-            return True
-        if recorded.topic.endswith("/silhouette"):
-            return False
-    return False
+    keys = (recorded.topic for recorded in Take(path).messages())
+    first = next((key for key in keys if key.startswith("foxglove/") or key.endswith("/silhouette")), "")
+    return first.startswith("foxglove/")
 
 
 def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> list[Service[object, object, Frame]]:
@@ -148,8 +143,3 @@ def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> 
         recognizer = recorded_recognizer(rig, source, attached)
         services += [] if recognizer is None else [recognizer]
     return cast("list[Service[object, object, Frame]]", services)
-
-
-def _with_first(first: Envelope, others: Iterator[Envelope]) -> Iterator[Envelope]:
-    yield first
-    yield from others

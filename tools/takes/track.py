@@ -4,7 +4,6 @@ Time is that of the frames, so that two runs give equal bytes.
 """
 
 import logging
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,7 +21,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
-from zenocap.common.session.lookahead import Lookahead, limited_threads
+from zenocap.common.session.lookahead import Lookahead, available_cores, limited_threads
 from zenocap.common.session.session import Session
 from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
@@ -174,11 +173,6 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
 def tolerance_ns(rig: Rig) -> int:
     """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
     return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
-
-
-def available_cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from zenocap.common import messages as m
+from zenocap.common import topics
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
@@ -30,22 +31,7 @@ from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Service
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.session.session import Session
-from zenocap.common.topics import (
-    BOTH_WAYS_POSE,
-    CAMERA,
-    CAMERA_DELAYS,
-    FRAME_RATE,
-    HANDLED,
-    HEALTH,
-    POSTURE,
-    REQUEST,
-    SCENE_POINTS,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    VERDICT,
-    service_at,
-)
+from zenocap.common.topics import service_at
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import service_parameters
@@ -53,8 +39,8 @@ from zenocap.tools.takes.members import recorded_recognizer, tracker_setup
 from zenocap.tools.takes.take_writer import TakeWriter
 
 # Not the detail of an overloaded tracker: now there is time for all points.
-INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, CAMERA_DELAYS, REQUEST)
-OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
+INPUTS = (topics.SILHOUETTE, topics.CAMERA, topics.HEALTH, topics.FRAME_RATE, topics.CAMERA_DELAYS, topics.REQUEST)
+OUTPUTS = (topics.TRACKER_BDP, topics.TRACKER_POSE, topics.SCENE_POINTS, topics.POSTURE, topics.HANDLED)
 MEDIA_TYPES = {PRIOR_FILE: "application/octet-stream", POSTURES_FILE: "application/octet-stream"}
 
 
@@ -89,10 +75,10 @@ def retrack(
         for one in chain([first], received):
             clock.set(max(clock.now_ns(), one.received_ns))
             service = service_at(one.key)
-            if one.topic in (BOTH_WAYS_POSE, VERDICT):
+            if one.topic in (topics.BOTH_WAYS_POSE, topics.VERDICT):
                 continue
             if service in again:
-                if one.topic is HANDLED:
+                if one.topic is topics.HANDLED:
                     record(session.report(service))
                 continue
             writer.record(one)

@@ -106,7 +106,7 @@ def _recognizer(_: Callable[[str], None]) -> None:
 
 
 def _pictures(_: Callable[[str], None]) -> None:
-    """One small picture, which only `zenocap render` needs: the live page draws in the browser."""
+    """Every drawing function, which only `zenocap render` needs: the live page draws in the browser."""
     bdp = true_bdp(person(0))
     surface = posed_surface(body_surface(TEN_PARTS, bdp), part_frames(TEN_PARTS, bdp, _standing(0.0)))
     camera = framing_camera(0.0, 0.1, surface.points, (64, 48))

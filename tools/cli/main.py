@@ -27,11 +27,11 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
     },
     "Look at takes, and convert them": {"show": "show", "render": "render", "export": "export", "replay": "replay"},
     "Judge takes, and repair them": {
-        "info": "takes", "evaluate": "evaluate", "verify": "verify", "mirror": "mirror", "recover": "takes",
+        "info": "takes", "evaluate": "evaluate", "verify": "takes", "mirror": "takes", "recover": "takes",
     },
     "Operate rigs, service by service": {
-        "doctor": "doctor", "top": "top", "health": "health", "metrics": "metrics", "traces": "traces", "viewer": "viewer",
-        "integrator": "services", "tracker": "services", "recognizer": "recognizer", "animator": "animator",
+        "doctor": "doctor", "top": "watch", "health": "watch", "metrics": "watch", "traces": "watch", "viewer": "viewer",
+        "integrator": "services", "tracker": "services", "recognizer": "services", "animator": "services",
         "router": "services",
     },
     "Research": {"load": "load", "prior": "prior", "posture": "posture.commands"},

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
     LOSS,
+    FrameRange,
     OutputOption,
     RawOption,
     RemoteOption,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import RemoteOption, checked_take, one_line_errors
+from zenocap.tools.cli.options import FrameRange, RemoteOption, checked_take, one_line_errors
 from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import PANEL, ZenohArguments
 

@@ -19,13 +19,9 @@ S = 1_000_000_000
 
 
 def recorded(number: int) -> RecordedMessages:
-    silhouette = m.Silhouette(
-        frame=number, captured_ns=0, viewer="1", size=(4, 3), region=(0, 0, 4, 3), data=b"%d" % number
-    )
+    silhouette = built(m.Silhouette, frame=number, size=(4, 3), region=(0, 0, 4, 3), data=b"%d" % number)
     sighting = built(m.Sighting, frame=number)
-    bap = m.PartialBap(
-        frame=number, captured_ns=0, viewer="1", view="flank", angles={}, limbs={}, exchange=0.0, score=number / 10
-    )
+    bap = built(m.PartialBap, frame=number, view="flank", score=number / 10)
     return RecordedMessages(silhouette, sighting, bap)
 
 

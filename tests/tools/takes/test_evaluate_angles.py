@@ -336,12 +336,8 @@ def test_inverse_kinematics_of_opensim_agrees_with_the_key_points_it_was_compute
     found = compared(one, other, ALL, centres, REFERENCE)[0]
     assert found.frames == 100
     limits = {
-        "knee_flexion": 9.0,
-        "hip_flexion": 7.0,
-        "hip_adduction": 9.0,
-        "shoulder_elevation": 9.0,
-        "elbow_flexion": 20.0,
-    }
+        "knee_flexion": 9.0, "hip_flexion": 7.0, "hip_adduction": 9.0, "shoulder_elevation": 9.0, "elbow_flexion": 20.0,
+    }  # fmt: skip
     for name, limit in limits.items():
         for side in ("r", "l"):
             assert found.angles[f"{name}_{side}"].rms_deg < limit, (name, side, found.angles[f"{name}_{side}"])

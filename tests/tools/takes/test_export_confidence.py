@@ -9,6 +9,7 @@ import pytest
 
 import zenocap
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.built_messages import built
 from tests.support.command import zenocap as run
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
@@ -34,11 +35,11 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found: list[m.Message] = [camera, m.TrackerBdp(frame=0, captured_ns=START_NS, body=body)]
     for frame in range(COUNT):
         limbs = dict.fromkeys(LIMBS, 0.9) | ({"left_arm": 0.2} if frame == BAD else {})
+        captured_ns, position = START_NS + round(frame * 1e9 / 30), (0.1 * frame, 0.9, 0.0)
         found.append(
-            m.TrackerPose(
-                frame=frame, captured_ns=START_NS + round(frame * 1e9 / 30), position=(0.1 * frame, 0.9, 0.0),
-                angles=angles, position_spread=(0.0, 0.0, 0.0), spread={}, likelihood=0.0, effective=1.0, lost=False,
-                views=["1"], limbs=limbs, lost_limbs=["left_arm"] if frame == BAD else [], heading=0.97,
+            built(
+                m.TrackerPose, frame=frame, captured_ns=captured_ns, position=position, angles=angles, views=["1"],
+                limbs=limbs, lost_limbs=["left_arm"] if frame == BAD else [], heading=0.97,
             )
         )  # fmt: skip
     return write_take(tmp_path_factory.mktemp("tracked") / "take.mcap", found)

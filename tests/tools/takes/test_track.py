@@ -1,6 +1,5 @@
 """Offline tracking by the steps of the live system: every frame, fixed order, reproducible bytes."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,17 +9,15 @@ import pytest
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.errors import EndedEarly, SourceError, UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor, Device, FirstFrames
-from zenocap.services.viewer.frame import Frame
 from zenocap.tools.operate.warmup import parts as warmup
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.takes.inputs import Inputs
 from zenocap.tools.takes.overlay import Overlay
 from zenocap.tools.takes.render.floor import darken_floor, draw_floor
 from zenocap.tools.takes.render.rasterizer import develop, fill, light_body
@@ -28,38 +25,6 @@ from zenocap.tools.takes.rig_changes import at_working_size
 from zenocap.tools.takes.track import TrackedFrameSet, track
 
 pytestmark = pytest.mark.slow
-
-IMAGE = np.zeros((12, 16, 3), dtype=np.uint8)
-
-
-def frames(*times: int, breaks: bool = False) -> Iterator[Frame]:
-    for k, captured_ns in enumerate(times):
-        yield Frame(k, captured_ns, IMAGE)
-    if breaks:
-        raise EndedEarly("cam01.mp4: cut")
-
-
-def frame_sets_of(tolerance_ns: int, **sources: Iterator[Frame]) -> tuple[list[dict[str, int]], list[str]]:
-    inputs = Inputs()
-    found = [{id: frame.captured_ns for id, frame in group.items()} for group in inputs.frame_sets(sources, tolerance_ns)]
-    return found, inputs.problems
-
-
-def test_frames_within_the_tolerance_form_one_frame_set() -> None:
-    found, _ = frame_sets_of(5, a=frames(0, 10, 20, 30), b=frames(1, 19, 33))
-    assert found == [{"a": 0, "b": 1}, {"a": 10}, {"a": 20, "b": 19}, {"a": 30, "b": 33}]
-
-
-def test_longer_source_continues_alone_after_the_shorter_one_ends() -> None:
-    found, problems = frame_sets_of(5, a=frames(0), b=frames(0, 10, 20))
-    assert found == [{"a": 0, "b": 0}, {"b": 10}, {"b": 20}]
-    assert problems == []
-
-
-def test_broken_source_is_reported_and_the_other_continues() -> None:
-    found, problems = frame_sets_of(5, a=frames(0, breaks=True), b=frames(0, 10))
-    assert found == [{"a": 0, "b": 0}, {"b": 10}]
-    assert problems == ["cam01.mp4: cut"]
 
 
 @pytest.fixture(scope="module")
@@ -98,12 +63,8 @@ def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
     read = Take(take)
     assert sum(1 for _ in read.messages()) > 100
     assert set(read.attachments) == {
-        "demo-two-view.toml",
-        "demo-calibration.toml",
-        "parameters.json",
-        "setup.json",
-        "recognizer.postures",
-    }
+        "demo-two-view.toml", "demo-calibration.toml", "parameters.json", "setup.json", "recognizer.postures",
+    }  # fmt: skip
     assert read.metadata["rig"]["name"] == "demo"
     assert "numpy" in read.metadata["versions"]
 

@@ -59,13 +59,11 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
-    from zenocap.tools.cli.show import is_free
+    from zenocap.tools.cli.show import usual_port
 
     token = token_urlsafe(24) if token == "new" else token
-    if port is None:
-        port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
     try:
-        table = msgspec.convert({"host": host, "port": port, "token": token}, PageTable)
+        table = msgspec.convert({"host": host, "port": usual_port(port, DEFAULT_PORT), "token": token}, PageTable)
     except msgspec.ValidationError as error:
         raise UserError(f"page: {error}; a token has 16 to 128 letters, digits, '-' and '_'") from error
     if (problem := open_page_problem(table)) is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -121,6 +121,13 @@ def one_line_errors() -> Iterator[None]:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def refuse(wrong: Mapping[str, object]) -> None:
+    """Raise typer.BadParameter with the first text whose condition is true: options that exclude each other."""
+    for text, is_wrong in wrong.items():
+        if is_wrong:
+            raise typer.BadParameter(text)
 
 
 def check_folder(path: Path | None) -> None:

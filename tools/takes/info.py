@@ -231,11 +231,10 @@ class _Tally:
             return None
         self.evidence.add(received.message)
         self._keep(received.message)
-        self._count(received.message)
         return received.message
 
     def _keep(self, message: m.Message) -> None:
-        """Keep what only the last message of a kind says."""
+        """Keep what only the last message of a kind says, and count the others."""
         match message:
             case m.Verdict() as verdict:
                 self.verdict = verdict
@@ -245,11 +244,6 @@ class _Tally:
                 self.height_ratio = body.ratio
             case m.TrackerBdp(measured=measured):
                 self.tracked.measured = measured
-            case _:
-                pass
-
-    def _count(self, message: m.Message) -> None:
-        match message:
             case m.CameraAdvice() as advice:
                 self.advice.add(advice)
             case m.Assignment() as assignment:

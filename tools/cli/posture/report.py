@@ -155,13 +155,11 @@ def draw_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
     Raises OSError, and ImportError without matplotlib.
     """
     import numpy as np
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     count = len(outcomes[0].labels)
     side = 2.5 + 0.32 * count
     figure = Figure(figsize=(len(outcomes) * side, side), layout="constrained")
-    FigureCanvasAgg(figure)
     for at, outcome in enumerate(outcomes):
         axes = figure.add_subplot(1, len(outcomes), at + 1)
         confusion, tested = outcome.confusion, outcome.tested

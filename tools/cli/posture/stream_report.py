@@ -119,13 +119,11 @@ def draw_curve(path: Path, outcome: StreamOutcome) -> None:
     The shaded range ends at the upper limit of the rate, see `false_alarms.upper_rate`.  Raises OSError, and ImportError
     without matplotlib.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     from zenocap.services.recognizer.false_alarms import upper_rate
 
     figure = Figure(figsize=(7.0, 5.5), layout="constrained")
-    FigureCanvasAgg(figure)
     shares, rates = figure.subplots(2, 1, sharex=True)
     curve = outcome.curve()
     levels, scores = [level for level, _ in curve], [score for _, score in curve]

@@ -16,6 +16,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor, AdaptiveBackground, Device, FirstFrames
+from zenocap.common.topics import HANDLED, SILHOUETTE
 from zenocap.tools.operate.warmup import parts as warmup
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.takes.overlay import Overlay
@@ -51,7 +52,7 @@ def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -
 
 
 def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
-    received = [found for recorded in Take(take).messages() if (found := envelope(recorded))]
+    received = list(Take(take).envelopes(invalid="raise"))
     messages = [found.message for found in received]
     start = next(message.frame for message in messages if isinstance(message, m.Sighting))
     for viewer in ("1", "2"):
@@ -170,11 +171,7 @@ def feedback_rig(*, feedback: bool) -> Rig:
 
 
 def silhouettes(take: Path) -> list[bytes]:
-    return [
-        found.data
-        for recorded in Take(take).messages()
-        if (found := envelope(recorded)) and isinstance(found.message, m.Silhouette)
-    ]
+    return [one.message.data for one in Take(take).envelopes((SILHOUETTE,), invalid="raise")]
 
 
 @pytest.mark.nightly
@@ -188,13 +185,8 @@ def test_two_runs_are_equal_for_any_number_of_cores_and_the_poses_are_traced_inp
     track(feedback_rig(feedback=False), off)
     assert len(silhouettes(one)) == len(silhouettes(off)) > 0
     assert silhouettes(one) != silhouettes(off)
-    received = [found.message for recorded in Take(one).messages() if (found := envelope(recorded))]
-    keys = {
-        key
-        for message in received
-        if isinstance(message, m.Handled) and message.service == "viewer"
-        for key in message.keys
-    }
+    traces = [received.message for received in Take(one).envelopes((HANDLED,), invalid="raise")]
+    keys = {key for trace in traces if trace.service == "viewer" for key in trace.keys}
     assert any(key.endswith("tracker/pose") for key in keys)
     found = verify([one])
     assert sum(found.different.values()) == 0

@@ -10,7 +10,6 @@ import pytest
 import zenocap
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
 from tests.support.built_messages import built
-from tests.support.command import zenocap as run
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
@@ -98,6 +97,3 @@ def test_a_take_without_confidence_is_refused_where_it_is_asked_for(tmp_path: Pa
 def test_formats_without_points_refuse(tracked: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"bvh has no points to leave out: allowed in trc, c3d, csv, parquet, npz"):
         export(tracked, tmp_path / "take.bvh", ExportOptions("bvh", min_confidence=0.5))
-    status, _, error = run("export", tracked, "-o", tmp_path / "a.trc", "--min-confidence", "1.5")
-    assert status == 2
-    assert "--min-confidence" in error

@@ -107,13 +107,7 @@ class TrackResearch:
 def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:
     """The rig to track, with the options instead of its own.  Raises UserError, WrongArgument, typer.BadParameter."""
     from zenocap.common.rig.tracker import TrackerOverrides
-    from zenocap.tools.takes.rig_changes import (
-        at_working_size,
-        decoded_by_hardware,
-        of_height,
-        with_people,
-        with_tracker,
-    )
+    from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, of_height, with_people, with_tracker
 
     size = None if given.size is None else parsed_size(given.size)
     rig = _rig(source, given, research.variant)

@@ -114,10 +114,8 @@ def _silhouettes(stretches: Sequence[Stretch]) -> Text:
     if means and means[worst[0]] > 0.02:
         figure = f"{100 * means[worst[0]]:.0f} % of the silhouette is not connected with the rest"
         return worst, f"{_cameras(worst)}: {figure}{{share}}: contrast to the background, light, other people"
-    return (
-        [],
-        "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light",
-    )
+    text = "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light"
+    return [], text
 
 
 def _jumps(stretches: Sequence[Stretch]) -> Text:

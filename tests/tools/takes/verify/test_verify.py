@@ -51,7 +51,9 @@ def changed(arms: Path, path: Path, change: Change, *, setup: bool = True) -> Pa
 
 def without(arms: Path, folder: Path, dropped: Callable[[m.Message], bool]) -> Verification:
     """Result for a copy of the take without some of its messages."""
-    return verify([changed(arms, folder / "changed.mcap", lambda one: None if dropped(one.message) else one)])
+    path = folder / "changed.mcap"
+    path.unlink(missing_ok=True)
+    return verify([changed(arms, path, lambda one: None if dropped(one.message) else one)])
 
 
 def with_message(received: Envelope, message: m.Message) -> Envelope:

@@ -11,10 +11,7 @@ from zenocap.services.tracker import parameters as tracker
 from zenocap.services.viewer import parameters as viewer
 
 EPOCH_NS = 1_072_915_200_000_000_000  # of tracked takes: 2004-01-01, of [Two-view]: results do not depend on the date
-SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY = (
-    640,
-    75,
-)  # longer side (px), JPEG quality; chosen by hand
+SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY = 640, 75  # longer side (px), JPEG quality; chosen by hand
 SOUGHT_S = 2.0  # s ahead up to which a video is decoded rather than sought, and of the nearest frame; chosen by hand
 
 Values: TypeAlias = Callable[[], Mapping[str, object]]

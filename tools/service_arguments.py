@@ -30,12 +30,9 @@ class ConnectArguments:
     PANEL: ClassVar[str] = PANEL
 
     connect: list[str] | None = option(
-        None,
-        "Endpoint to connect to, such as tcp/192.168.1.2:7447; may be repeated.",
-        "-e",
-        "--connect",
+        None, "Endpoint to connect to, such as tcp/192.168.1.2:7447; may be repeated.", "-e", "--connect",
         metavar="ENDPOINT",
-    )
+    )  # fmt: skip
     config: Path | None = option(None, "Zenoh configuration file (JSON5).", "-c", "--config", metavar="FILE")
 
 
@@ -71,13 +68,10 @@ class ZenohArguments(RouterArguments):
             return ZenohOptions(self.mode, tuple(self.connect or ()), tuple(self.listen or ()), self.config, multicast)
         table = rig.zenoh
         return ZenohOptions(
-            self.mode or _mode(table.mode),
-            tuple(self.connect or table.connect),
-            tuple(self.listen or table.listen),
+            self.mode or _mode(table.mode), tuple(self.connect or table.connect), tuple(self.listen or table.listen),
             self.config or (rig.base / table.config if table.config else None),
-            table.multicast_scouting and not self.no_multicast_scouting,
-            security([rig], member),
-        )
+            table.multicast_scouting and not self.no_multicast_scouting, security([rig], member),
+        )  # fmt: skip
 
     def words(self) -> list[str]:
         """The options that differ from their defaults, as words of a command line."""
@@ -114,13 +108,9 @@ class ServiceArguments(ZenohArguments):
 def arguments_of(options: ZenohOptions) -> ServiceArguments:
     """The arguments of a service that a process starts, and that ends with it."""
     return ServiceArguments(
-        connect=list(options.connect),
-        config=options.config_file,
-        listen=list(options.listen),
-        no_multicast_scouting=not options.multicast_scouting,
-        mode=options.mode,
-        with_parent=True,
-    )
+        connect=list(options.connect), config=options.config_file, listen=list(options.listen),
+        no_multicast_scouting=not options.multicast_scouting, mode=options.mode, with_parent=True,
+    )  # fmt: skip
 
 
 def words(service: ServiceKey, rig: Path | None, arguments: ZenohArguments, *own: str) -> list[str]:

@@ -114,7 +114,7 @@ class Take:
         """
         from zenocap.tools.judge.verdict import verdict_in
 
-        return verdict_in(self.path).verdict
+        return verdict_in(self.path)
 
     @property
     def missing(self) -> str | None:

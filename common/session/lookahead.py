@@ -4,6 +4,7 @@ Decoding, OpenCV and compiled kernels release Python's global lock, so threads s
 processes, Ctrl-C ends one process, and items and errors arrive in the order of a single thread.
 """
 
+import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -18,6 +19,11 @@ import numba
 T = TypeVar("T")
 
 DEPTH = 4  # items ahead of the consumer, which bounds the images in memory; chosen by hand
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

@@ -24,6 +24,10 @@ PLAIN: dict[type[m.Message], dict[str, object]] = {
         "position": (0.0, 1.0, 0.0), "yaw": 0.0, "lean": 0.0, "roll": 0.0, "squatting": False, "views": {},
         "tracking": True,
     },
+    m.Silhouette: {"viewer": "1", "size": (160, 120), "region": (0, 0, 0, 0), "data": b""},
+    m.PartialBap: {"viewer": "1", "view": "facade", "angles": {}, "limbs": {}, "exchange": 0.0, "score": 0.5},
+    m.Posture: {"label": None, "start_ns": 0, "end_ns": 0, "log_likelihoods": {}, "score": 0.0, "margin": 0.0},
+    m.Verdict: {"rating": "good", "error": 0.1, "evidence": "one-pass", "reasons": [], "stretches": []},
     m.CameraInfo: {
         "viewer": "1", "name": "cam01", "size": (160, 120), "matrix": [150.0, 0, 80, 0, 150, 60, 0, 0, 1],
         "distortions": [], "rotation": [1.0, 0, 0, 0, -1, 0, 0, 0, -1], "translation": [0.0, 1.0, 5.0],

@@ -2,7 +2,7 @@
 
 from zenocap.common.formats.animated_skeleton import AnimatedSkeleton, animated_skeleton
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.tools.takes.render.skin import skin_of
+from zenocap.tools.takes.export import skin_of
 
 
 def motion_of(track: PoseTrack) -> AnimatedSkeleton:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
-from zenocap.tools.cli.options import DONE, FAILED, JsonOption, echo, one_line_errors
+from zenocap.tools.cli.options import DONE, FAILED, JsonOption, echo, one_line_errors, refuse
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
@@ -58,9 +58,7 @@ class CamerasArguments:
             "--onvif: allowed without --discover and --live": self.onvif and (self.discover or self.live),
             "--live: allowed: without --pictures and --json": self.live and (has_pictures or self.as_json),
         }
-        for text, is_wrong in wrong.items():
-            if is_wrong:
-                raise typer.BadParameter(text)
+        refuse(wrong)
 
 
 @dataclass(frozen=True)
@@ -81,14 +79,9 @@ class OnvifArguments:
 
 
 def cameras(
-    urls: Urls = None,
-    *,
-    given: CamerasArguments,
-    images: ImageArguments,
-    expert: Annotated[OnvifArguments, EXPERT],
-    page: Annotated[PageArguments, EXPERT],
-    zenoh: ZenohArguments,
-) -> None:
+    urls: Urls = None, *, given: CamerasArguments, images: ImageArguments, expert: Annotated[OnvifArguments, EXPERT],
+    page: Annotated[PageArguments, EXPERT], zenoh: ZenohArguments,
+) -> None:  # fmt: skip
     """List the cameras of this machine, or try network streams.
 
     Of a camera: what to write into a rig file, modes, controls. The name in `/dev/v4l/by-id` stays with the camera when

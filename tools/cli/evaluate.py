@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import DONE, LOSS, FrameRange, JsonOption, RawOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
 

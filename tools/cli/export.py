@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
-from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
     LOSS,
+    FrameRange,
     OutputOption,
     RawOption,
     RemoteOption,
@@ -70,13 +70,9 @@ class ExportExpert:
 
 
 def export(
-    take: TakePath,
-    output: OutputOption,
-    *,
-    given: ExportArguments,
-    span: FrameRange,
+    take: TakePath, output: OutputOption, *, given: ExportArguments, span: FrameRange,
     expert: Annotated[ExportExpert, EXPERT],
-) -> None:
+) -> None:  # fmt: skip
     """Export a take for Blender, Unity, OpenSim and others.
 
     Writes its poses as BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ or MOT. An existing output is replaced, by the

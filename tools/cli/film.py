@@ -50,13 +50,9 @@ class FilmArguments:
 
 
 def film(
-    rig: RigOrCameras,
-    output: FolderOption,
-    *,
-    given: FilmArguments,
-    board_options: Annotated[BoardArguments, EXPERT],
+    rig: RigOrCameras, output: FolderOption, *, given: FilmArguments, board_options: Annotated[BoardArguments, EXPERT],
     zenoh: ZenohArguments,
-) -> None:
+) -> None:  # fmt: skip
     """Record videos of a rig's cameras, for `zenocap track`.
 
     Films all cameras and streams of a rig, of all its machines, into one folder. Cameras of viewers that are running

@@ -59,13 +59,11 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
-    from zenocap.tools.cli.show import is_free
+    from zenocap.tools.cli.show import usual_port
 
     token = token_urlsafe(24) if token == "new" else token
-    if port is None:
-        port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
     try:
-        table = msgspec.convert({"host": host, "port": port, "token": token}, PageTable)
+        table = msgspec.convert({"host": host, "port": usual_port(port, DEFAULT_PORT), "token": token}, PageTable)
     except msgspec.ValidationError as error:
         raise UserError(f"page: {error}; a token has 16 to 128 letters, digits, '-' and '_'") from error
     if (problem := open_page_problem(table)) is not None:
@@ -74,14 +72,9 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
 
 def run_page(
-    texts: Sequence[str],
-    images: ImageArguments,
-    table: PageTable,
-    program: str,
-    make_mode: Callable[[Sequence[LiveCamera], int], Mode],
-    *,
-    loop: bool = True,
-) -> Mode:
+    texts: Sequence[str], images: ImageArguments, table: PageTable, program: str,
+    make_mode: Callable[[Sequence[LiveCamera], int], Mode], *, loop: bool = True,
+) -> Mode:  # fmt: skip
     """Open the cameras and serve their page until Ctrl-C or the end of the mode, which is returned.  Raises UserError.
 
     texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, size_of
+from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, refuse, size_of
 from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 from zenocap.tools.service_arguments import ConnectArguments
 
@@ -142,7 +142,5 @@ def _plan(given: LoadArguments, expert: LoadExpert, research: LoadResearch, runn
         )  # fmt: skip
     except PlanError as error:
         raise typer.BadParameter(str(error)) from None
-    for text, is_wrong in wrong.items():
-        if is_wrong:
-            raise typer.BadParameter(text)
+    refuse(wrong)
     return plan

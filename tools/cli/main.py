@@ -27,11 +27,11 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
     },
     "Look at takes, and convert them": {"show": "show", "render": "render", "export": "export", "replay": "replay"},
     "Judge takes, and repair them": {
-        "info": "takes", "evaluate": "evaluate", "verify": "verify", "mirror": "mirror", "recover": "takes",
+        "info": "takes", "evaluate": "evaluate", "verify": "takes", "mirror": "takes", "recover": "takes",
     },
     "Operate rigs, service by service": {
-        "doctor": "doctor", "top": "top", "health": "health", "metrics": "metrics", "traces": "traces", "viewer": "viewer",
-        "integrator": "services", "tracker": "services", "recognizer": "recognizer", "animator": "animator",
+        "doctor": "doctor", "top": "watch", "health": "watch", "metrics": "watch", "traces": "watch", "viewer": "viewer",
+        "integrator": "services", "tracker": "services", "recognizer": "services", "animator": "services",
         "router": "services",
     },
     "Research": {"load": "load", "prior": "prior", "posture": "posture.commands"},
@@ -63,15 +63,9 @@ def command_at(name: str) -> Callable[..., None] | typer.Typer:
 def program(words: Sequence[str] = ()) -> typer.Typer:
     """The command line; where the words begin with a command, with that one alone, for importing all takes time."""
     app = typer.Typer(
-        name="zenocap",
-        cls=CommandGroup,
-        no_args_is_help=True,
-        add_completion=False,
-        rich_markup_mode="markdown",
-        pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
-        help=HELP,
-    )
+        name="zenocap", cls=CommandGroup, no_args_is_help=True, add_completion=False, rich_markup_mode="markdown",
+        pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}, help=HELP,
+    )  # fmt: skip
     app.callback()(common_options)
     places = [(panel, name) for panel, group in COMMANDS.items() for name in group]
     for panel, name in [one for one in places if one[1] in words[:1]] or places:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,8 +14,10 @@ import typer
 from zenocap.common.errors import UserError
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
+from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.formats.pose_track import Bound
     from zenocap.common.rig.rig import Rig
 
 PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
@@ -47,6 +50,32 @@ JointsOption = Annotated[
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Record no take.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
+
+
+@dataclass(frozen=True)
+class FrameRange:
+    """The options `--from` and `--until`: frame numbers, or seconds since frame 0; both ends belong to the range."""
+
+    first: str | None = option(
+        None, "First frame, such as 120, or its time, such as 2.5s.", "--from", metavar="FRAME|TIMEs"
+    )
+    last: str | None = option(None, "Last frame (inclusive), or its time.", "--until", metavar="FRAME|TIMEs")
+
+    def bounds(self) -> tuple[Bound | None, Bound | None]:
+        """First and last; None for an end that is not given.  Raises typer.BadParameter."""
+        return bound("--from", self.first), bound("--until", self.last)
+
+
+def bound(option: str, text: str | None) -> Bound | None:
+    """Parse a frame number, or seconds with "s"; None stays None.  Raises typer.BadParameter."""
+    from zenocap.common.formats.pose_track import Bound
+
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,12})|(\d{1,9}(?:\.\d{0,9})?)s", text)
+    if not found:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: a frame number such as 120, or seconds such as 2.5s")
+    return Bound(float(found[1]) if found[1] else float(found[2]), found[1] is None)
 
 
 def rig_at(
@@ -92,6 +121,13 @@ def one_line_errors() -> Iterator[None]:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def refuse(wrong: Mapping[str, object]) -> None:
+    """Raise typer.BadParameter with the first text whose condition is true: options that exclude each other."""
+    for text, is_wrong in wrong.items():
+        if is_wrong:
+            raise typer.BadParameter(text)
 
 
 def check_folder(path: Path | None) -> None:

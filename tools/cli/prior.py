@@ -155,14 +155,10 @@ def _show(path: Path, prior: Prior, as_json: bool) -> None:
             typer.echo(line)
         return
     content = {
-        "file": str(path),
-        "anatomy": prior.anatomy,
-        "rate": prior.rate,
-        "regions": prior.regions,
-        "dimensions": prior.dimensions,
-        "speeds": dict(zip(prior.names, prior.speeds.tolist(), strict=True)),
+        "file": str(path), "anatomy": prior.anatomy, "rate": prior.rate, "regions": prior.regions,
+        "dimensions": prior.dimensions, "speeds": dict(zip(prior.names, prior.speeds.tolist(), strict=True)),
         "training": to_builtins(prior.training),
-    }
+    }  # fmt: skip
     typer.echo(json.dumps(content))
 
 

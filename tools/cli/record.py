@@ -36,12 +36,9 @@ class RecordArguments:
     """seconds: None until Ctrl-C."""
 
     output: Path | None = option(
-        None,
-        "Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
-        "-o",
-        "--output",
+        None, "Take to write (NAME.mcap), or a folder; default: a new name of rig and time.", "-o", "--output",
         metavar="FILE|DIR",
-    )
+    )  # fmt: skip
     seconds: float | None = option(None, "Recording time (s); default: until Ctrl-C.", min=0.1)
     topics: list[str] | None = option(
         None, "Topic to record, such as universal_bap; default: all; may be repeated.", metavar="NAME"
@@ -96,15 +93,9 @@ def record(what: What, *, given: RecordArguments, parts: Annotated[PartArguments
         options = zenoh.options(selection.file, "recorder")
         end_s = inf if given.seconds is None else time.monotonic() + given.seconds
         status = run_recorder(
-            selection,
-            options,
-            take,
-            own,
-            topics_named(given.topics or ()),
-            limits,
-            lambda: stopped() or time.monotonic() >= end_s,
-            _Line(str(take)).show,
-        )
+            selection, options, take, own, topics_named(given.topics or ()), limits,
+            lambda: stopped() or time.monotonic() >= end_s, _Line(str(take)).show,
+        )  # fmt: skip
     raise typer.Exit(status)
 
 

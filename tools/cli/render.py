@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
     LOSS,
+    FrameRange,
     OutputOption,
     RawOption,
     RemoteOption,
@@ -61,13 +61,9 @@ class RenderExpert:
 
 
 def render(
-    take: TakePath,
-    output: OutputOption,
-    *,
-    given: RenderArguments,
-    frames: FrameRange,
+    take: TakePath, output: OutputOption, *, given: RenderArguments, frames: FrameRange,
     expert: Annotated[RenderExpert, EXPERT],
-) -> None:
+) -> None:  # fmt: skip
     """Draw the poses of a take as a film or a picture.
 
     A film is .mp4, .webm or .webp, a picture .png or .jpg. Needs no rig, network or screen. A picture shows the first

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import RemoteOption, checked_take, one_line_errors
+from zenocap.tools.cli.options import FrameRange, RemoteOption, checked_take, one_line_errors
 from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import PANEL, ZenohArguments
 
@@ -28,13 +27,9 @@ class ReplayArguments:
     """How the takes are played, and which of their messages."""
 
     rate: float = option(
-        1.0,
-        "Speed relative to the recording; 0: as fast as the live services of the rig keep up.",
-        "-r",
-        "--rate",
-        min=0,
+        1.0, "Speed relative to the recording; 0: as fast as the live services of the rig keep up.", "-r", "--rate", min=0,
         max=1000,
-    )
+    )  # fmt: skip
     loop: bool = option(False, "Repeat without end; times and frame numbers keep rising.")
     topics: list[str] | None = option(None, f"Keys to publish: {EXPRESSION}; may be repeated.", metavar="EXPR")
     exclude: list[str] | None = option(None, "Keys to leave out; may be repeated.", "-x", "--exclude", metavar="EXPR")
@@ -63,13 +58,9 @@ class ReplayExpert:
 
 
 def replay(
-    takes: Takes,
-    *,
-    given: ReplayArguments,
-    span: FrameRange,
-    expert: Annotated[ReplayExpert, EXPERT],
+    takes: Takes, *, given: ReplayArguments, span: FrameRange, expert: Annotated[ReplayExpert, EXPERT],
     zenoh: ZenohArguments,
-) -> None:
+) -> None:  # fmt: skip
     """Publish the messages of takes on the network again.
 
     The same bytes on the same keys, at the recorded intervals. To look at a take, use `zenocap show`; to recompute it,

@@ -1,14 +1,19 @@
-"""Commands that run the services that take no images, and a router: integrator, tracker, router."""
+"""Commands that run the services that take no images, and a router: integrator, tracker, recognizer, animator, router."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.options import DONE, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
+from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import RouterArguments, ServiceArguments, security
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
 
 
 def integrator(
@@ -65,6 +70,116 @@ def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
         if not method_of(one.method).has_tracker:
             raise UserError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(tracker_methods())}")
         raise typer.Exit(run_tracker(one, arguments.options(one, "tracker"), stopped))
+
+
+def recognizer(
+    rigs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.", show_default=False
+        ),
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.", show_default=False),
+    ] = None,
+    commands: Annotated[
+        bool, typer.Option("--commands/--no-commands", help="Whether postures trigger the commands of the rigs.")
+    ] = True,
+    *,
+    arguments: ServiceArguments,
+) -> None:
+    """Run the posture recognizer of one or more rigs.
+
+    Receives poses of the integrator or the tracker, and publishes each posture with its start and end, within half a
+    second of its end; a movement that no model explains is published without a label. Runs until Ctrl-C. A rig that
+    fails does not stop the others.
+
+    Example: `zenocap recognizer studio.toml lab.toml`
+    """
+    from zenocap.services.recognizer.shell import run_recognizers
+
+    if arguments.listen and len(rigs) > 1:
+        raise typer.BadParameter("--listen with several rigs: allowed: `listen` in the zenoh table of each")
+    with one_line_errors(), arguments.running("recognizer") as stopped:
+        found = [with_recognizer(rig_at(rig, files=False), model, commands=commands) for rig in rigs]
+        options = [arguments.options(rig, "recognizer") for rig in found]
+        raise typer.Exit(run_recognizers(list(zip(found, options, strict=True)), stopped))
+
+
+def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Rig:
+    """The rig with a recognizer: its own, or the defaults.  model: instead of its own.  commands: whether to keep them.
+
+    Raises UserError.
+    """
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.recognizer import RecognizerTable, find_postures, recognizer_spec
+    from zenocap.common.rig.table_errors import TableError
+
+    try:
+        spec = rig.recognizer
+        if spec is None:
+            table = RecognizerTable() if model is None else RecognizerTable(model=model)
+            spec = recognizer_spec(table, rig.method, Path())
+        elif model is not None:
+            spec = replace(spec, model=find_postures(model, Path()))
+    except TableError as error:
+        raise UserError(f"--{error}" if model is not None else f"rig {rig.name}: recognizer.{error}") from error
+    return replace(rig, recognizer=spec if commands else replace(spec, commands=()))
+
+
+@dataclass(frozen=True)
+class AnimatorArguments:
+    """Address of the page; recordings: folder of the takes that it can play."""
+
+    host: str | None = option(None, "Address of the page on this machine; default: the rig's, or 127.0.0.1.")
+    port: int | None = option(None, "Port of the page, 0 for any free one; default: the rig's, or 8080.", min=0, max=65535)
+    token: str | None = option(
+        None,
+        "Access token of the page; required with a --host that other machines can reach. `new` generates and prints one.",
+    )
+    recordings: Path | None = option(None, "Folder of the takes that the page can play; default: the rig's.", metavar="DIR")
+
+
+def animator(rig: RigPath, *, given: AnimatorArguments, arguments: ServiceArguments) -> None:
+    """Show a live rig on a page, and send its poses to its outputs.
+
+    Open http://127.0.0.1:8080 in any browser. The page shows the virtual actor, the views of the cameras, the state of
+    every service, and during the set-up what to correct. It loads nothing from other servers. Other machines can open
+    it only with --host and --token. For a recorded take, use `zenocap show`.
+
+    Example: `zenocap animator studio.toml`
+    """
+    from zenocap.common.errors import UserError
+    from zenocap.services.animator.shell import run_animator
+
+    with one_line_errors(), arguments.running("animator") as stopped:
+        if rig.suffix == ".mcap":
+            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
+        loaded = _with_page(rig_at(rig, files=False), given)
+        options = arguments.options(loaded, "animator")
+        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, given.recordings), options, stopped))
+
+
+def _with_page(rig: Rig, given: AnimatorArguments) -> Rig:
+    """The rig with its page at that address, as far as it is given.  Raises UserError."""
+    from secrets import token_urlsafe
+
+    import msgspec
+
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.animator import PageTable, open_page_problem
+
+    token = token_urlsafe(24) if given.token == "new" else given.token
+    values = {"host": given.host, "port": given.port, "token": token}
+    values = {name: value for name, value in values.items() if value is not None}
+    try:
+        page = msgspec.convert(msgspec.to_builtins(rig.animator.page) | values, PageTable)
+    except msgspec.ValidationError as error:
+        raise UserError(f"page: {error}") from error
+    if problem := open_page_problem(page):
+        raise UserError(f"animator.page.host = {page.host!r}: {problem}")
+    return replace(rig, animator=msgspec.structs.replace(rig.animator, page=page))
 
 
 def router(

@@ -17,12 +17,9 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.setup.state import Step
 
 TITLES: dict[str, str] = {
-    "cameras": "which cameras",
-    "look": "pictures, focus, light",
-    "calibration": "lenses and places of the cameras",
-    "rig": "the rig file",
-    "take": "background, T-pose, first take",
-}
+    "cameras": "which cameras", "look": "pictures, focus, light", "calibration": "lenses and places of the cameras",
+    "rig": "the rig file", "take": "background, T-pose, first take",
+}  # fmt: skip
 LEAVE = "left: the same command goes on here"
 StepOption = Literal["cameras", "look", "calibration", "rig", "take"]
 

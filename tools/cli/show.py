@@ -80,19 +80,12 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
         take = take_of(take)
         pictures = videos_of(take, given.videos)
         compared = None if given.beside is None else _comparison(take, given.beside, given)
-        port = given.port
-        if port is None:
-            port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
             show_take(
-                take,
-                PageTable(port=port),
-                stopped,
+                take, PageTable(port=usual_port(given.port, DEFAULT_PORT)), stopped,
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
-                None if pictures is None else pictures.at,
-                raw=given.raw,
-                compared=compared,
-            )
+                None if pictures is None else pictures.at, raw=given.raw, compared=compared,
+            )  # fmt: skip
 
 
 def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Callable[[], bool]], Comparison]:
@@ -106,14 +99,16 @@ def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Cal
     return lambda stopped: compare(take, other, given.offset, raw=given.raw, stopped=stopped)
 
 
-def is_free(port: int) -> bool:
-    """Whether a TCP port of the loopback interface can be listened on."""
+def usual_port(port: int | None, usual: int) -> int:
+    """The port, or else the usual one if the loopback interface can listen on it, or else any free one: 0."""
     import socket
 
+    if port is not None:
+        return port
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind(("127.0.0.1", port))
+            probe.bind(("127.0.0.1", usual))
         except OSError:
-            return False
-    return True
+            return 0
+    return usual

@@ -1,18 +1,30 @@
-"""Commands that read takes: info, recover."""
+"""Commands that judge takes, and repair them: info, verify, mirror, recover."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+import re
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from time import monotonic
 from typing import Annotated
 
 import typer
 from msgspec import to_builtins
 
-from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import (
+    DONE,
+    FAILED,
+    LOSS,
+    FrameRange,
+    JsonOption,
+    TakePath,
+    checked_take,
+    echo,
+    one_line_errors,
+)
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.option_groups import option
 
 
 def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> None:
@@ -39,6 +51,112 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
     if found.cut:
         typer.echo(f"lost: {found.cut}", err=True)
     raise typer.Exit(LOSS if found.cut else DONE)
+
+
+def verify(
+    takes: Annotated[
+        list[Path], typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False)
+    ],
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            min=0,
+            max=1,
+            help="Allowed difference of numbers, relative or absolute; 1e-6 for a take of another kind of processor.",
+        ),
+    ] = 0.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Recompute a take, and compare it byte for byte.
+
+    Every derived message is compared. Each service receives its recorded inputs again, in the order of its input trace;
+    the messages that its step publishes must equal the recorded ones. Needs no network and no video. It starts at the
+    beginning, because every pose depends on those before.
+
+    Exit status 0: all equal. 1: a message differs or is missing from the take; the first difference is printed field by
+    field. 3: equal, but not everything could be checked.
+
+    Example: `zenocap verify monday.mcap`
+    """
+    with one_line_errors():
+        from zenocap.tools.takes.verify.recompute import verify as run_verify
+        from zenocap.tools.takes.verify.result import other_versions, report
+
+        for take in takes:
+            checked_take(take)
+        started_s = monotonic()
+        with progress("verifying", "messages") as state:
+            found = run_verify(takes, tolerance, state.update)
+        elapsed_s = monotonic() - started_s
+    if as_json:
+        values = asdict(found) | {"reasons": [str(reason) for reason in found.reasons]}
+        values |= {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
+        typer.echo(json.dumps(values, indent=2))
+    else:
+        for line in report(found, elapsed_s):
+            echo(line)
+    raise typer.Exit(FAILED if found.failed else DONE if found.complete else LOSS)
+
+
+@dataclass(frozen=True)
+class MirrorArguments:
+    """since, until: times since frame 0, in words."""
+
+    since: Annotated[
+        str, typer.Option("--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.")
+    ]
+    until: str | None = option(None, "Time from which on they are as before; default: the end.", "--to", metavar="SECONDS")
+    output: Path | None = option(
+        None, "Take to write; default: TAKE-mirrored.mcap beside it.", "-o", "--output", metavar="FILE"
+    )
+    jobs: int | None = option(None, "Number of cores to use; the output does not depend on it; default: all.", min=1)
+
+
+def mirror(take: TakePath, *, given: MirrorArguments) -> None:
+    """Exchange front and back from a time on, and track again.
+
+    For a take in which the tracker took the back of the person for the front; left and right are exchanged too. The
+    tracker runs again on the silhouettes of the take; the videos are not needed. At the given time the body is turned
+    round in its place, with left and right limbs exchanged; all later poses are computed anew, also those of the second
+    pass if the take has one. The take itself is not changed.
+
+    Exit status 3: done, but the silhouettes turned the track back within a second.
+
+    Example: `zenocap mirror walk.mcap --from 12.4`
+    """
+    from_s, until_s = seconds("--from", given.since), None if given.until is None else seconds("--to", given.until)
+    output = take.with_name(f"{take.stem}-mirrored{take.suffix}") if given.output is None else given.output
+    with one_line_errors():
+        from zenocap.common.session.lookahead import available_cores
+        from zenocap.tools.takes.mirror import TRACKING
+        from zenocap.tools.takes.mirror import mirror as run_mirror
+
+        checked_take(take)
+        with progress(TRACKING, "poses") as state:
+
+            def on_progress(activity: str, done: int, total: int) -> None:
+                if state.activity != activity:
+                    state.restart(activity, total)
+                state.update(done, total)
+
+            found = run_mirror(take, output, from_s, until_s, on_progress, given.jobs or available_cores())
+    end = "the end" if found.until_s is None else f"{found.until_s:.3f} s"
+    both = " tracked both ways" if found.both_ways else ""
+    typer.echo(f"{output}: {found.poses} poses{both}, exchanged from {found.from_s:.3f} s to {end}")
+    if found.turned_back_s is not None:
+        typer.echo(
+            f"turned back: at {found.turned_back_s:.3f} s the person faces as in {take} again: the silhouettes show it so",
+            err=True,
+        )
+    raise typer.Exit(DONE if found.turned_back_s is None else LOSS)
+
+
+def seconds(option: str, text: str) -> float:
+    """Seconds of "12.4" and "12.4s".  Raises typer.BadParameter."""
+    found = re.fullmatch(r"(\d{1,9}(?:\.\d{0,9})?)s?", text)
+    if not found:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: seconds since frame 0, such as 12.4")
+    return float(found[1])
 
 
 def recover(

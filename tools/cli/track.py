@@ -46,13 +46,9 @@ INTERRUPTED = {  # by the part of the work
 
 
 def track(
-    source: Source,
-    output: OutputOption = None,
-    *,
-    given: TrackArguments,
-    expert: Annotated[TrackExpert, EXPERT],
+    source: Source, output: OutputOption = None, *, given: TrackArguments, expert: Annotated[TrackExpert, EXPERT],
     research: Annotated[TrackResearch, RESEARCH],
-) -> None:
+) -> None:  # fmt: skip
     """Track videos: make a take, or a file for Blender or OpenSim.
 
     Every frame of a rig's videos is tracked offline; the output is a take, or an export for other programs. The same

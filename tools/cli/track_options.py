@@ -36,12 +36,9 @@ class TrackArguments:
         None, "Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
     )
     height: float | None = option(
-        None,
-        "Body height (m) for videos without T-pose; the body then gets average proportions.",
-        min=0.5,
-        max=2.5,
+        None, "Body height (m) for videos without T-pose; the body then gets average proportions.", min=0.5, max=2.5,
         metavar="METRES",
-    )
+    )  # fmt: skip
     cameras: str | None = option(
         None, "Use these cameras only, such as cam01,cam03; two or more. Default: all.", metavar="NAME,NAME..."
     )
@@ -58,12 +55,9 @@ class TrackExpert:
         None, "Camera that the person faces at the start, where front and back are exchanged without it.", metavar="CAMERA"
     )
     heading: float | None = option(
-        None,
-        "Direction of the person's front at the start: 0 along +Z of the world, 90 along +X. Not with --front.",
-        min=-360,
-        max=360,
-        metavar="DEGREES",
-    )
+        None, "Direction of the person's front at the start: 0 along +Z of the world, 90 along +X. Not with --front.",
+        min=-360, max=360, metavar="DEGREES",
+    )  # fmt: skip
     prior: str | None = option(None, "Motion prior of the tracker, such as walking.", metavar="NAME|FILE")
     both_ways: bool | None = option(
         None,
@@ -113,13 +107,7 @@ class TrackResearch:
 def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:
     """The rig to track, with the options instead of its own.  Raises UserError, WrongArgument, typer.BadParameter."""
     from zenocap.common.rig.tracker import TrackerOverrides
-    from zenocap.tools.takes.rig_changes import (
-        at_working_size,
-        decoded_by_hardware,
-        of_height,
-        with_people,
-        with_tracker,
-    )
+    from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, of_height, with_people, with_tracker
 
     size = None if given.size is None else parsed_size(given.size)
     rig = _rig(source, given, research.variant)

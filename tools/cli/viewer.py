@@ -57,12 +57,9 @@ class FilmingArguments:
 
 
 def viewer(
-    rig: OptionalRig = None,
-    *,
-    given: ViewerArguments,
-    filming: Annotated[FilmingArguments, EXPERT],
+    rig: OptionalRig = None, *, given: ViewerArguments, filming: Annotated[FilmingArguments, EXPERT],
     arguments: ServiceArguments,
-) -> None:
+) -> None:  # fmt: skip
     """Run one viewer of a rig, or announce the cameras of a machine.
 
     A viewer makes silhouettes, sightings and joint angles of a camera's images. Run it on the camera's machine, before
@@ -105,12 +102,9 @@ def viewer(
 
 
 def _discovering(
-    machine: str | None,
-    cameras: Sequence[str],
-    filming: FilmingArguments,
-    arguments: ServiceArguments,
+    machine: str | None, cameras: Sequence[str], filming: FilmingArguments, arguments: ServiceArguments,
     stopped: Callable[[], bool],
-) -> int:
+) -> int:  # fmt: skip
     """Announce the cameras of this machine, film with them, and run viewers for others; the exit status."""
     from zenocap.services.camera.parameters import FILMS
     from zenocap.services.camera.shell import run_host

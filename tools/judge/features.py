@@ -153,26 +153,17 @@ def _stretch(
         "outside": _largest([one.outside for one in views.values()]),
         "outside, all views": _mean([one.outside for one in views.values()]),
         "uncovered": _largest([one.uncovered for one in views.values()]),
-        "uncovered, all views": _mean([one.uncovered for one in views.values()]),
-        "apart": _largest(list(ratio.values())),
-        "cut": _mean([float(one.cut) for one in views.values()]),
-        "hidden": _mean([one.hidden for one in views.values()]),
+        "uncovered, all views": _mean([one.uncovered for one in views.values()]), "apart": _largest(list(ratio.values())),
+        "cut": _mean([float(one.cut) for one in views.values()]), "hidden": _mean([one.hidden for one in views.values()]),
         "empty": 1.0 - _mean([count / cameras for count in seen]),
         "unused": 1.0 - _mean([row.used / cameras for row in known]),
-        "pieces": _mean([one.pieces for one in views.values()]),
-        "flicker": _flicker(samples),
-        "limbs": 1.0 - _mean(limbs.ravel()),
-        "worst limb": 1.0 - _mean(limbs.min(axis=1) if len(limbs) else []),
-        "heading": 1.0 - _mean(heading),
-        "lost": lost,
-        "missing": (1.0 - lost) * poses.missing / max(1, len(rows) + poses.missing),
-        "jumps": _mean(motion[:, 0]),
-        "shaking": _mean(motion[:, 1]),
-        "passes": _mean(motion[:, 2]),
-        "limits": _mean(motion[:, 3]),
-        "average body": float(not evidence.measured),
-        "few views": 2.0 / cameras,
-    }
+        "pieces": _mean([one.pieces for one in views.values()]), "flicker": _flicker(samples),
+        "limbs": 1.0 - _mean(limbs.ravel()), "worst limb": 1.0 - _mean(limbs.min(axis=1) if len(limbs) else []),
+        "heading": 1.0 - _mean(heading), "lost": lost,
+        "missing": (1.0 - lost) * poses.missing / max(1, len(rows) + poses.missing), "jumps": _mean(motion[:, 0]),
+        "shaking": _mean(motion[:, 1]), "passes": _mean(motion[:, 2]), "limits": _mean(motion[:, 3]),
+        "average body": float(not evidence.measured), "few views": 2.0 / cameras,
+    }  # fmt: skip
     return Stretch(*span, np.array([values[name] for name in FEATURES]), views, apart, len(rows))
 
 
@@ -182,13 +173,10 @@ def _view_means(samples: Sequence[SampleFigures]) -> dict[str, ViewSample]:
     for name in names:
         own = [sample.views[name] for sample in samples if name in sample.views]
         found[name] = ViewSample(
-            outside=_mean([one.outside for one in own]),
-            uncovered=_mean([one.uncovered for one in own]),
-            area=_mean([one.area for one in own]),
-            pieces=_mean([one.pieces for one in own]),
-            cut=_mean([float(one.cut) for one in own]) > 0.5,
-            hidden=_mean([one.hidden for one in own]),
-        )
+            outside=_mean([one.outside for one in own]), uncovered=_mean([one.uncovered for one in own]),
+            area=_mean([one.area for one in own]), pieces=_mean([one.pieces for one in own]),
+            cut=_mean([float(one.cut) for one in own]) > 0.5, hidden=_mean([one.hidden for one in own]),
+        )  # fmt: skip
     return found
 
 

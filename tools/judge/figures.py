@@ -7,12 +7,11 @@ from itertools import combinations
 
 import numpy as np
 
-from zenocap.common import messages as m
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import silhouette_mask
+from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
 from zenocap.tools.judge.evidence import PoseRow, TakeBody, TakeEvidence
 from zenocap.tools.judge.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
@@ -123,13 +122,6 @@ def _tangents(baseline: Baseline, outline: Outline) -> Floats:
     if values[ends[1]] - values[ends[0]] > WIDEST_RAD:
         return np.full(2, np.nan)
     return np.where(outline.cut[ends], np.nan, values[ends])
-
-
-def camera_of(info: m.CameraInfo) -> Camera:
-    """The camera of a message."""
-    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
-    size = int(info.size[0]), int(info.size[1])
-    return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
 
 
 def motion_figures(evidence: TakeEvidence, body: TakeBody, times: Ints, rows: Sequence[PoseRow]) -> Floats:

@@ -1,7 +1,6 @@
 """Reasons of a verdict: groups of features that raise the expected error."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -42,14 +41,6 @@ CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond whic
 }
 
 
-@dataclass(frozen=True)
-class WeightedReason:
-    """A reason with its weight: share of ln error, or 1 and more for a figure that is clearly wrong."""
-
-    weight: float
-    reason: m.VerdictReason
-
-
 def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
     """By kind: (n,) stretches with a figure that is clearly wrong, whatever the expected error."""
     values = np.stack([one.values for one in stretches])
@@ -88,14 +79,15 @@ def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list
 def reasons_of(
     evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, lags: ViewLags | None
 ) -> list[m.VerdictReason]:
-    """Reasons of a take that is not good, one or more, the weightiest first.
+    """Reasons of a take that is not good, one or more, the weightiest first: by their share of ln error, and 1 for a figure
+    that is clearly wrong.
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
     clear, more = clear_faults(stretches), raised(evidence, terms)
-    found: list[WeightedReason] = []
+    found: list[tuple[float, m.VerdictReason]] = []  # with their weights
     if lags is not None:
-        found.append(WeightedReason(LAG_WEIGHT, lags.reason))
+        found.append((LAG_WEIGHT, lags.reason))
     for kind, values in more.items():
         if lags is not None and kind == lags.reason.kind:
             continue
@@ -107,17 +99,17 @@ def reasons_of(
             viewers, text = TEXTS[kind](some)
             share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < SHOWN_SHARE else ""
             reason = m.VerdictReason(kind=kind, viewers=viewers, text=text.replace("{share}", share))
-            found.append(WeightedReason(weight, reason))
-    lost = lost_reason(stretches, start_ns)
+            found.append((weight, reason))
+    lost = _lost_reason(stretches, start_ns)
     if lost is not None:
         found.append(lost)
-    found.sort(key=lambda one: -one.weight)
-    notable = [one.reason for one in found if one.weight > NOTABLE][:MOST_REASONS]
-    return notable or [one.reason for one in found[:1]]
+    found.sort(key=lambda one: -one[0])
+    notable = [reason for weight, reason in found if weight > NOTABLE][:MOST_REASONS]
+    return notable or [reason for _, reason in found[:1]]
 
 
-def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> WeightedReason | None:
-    """No pose in some of the time; None without such a stretch."""
+def _lost_reason(stretches: Sequence[Stretch], start_ns: int) -> tuple[float, m.VerdictReason] | None:
+    """No pose in some of the time, and the weight of that; None without such a stretch."""
     lost = np.array([one.without_pose for one in stretches])
     if not lost.any():
         return None
@@ -133,4 +125,4 @@ def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> WeightedReason |
         f"{end_s:.1f} s: two cameras must see the whole person; trim the take with --from and --until of other commands"
     )
     weight = 1.0 + float(lost.mean()) if lost.mean() > 0.02 else float(lost.mean())
-    return WeightedReason(weight, m.VerdictReason(kind="lost", text=text))
+    return weight, m.VerdictReason(kind="lost", text=text)

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import groupby
 
 import numpy as np
@@ -17,12 +18,9 @@ Text = tuple[list[str], str]  # viewers, text
 MAX_REASON = 1000  # characters, as in the message
 SHOWN_PARTS = 10  # of a take that are less than good
 EVIDENCE = {
-    "both-ways": "poses of both passes, silhouettes",
-    "one-pass": "poses of one pass, silhouettes",
-    "two-view": "poses of two-view, silhouettes",
-    "poses-only": "poses alone",
-    "none": "nothing",
-}
+    "both-ways": "poses of both passes, silhouettes", "one-pass": "poses of one pass, silhouettes",
+    "two-view": "poses of two-view, silhouettes", "poses-only": "poses alone", "none": "nothing",
+}  # fmt: skip
 
 
 def verdict_lines(verdict: m.Verdict) -> Iterator[str]:
@@ -116,20 +114,8 @@ def _silhouettes(stretches: Sequence[Stretch]) -> Text:
     if means and means[worst[0]] > 0.02:
         figure = f"{100 * means[worst[0]]:.0f} % of the silhouette is not connected with the rest"
         return worst, f"{_cameras(worst)}: {figure}{{share}}: contrast to the background, light, other people"
-    return (
-        [],
-        "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light",
-    )
-
-
-def _limbs(stretches: Sequence[Stretch]) -> Text:
-    value = _mean(stretches, "worst limb")
-    return ([], f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras")
-
-
-def _heading(stretches: Sequence[Stretch]) -> Text:
-    value = _mean(stretches, "heading")
-    return ([], f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet")
+    text = "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light"
+    return [], text
 
 
 def _jumps(stretches: Sequence[Stretch]) -> Text:
@@ -138,28 +124,29 @@ def _jumps(stretches: Sequence[Stretch]) -> Text:
     return [], f"{figure}{{share}}: more cameras, or a higher frame rate"
 
 
-def _passes(stretches: Sequence[Stretch]) -> Text:
-    return (
-        [],
-        f"the passes forwards and backwards differ by {1000 * _mean(stretches, 'passes'):.0f} mm{{share}}: more cameras",
-    )
-
-
-def _limits(stretches: Sequence[Stretch]) -> Text:
-    value = _mean(stretches, "limits")
-    return ([], f"{100 * value:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration")
-
-
-def _average_body(stretches: Sequence[Stretch]) -> Text:
-    return [], "no T-pose was seen: the body has average proportions: begin with both arms stretched sideways"
-
-
-def _few_views(stretches: Sequence[Stretch]) -> Text:
-    return [], "two cameras leave depth and hidden limbs open: a third one, from another side"
+def _figure(name: str, factor: float, text: str, stretches: Sequence[Stretch]) -> Text:
+    """A text with the mean of a figure, in its unit there: multiplied by a factor."""
+    return [], text.format(factor * _mean(stretches, name))
 
 
 TEXTS: Mapping[str, Callable[[Sequence[Stretch]], Text]] = {
     "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "silhouettes": _silhouettes,
-    "limbs": _limbs, "heading": _heading, "jumps": _jumps, "passes": _passes, "limits": _limits,
-    "average-body": _average_body, "few-views": _few_views,
+    "jumps": _jumps,
+    "limbs": partial(
+        _figure, "worst limb", 100, "an arm or a leg is wrong with a probability of {:.0f} %{{share}}: more cameras"
+    ),
+    "heading": partial(
+        _figure, "heading", 100, "front and back may be exchanged (probability {:.0f} %){{share}}: show the feet"
+    ),
+    "passes": partial(
+        _figure, "passes", 1000, "the passes forwards and backwards differ by {:.0f} mm{{share}}: more cameras"
+    ),
+    "limits": partial(
+        _figure, "limits", 100,
+        "{:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration",
+    ),
+    "average-body": lambda _: (
+        [], "no T-pose was seen: the body has average proportions: begin with both arms stretched sideways"
+    ),
+    "few-views": lambda _: ([], "two cameras leave depth and hidden limbs open: a third one, from another side"),
 }  # fmt: skip

@@ -8,7 +8,6 @@ so that the share of each feature in the error is its term.  Frames without a po
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -47,11 +46,6 @@ USED = (CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, UNIVERSAL
 ROUND = 4  # decimals of a stored error, m: 0.1 mm
 EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
 KINDS = ("both-ways", "one-pass", "two-view", "poses-only")  # of evidence; each has coefficients of its own
-OF_SILHOUETTES = (
-    "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut", "hidden", "empty",
-    "pieces", "flicker",
-)  # fmt: skip
-OF_TRACKER = ("limbs", "worst limb", "heading", "average body")
 LOST = FEATURES.index("lost")
 
 
@@ -126,14 +120,6 @@ def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
     return m.VerdictReason(kind="no-pose", viewers=[], text=text)
 
 
-@dataclass(frozen=True)
-class TakeVerdict:
-    """verdict: of a take.  stored: whether it is in the take, else it was computed now."""
-
-    verdict: m.Verdict
-    stored: bool
-
-
 def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
     evidence = TakeEvidence()
@@ -142,25 +128,14 @@ def evidence_in(path: Path) -> TakeEvidence:
     return evidence
 
 
-def verdict_in(path: Path) -> TakeVerdict:
+def verdict_in(path: Path) -> m.Verdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
     evidence = TakeEvidence()
     for received in Take(path).envelopes((*USED, VERDICT)):
         if isinstance(received.message, m.Verdict):
-            return TakeVerdict(received.message, stored=True)
+            return received.message
         evidence.add(received.message)
-    return TakeVerdict(verdict_of(evidence), stored=False)
-
-
-def used_features(kind: str) -> tuple[str, ...]:
-    """Features that the model of a kind of evidence uses."""
-    left_out = {
-        "both-ways": (),
-        "one-pass": ("passes",),
-        "two-view": ("passes", "unused", *OF_TRACKER),
-        "poses-only": ("passes", "unused", *OF_SILHOUETTES),
-    }[kind]
-    return tuple(name for name in FEATURES if name not in ("lost", "missing", *left_out))
+    return verdict_of(evidence)
 
 
 def terms(values: Floats) -> Floats:

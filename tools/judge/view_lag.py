@@ -10,12 +10,11 @@ from itertools import pairwise
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.common.conversion import silhouette_mask
+from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.delays import limits_of, silhouette_lags
 from zenocap.common.lags.pairs import Offset
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.tools.judge.evidence import TakeEvidence
-from zenocap.tools.judge.figures import camera_of
 from zenocap.tools.judge.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
 
 

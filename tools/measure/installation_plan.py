@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import inf
+from math import ceil, inf
 from statistics import mean
 from typing import TYPE_CHECKING
 
@@ -43,7 +43,7 @@ def lines_of(installation: Installation, costs: Costs) -> Iterator[str]:
 
 def _machine_lines(installation: Installation, costs: Costs, found: Demand) -> Iterator[str]:
     yield f"of all cores at most {USABLE:.0%} are planned: with more, processes wait for a core"
-    yield f"smallest number of cores: {_whole(found.cores / USABLE)}"
+    yield f"smallest number of cores: {max(1, ceil(found.cores / USABLE))}"
     one_rig = replace(installation, cameras=installation.views, rigs=1, routers=0)
     busiest = max((one for one in found.services if one.service != "router"), key=lambda one: one.cores)
     if busiest.cores > LOOP_USABLE:
@@ -56,10 +56,6 @@ def _machine_lines(installation: Installation, costs: Costs, found: Demand) -> I
         yield f"machines of {installation.cores} cores: {found.machines}"
         rate = highest_rate(one_rig, costs, USABLE * installation.cores)
         yield f"one such machine for one rig of {one_rig.cameras} cameras: up to {rate:.0f} frames/s"
-
-
-def _whole(cores: float) -> int:
-    return max(1, int(-(-cores // 1)))
 
 
 def _amount(count: float) -> str:
@@ -79,14 +75,11 @@ def measured(costs: Costs, size: tuple[int, int], measure: Callable[[Plan], "Mea
     two_view, hybrid = (measure(plan) for plan in plans(size))
     viewer, silhouette = _ratio(two_view, "viewer", costs), _ratio(hybrid, "viewer", costs)
     return replace(
-        costs,
-        two_view=_scaled(costs.two_view, viewer),
-        silhouette=_scaled(costs.silhouette, silhouette),
+        costs, two_view=_scaled(costs.two_view, viewer), silhouette=_scaled(costs.silhouette, silhouette),
         integrator=costs.integrator * _ratio(two_view, "integrator", costs),
         tracker=_scaled(costs.tracker, _ratio(hybrid, "tracker", costs)),
-        forwarded=costs.forwarded * _ratio(two_view, "router", costs),
-        process=costs.process * silhouette,
-    )
+        forwarded=costs.forwarded * _ratio(two_view, "router", costs), process=costs.process * silhouette,
+    )  # fmt: skip
 
 
 def installation_of(plan: Plan) -> Installation:

@@ -106,18 +106,11 @@ def figures(arrivals: Arrivals, window: DueWindow, rigs: Sequence[str], viewers:
     per_second = viewers / window.seconds if window.seconds > 0 else 0.0
     bins = np.bincount(np.searchsorted(EDGES_MS, latencies, side="right"), minlength=len(EDGES_MS) + 1)
     return Figures(
-        offered=offered,
-        completed=completed,
-        partial=partial,
-        lost=offered - completed - partial,
-        offered_fps=offered * per_second,
-        completed_fps=completed * per_second,
-        latency_ms=percentiles(latencies),
-        view_ms=percentiles(view_ms),
-        skew_ms=percentiles([(max(times) - min(times)) / 1e6 for times in whole]),
-        growth_ms=_growth(arrivals.whole, window, rigs),
-        histogram=tuple(int(count) for count in bins),
-    )
+        offered=offered, completed=completed, partial=partial, lost=offered - completed - partial,
+        offered_fps=offered * per_second, completed_fps=completed * per_second, latency_ms=percentiles(latencies),
+        view_ms=percentiles(view_ms), skew_ms=percentiles([(max(times) - min(times)) / 1e6 for times in whole]),
+        growth_ms=_growth(arrivals.whole, window, rigs), histogram=tuple(int(count) for count in bins),
+    )  # fmt: skip
 
 
 def percentiles(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> dict[str, float]:

@@ -126,12 +126,9 @@ def _wait_until_ready(
 
 
 def receive(
-    processes: LoadProcesses,
-    subscriber: LoadSubscriber,
-    seconds: float,
-    stopped: Callable[[], bool],
+    processes: LoadProcesses, subscriber: LoadSubscriber, seconds: float, stopped: Callable[[], bool],
     report: Callable[[float], None] = lambda share: None,
-) -> None:
+) -> None:  # fmt: skip
     """Receive messages for a number of seconds while all processes run.  Raises LoadError when one fails."""
     start_s = time.monotonic()
     while not stopped() and (elapsed_s := time.monotonic() - start_s) < seconds:

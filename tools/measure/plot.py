@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from zenocap.tools.measure.latency import EDGES_MS
@@ -72,7 +71,6 @@ def draw_soak(path: Path, soak: Soak) -> None:
 
 def _figure(count: int) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=(11.0, 3.8 * ((count + 1) // 2)), layout="constrained")
-    FigureCanvasAgg(figure)
     return figure, [figure.add_subplot((count + 1) // 2, 2, number + 1) for number in range(count)]
 
 

@@ -39,12 +39,9 @@ def value_of(plan: Plan, quantity: RampQuantity) -> float:
 
 
 def ramp(
-    plan: Plan,
-    quantity: RampQuantity,
-    measure: Callable[[Plan], Measurement],
-    stopped: Callable[[], bool],
+    plan: Plan, quantity: RampQuantity, measure: Callable[[Plan], Measurement], stopped: Callable[[], bool],
     watch: Callable[[Measurement], None],
-) -> Ramp:
+) -> Ramp:  # fmt: skip
     """Measure `plan` with increasing values of a quantity.  watch: gets every measurement.
 
     Raises PlanError for the first.

@@ -35,12 +35,9 @@ COLUMNS = (
 def report(points: Sequence[Measurement], ramp: Ramp | None = None, soak: Soak | None = None) -> bytes:
     """Return the results as indented JSON."""
     found: Json = {
-        "made_with": versions(),
-        "machine": {"processor": processor(), "system": platform.platform()},
-        "limits": LIMITS,
-        "histogram_edges_ms": EDGES_MS,
-        "points": [point_json(point) for point in points],
-    }
+        "made_with": versions(), "machine": {"processor": processor(), "system": platform.platform()}, "limits": LIMITS,
+        "histogram_edges_ms": EDGES_MS, "points": [point_json(point) for point in points],
+    }  # fmt: skip
     if ramp is not None:
         best = ramp.largest_held
         found["ramp"] = {
@@ -79,14 +76,9 @@ def cost_json(cost: Cost) -> Json:
 
 def soak_json(soak: Soak) -> Json:
     return {
-        "plan": soak.plan,
-        "flat": soak.flat,
-        "failure": soak.failure,
-        "dropped": soak.dropped,
-        "trends": soak.trends,
-        "restarts": soak.restarts,
-        "buckets": [bucket_json(bucket) for bucket in soak.buckets],
-    }
+        "plan": soak.plan, "flat": soak.flat, "failure": soak.failure, "dropped": soak.dropped, "trends": soak.trends,
+        "restarts": soak.restarts, "buckets": [bucket_json(bucket) for bucket in soak.buckets],
+    }  # fmt: skip
 
 
 def bucket_json(bucket: Bucket) -> Json:

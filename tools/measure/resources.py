@@ -182,12 +182,13 @@ def bottleneck(plan: Plan, figures: Figures, every: Sequence[Cost], used: Machin
 
 
 def _busy(cost: Cost) -> str:
-    stages = {name: ms for name, ms in cost.stages_ms.items() if name.startswith("step_")}
-    text = f"its loop is busy {cost.busy:.0%} of the time, {cost.cores:.2f} cores"
-    if not stages:
-        return text
-    longest = max(stages, key=lambda name: stages[name])
-    return f"{text}; longest stage {longest} {stages[longest]:.1f} ms"
+    return f"its loop is busy {cost.busy:.0%} of the time, {cost.cores:.2f} cores{_longest_stage('; ', cost.stages_ms)}"
+
+
+def _longest_stage(separator: str, stages_ms: Mapping[str, float]) -> str:
+    """The longest stage of a step, in words; empty without any."""
+    name = max((name for name in stages_ms if name.startswith("step_")), key=lambda name: stages_ms[name], default=None)
+    return f"{separator}longest stage {name} {stages_ms[name]:.1f} ms" if name else ""
 
 
 def _machine(used: MachineUse) -> str:
@@ -202,7 +203,5 @@ def _costliest(every: Sequence[Cost]) -> str:
     stages: dict[str, float] = {}
     for cost in every:
         if cost.key[1] == kind:
-            stages |= {name: ms for name, ms in cost.stages_ms.items() if name.startswith("step_")}
-    longest = max(stages, key=lambda name: stages[name], default=None)
-    detail = f", longest stage {longest} {stages[longest]:.1f} ms" if longest else ""
-    return f"{kind} ({kinds[kind]:.2f} cores together{detail})"
+            stages |= cost.stages_ms
+    return f"{kind} ({kinds[kind]:.2f} cores together{_longest_stage(', ', stages)})"

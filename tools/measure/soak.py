@@ -79,13 +79,9 @@ class _SoakState:
 
 
 def soak(
-    plan: Plan,
-    deployment: Deployment,
-    minutes: float,
-    restart_s: float,
-    stopped: Callable[[], bool],
+    plan: Plan, deployment: Deployment, minutes: float, restart_s: float, stopped: Callable[[], bool],
     report: ReportProgress,
-) -> Soak:
+) -> Soak:  # fmt: skip
     """Run for `minutes`; kill the last viewer of the first rig every `restart_s` seconds, 0 for never.
 
     Returns the measurements up to an interruption or failure.  Raises LoadError and BusError when it cannot start.

@@ -6,7 +6,7 @@ python -m zenocap.tools.measure.stand_in stand-in|subscriber RIG --id ID --epoch
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -117,23 +117,10 @@ def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions)
         return run(service, bus, clock, stopped=stopped)
 
 
-def _count(_: None, count: int, event: Event[DueFrame]) -> tuple[int, Sequence[Message]]:
-    return count + isinstance(event, Envelope), []
-
-
-def _received_count(count: int) -> Mapping[str, int]:
-    return {"received": count}
-
-
 def main(
-    kind: Annotated[Literal["stand-in", "subscriber"], typer.Argument()],
-    rig: Annotated[Path, typer.Argument()],
-    id: Annotated[str, typer.Option()],
-    priority: Priority = "normal",
-    epoch_ns: int = 0,
-    *,
-    zenoh: ZenohArguments,
-) -> None:
+    kind: Annotated[Literal["stand-in", "subscriber"], typer.Argument()], rig: Annotated[Path, typer.Argument()],
+    id: Annotated[str, typer.Option()], priority: Priority = "normal", epoch_ns: int = 0, *, zenoh: ZenohArguments,
+) -> None:  # fmt: skip
     logs.configure(f"{kind} {id}")
     options = zenoh.options()
     try:

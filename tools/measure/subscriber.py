@@ -10,6 +10,7 @@ from time import monotonic
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.closable import Closable
 from zenocap.common.messages import Health, Phase, Sighting, Silhouette, TrackerPose, UniversalBap
 from zenocap.common.rig.methods import method_of
 from zenocap.common.runtime.clock import RealClock
@@ -20,8 +21,8 @@ from zenocap.tools.measure.load_plan import Plan
 from zenocap.tools.measure.resources import ProcessKey
 
 
-class LoadSubscriber:
-    """Subscriber to be used in a `with` statement.  Raises BusError."""
+class LoadSubscriber(Closable):
+    """Raises BusError."""
 
     def __init__(self, plan: Plan, options: ZenohOptions, stopped: Callable[[], bool]) -> None:
         self._plan = plan
@@ -35,10 +36,7 @@ class LoadSubscriber:
         for topic in (results, views, HEALTH):
             self._bus.subscribe(topic, every=True)
 
-    def __enter__(self) -> "LoadSubscriber":
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self._bus.close()
         self._own.close()
 

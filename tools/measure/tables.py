@@ -21,15 +21,11 @@ def points_table(points: Sequence[Measurement]) -> Table:
     for point in points:
         found = point.figures
         table.add_row(
-            point.plan.title(),
-            f"{found.offered_fps:.0f}/s",
-            f"{found.completed_fps:.0f}/s",
-            f"{100 * found.loss:.2f} %",
-            *(_ms(found.latency_ms, name) for name in ("p50", "p95", "p99", "p99.9")),
-            _ms(found.skew_ms, "p99"),
+            point.plan.title(), f"{found.offered_fps:.0f}/s", f"{found.completed_fps:.0f}/s", f"{100 * found.loss:.2f} %",
+            *(_ms(found.latency_ms, name) for name in ("p50", "p95", "p99", "p99.9")), _ms(found.skew_ms, "p99"),
             f"{point.used.own:.2f} + {point.used.others:.2f}",
             Text("yes", style="green") if point.held else Text("no", style="red"),
-        )
+        )  # fmt: skip
     return table
 
 
@@ -48,14 +44,10 @@ def costs_table(point: Measurement) -> Table:
         each = [cost for cost in point.costs if cost.key[1] == kind]
         dropped = str(sum(sum(cost.lost.values()) for cost in each) or "")
         table.add_row(
-            f"{len(each)} x {kind}",
-            f"{sum(cost.cores for cost in each):.2f}",
-            f"to {max(cost.busy for cost in each):.0%}",
-            f"{sum(cost.memory_bytes for cost in each) / 1e6:.0f}",
-            str(sum(cost.handles for cost in each)),
-            str(sum(cost.threads for cost in each)),
-            dropped,
-        )
+            f"{len(each)} x {kind}", f"{sum(cost.cores for cost in each):.2f}", f"to {max(cost.busy for cost in each):.0%}",
+            f"{sum(cost.memory_bytes for cost in each) / 1e6:.0f}", str(sum(cost.handles for cost in each)),
+            str(sum(cost.threads for cost in each)), dropped,
+        )  # fmt: skip
     return table
 
 

@@ -44,12 +44,10 @@ def draw_angles(path: Path, curves: AngleCurves, found: AngleAccuracy, names: tu
 
     Raises UserError, and ImportError without matplotlib.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     rows = -(-len(found.angles) // COLUMNS)
     figure = Figure(figsize=(COLUMNS * WIDTH_IN, rows * HEIGHT_IN + 0.5), layout="constrained")
-    FigureCanvasAgg(figure)
     plots = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).flat
     for axes, (name, error) in zip(plots, found.angles.items(), strict=False):
         axes.plot(curves.times_s, curves.truth[name], color="black", linewidth=1.4)

@@ -26,6 +26,7 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.session.lookahead import available_cores
 from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.fusion import SECTIONS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
@@ -34,7 +35,7 @@ from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.takes.take_writer import TakeWriter
-from zenocap.tools.takes.track import Tracked, TrackedFrameSet, available_cores, track
+from zenocap.tools.takes.track import Tracked, TrackedFrameSet, track
 
 WRITING = "writing the take"
 WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand
@@ -55,12 +56,9 @@ def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
 
 
 def track_both_ways(
-    rig: Rig,
-    take: Path,
-    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
-    watch: Watch = lambda *_: None,
+    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, watch: Watch = lambda *_: None,
     jobs: int | None = None,
-) -> Tracked:
+) -> Tracked:  # fmt: skip
     """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with the progress after the first pass.
 
     When the second pass is interrupted or fails, the take is that of the forward pass; a failure is one of the problems.
@@ -96,13 +94,9 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
 
 
 def with_both_ways(
-    take: Path,
-    rig: str,
-    setup: Setup,
-    open_take: Callable[[Path], Recording],
-    watch: Watch = lambda *_: None,
+    take: Path, rig: str, setup: Setup, open_take: Callable[[Path], Recording], watch: Watch = lambda *_: None,
     jobs: int = 1,
-) -> tuple[int, m.Verdict]:
+) -> tuple[int, m.Verdict]:  # fmt: skip
     """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
     found = both_ways(take, rig, setup, watch, jobs)
     end_ns = EPOCH_NS

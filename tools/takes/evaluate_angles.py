@@ -127,15 +127,12 @@ def compared(
         raise UserError(f"{take_path.name} and {truth_path.name} have no joint angle in common")
     count = len(both)
     result = AngleAccuracy(
-        convention=CONVENTION,
-        frames=int(np.count_nonzero(both)),
+        convention=CONVENTION, frames=int(np.count_nonzero(both)),
         without_pose_pct=100.0 * float(np.count_nonzero(~both)) / count,
         take_lost_pct=100.0 * float(np.count_nonzero(~take_known)) / count,
-        truth_lost_pct=100.0 * float(np.count_nonzero(~truth_known)) / count,
-        angles=angles,
-        not_compared=not_compared,
+        truth_lost_pct=100.0 * float(np.count_nonzero(~truth_known)) / count, angles=angles, not_compared=not_compared,
         notes=(*take.notes, *truth.notes),
-    )
+    )  # fmt: skip
     instants = np.where(truth_at >= 0, truth.times_s[truth_at], take.times_s[take_at] - shift_s)
     return result, AngleCurves(instants, *curves)
 
@@ -162,15 +159,11 @@ def error_of(take: Floats, truth: Floats) -> AngleError:
     bias = float(difference.mean())
     moving = len(found) > 1 and found.std() > STILL_DEG and expected.std() > STILL_DEG
     return AngleError(
-        frames=len(found),
-        mae_deg=float(np.abs(difference).mean()),
-        rms_deg=float(np.sqrt((difference**2).mean())),
-        bias_deg=bias,
-        rms_unbiased_deg=float(np.sqrt(((difference - bias) ** 2).mean())),
-        range_truth_deg=float(np.ptp(expected)),
-        range_take_deg=float(np.ptp(found)),
+        frames=len(found), mae_deg=float(np.abs(difference).mean()), rms_deg=float(np.sqrt((difference**2).mean())),
+        bias_deg=bias, rms_unbiased_deg=float(np.sqrt(((difference - bias) ** 2).mean())),
+        range_truth_deg=float(np.ptp(expected)), range_take_deg=float(np.ptp(found)),
         correlation=float(np.corrcoef(found, expected)[0, 1]) if moving else None,
-    )
+    )  # fmt: skip
 
 
 def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Floats]) -> dict[str, Floats]:

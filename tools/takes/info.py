@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from zenocap.common import messages as m
+from zenocap.common import topics
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
@@ -13,20 +14,7 @@ from zenocap.common.observe.account import METADATA, Account, read_account
 from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.recording.take_account import refused_of
-from zenocap.common.topics import (
-    ASSIGNMENT,
-    CAMERA_ADVICE,
-    CAMERA_DELAYS,
-    COMMAND,
-    FRAME_RATE,
-    HEALTH,
-    POSTURE,
-    SIGHTING,
-    SILHOUETTE,
-    TRACKER_DETAIL,
-    VERDICT,
-    topic_at,
-)
+from zenocap.common.topics import topic_at
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.verdict import USED, verdict_of
 from zenocap.tools.takes.take_health import HealthTally, RateTally, Reduced, ServiceHealth
@@ -44,10 +32,13 @@ from zenocap.tools.takes.take_statistics import (
     chunk_counts,
 )
 
-BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
+BY_FRAME = (topics.SIGHTING, topics.SILHOUETTE)  # published by a viewer for every frame
 UPDATE_EVERY = 1000  # messages between two calls of `watch`
 
-READ = (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE, CAMERA_DELAYS)
+READ = (
+    *USED, topics.ASSIGNMENT, topics.POSTURE, topics.COMMAND, topics.HEALTH, topics.VERDICT, topics.FRAME_RATE,
+    topics.TRACKER_DETAIL, topics.CAMERA_ADVICE, topics.CAMERA_DELAYS,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -114,11 +105,8 @@ class Info:
 
 
 def info(
-    path: Path,
-    first: Bound | None = None,
-    last: Bound | None = None,
-    watch: Callable[[int], None] = lambda _: None,
-) -> Info:
+    path: Path, first: Bound | None = None, last: Bound | None = None, watch: Callable[[int], None] = lambda _: None,
+) -> Info:  # fmt: skip
     """Content of the take at `path`, of the part from `first` to `last`.  Raises UserError.
 
     watch: is called with the number of messages read.
@@ -243,11 +231,10 @@ class _Tally:
             return None
         self.evidence.add(received.message)
         self._keep(received.message)
-        self._count(received.message)
         return received.message
 
     def _keep(self, message: m.Message) -> None:
-        """Keep what only the last message of a kind says."""
+        """Keep what only the last message of a kind says, and count the others."""
         match message:
             case m.Verdict() as verdict:
                 self.verdict = verdict
@@ -257,11 +244,6 @@ class _Tally:
                 self.height_ratio = body.ratio
             case m.TrackerBdp(measured=measured):
                 self.tracked.measured = measured
-            case _:
-                pass
-
-    def _count(self, message: m.Message) -> None:
-        match message:
             case m.CameraAdvice() as advice:
                 self.advice.add(advice)
             case m.Assignment() as assignment:

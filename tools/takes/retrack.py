@@ -4,11 +4,13 @@ Everything that the viewers published is copied byte for byte, at its own time, 
 again.  With the set-up of the take itself, a take of `zenocap track` becomes itself again.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import cast
 
 from zenocap.common import messages as m
+from zenocap.common import topics
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
@@ -25,27 +27,11 @@ from zenocap.common.recording.setup_file import (
     write_setup,
 )
 from zenocap.common.recording.writer import Attachment, Recording, RecordingError, no_conversion
-from zenocap.common.rig.services import MAIN, ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Service
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.session.session import Session
-from zenocap.common.topics import (
-    BOTH_WAYS_POSE,
-    CAMERA,
-    CAMERA_DELAYS,
-    FRAME_RATE,
-    HANDLED,
-    HEALTH,
-    POSTURE,
-    REQUEST,
-    SCENE_POINTS,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    VERDICT,
-    service_at,
-)
+from zenocap.common.topics import service_at
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import service_parameters
@@ -53,10 +39,8 @@ from zenocap.tools.takes.members import recorded_recognizer, tracker_setup
 from zenocap.tools.takes.take_writer import TakeWriter
 
 # Not the detail of an overloaded tracker: now there is time for all points.
-INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, CAMERA_DELAYS, REQUEST)
-OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
-TRACKER: ServiceKey = ("tracker", MAIN)
-RECOGNIZER: ServiceKey = ("recognizer", MAIN)
+INPUTS = (topics.SILHOUETTE, topics.CAMERA, topics.HEALTH, topics.FRAME_RATE, topics.CAMERA_DELAYS, topics.REQUEST)
+OUTPUTS = (topics.TRACKER_BDP, topics.TRACKER_POSE, topics.SCENE_POINTS, topics.POSTURE, topics.HANDLED)
 MEDIA_TYPES = {PRIOR_FILE: "application/octet-stream", POSTURES_FILE: "application/octet-stream"}
 
 
@@ -88,13 +72,13 @@ def retrack(
                 writer.record(one)
                 on_message(one.message)
 
-        for one in _with_first(first, received):
+        for one in chain([first], received):
             clock.set(max(clock.now_ns(), one.received_ns))
             service = service_at(one.key)
-            if one.topic in (BOTH_WAYS_POSE, VERDICT):
+            if one.topic in (topics.BOTH_WAYS_POSE, topics.VERDICT):
                 continue
             if service in again:
-                if one.topic is HANDLED:
+                if one.topic is topics.HANDLED:
                     record(session.report(service))
                 continue
             writer.record(one)
@@ -125,24 +109,17 @@ def take_like(
     own = ("zenocap", "versions", METADATA)  # of the new file; it has no log, and so no account
     kept = {name: values for name, values in source.metadata.items() if name not in own}
     return Recording(
-        path,
-        rig=rig.name,
-        start_ns=start_ns,
-        metadata={"versions": versions()} | kept | dict(metadata),
-        attachments=tuple(files),
-        overwrite=True,
+        path, rig=rig.name, start_ns=start_ns, metadata={"versions": versions()} | kept | dict(metadata),
+        attachments=tuple(files), overwrite=True,
         convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if has_foxglove(source.path) else no_conversion,
-    )
+    )  # fmt: skip
 
 
 def has_foxglove(path: Path) -> bool:
     """Whether a take has channels of Foxglove beside its own; those of the first camera come first."""
-    for recorded in Take(path).messages():
-        if recorded.topic.startswith("foxglove/"):
-            return True
-        if recorded.topic.endswith("/silhouette"):
-            return False
-    return False
+    keys = (recorded.topic for recorded in Take(path).messages())
+    first = next((key for key in keys if key.startswith("foxglove/") or key.endswith("/silhouette")), "")
+    return first.startswith("foxglove/")
 
 
 def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> list[Service[object, object, Frame]]:
@@ -152,8 +129,3 @@ def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> 
         recognizer = recorded_recognizer(rig, source, attached)
         services += [] if recognizer is None else [recognizer]
     return cast("list[Service[object, object, Frame]]", services)
-
-
-def _with_first(first: Envelope, others: Iterator[Envelope]) -> Iterator[Envelope]:
-    yield first
-    yield from others

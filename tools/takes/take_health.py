@@ -50,15 +50,10 @@ class HealthTally:
     def health(self, service: str, id: str) -> ServiceHealth:
         counts = self.before + Counter({} if self.last is None else self.last.counts)
         return ServiceHealth(
-            service=service,
-            id=id,
-            reports=self.reports,
-            state=self.state,
-            clock_offset_ms=self.offset_ns / 1e6,
-            clock_error_ms=self.error_ns / 1e6,
-            memory_mb=self.memory_bytes / 1e6,
+            service=service, id=id, reports=self.reports, state=self.state, clock_offset_ms=self.offset_ns / 1e6,
+            clock_error_ms=self.error_ns / 1e6, memory_mb=self.memory_bytes / 1e6,
             counts={name: count for name, count in sorted(counts.items()) if name != PROCESS},
-        )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

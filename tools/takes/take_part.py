@@ -4,13 +4,8 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.common.recording.reader import Recorded
 from zenocap.common.topics import BOTH_WAYS_POSE, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP, topic_at
 
-NUMBERED = (
-    SIGHTING,
-    SILHOUETTE,
-    UNIVERSAL_BAP,
-    TRACKER_POSE,
-    BOTH_WAYS_POSE,
-)  # their MCAP sequence number is the frame number
+# Topics whose MCAP sequence number is the frame number.
+NUMBERED = (SIGHTING, SILHOUETTE, UNIVERSAL_BAP, TRACKER_POSE, BOTH_WAYS_POSE)
 
 
 def frame_of(recorded: Recorded) -> int | None:

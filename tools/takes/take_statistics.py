@@ -210,13 +210,10 @@ class CommandTally:
         if not self.outcomes:
             return None
         return Commands(
-            done=self.outcomes["done"],
-            failed=self.outcomes["failed"],
-            dropped=self.outcomes["dropped"],
-            targets=dict(sorted(self.targets.items())),
-            latency_ms=_median_and_largest_ms(self.latencies_ns),
+            done=self.outcomes["done"], failed=self.outcomes["failed"], dropped=self.outcomes["dropped"],
+            targets=dict(sorted(self.targets.items())), latency_ms=_median_and_largest_ms(self.latencies_ns),
             since_end_ms=_median_and_largest_ms(self.since_end_ns),
-        )
+        )  # fmt: skip
 
 
 def _median_and_largest_ms(values_ns: Collection[int]) -> tuple[float, float]:

@@ -37,11 +37,10 @@ class SeekableVideo:
 
     def at(self, time_s: float) -> Image | None:
         """The frame that is shown at a time from the first one on, (height, width, 3) BGR; None outside of the file."""
-        if time_s < 0 or (self._last is None and time_s > SOUGHT_S):
-            if time_s < 0:
-                return None
-            self._seek(time_s)
-        elif self._last is not None and not self._last[0] <= time_s < self._last[0] + SOUGHT_S:
+        if time_s < 0:
+            return None
+        decoded_s = 0.0 if self._last is None else self._last[0]
+        if not decoded_s <= time_s < decoded_s + SOUGHT_S:
             self._seek(time_s)
         try:
             while self._last is None or self._last[0] < time_s:

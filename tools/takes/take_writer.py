@@ -1,10 +1,8 @@
 """A take that is written with the verdict on its messages as the last one."""
 
-from types import TracebackType
-from typing import Self
-
 from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.closable import Closable
 from zenocap.common.messages import Verdict
 from zenocap.common.recording.writer import Recording
 from zenocap.common.topics import VERDICT
@@ -12,7 +10,7 @@ from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.verdict import verdict_of
 
 
-class TakeWriter:
+class TakeWriter(Closable):
     """Writes to a recording, which is closed on leaving the context.  rig: its name."""
 
     def __init__(self, recording: Recording, rig: str) -> None:
@@ -30,8 +28,5 @@ class TakeWriter:
         self.recording.record(Envelope(VERDICT.at(self._rig), VERDICT, verdict, now_ns, codec.encode(verdict)))
         return verdict
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def close(self) -> None:
         self.recording.close()

@@ -4,7 +4,6 @@ Time is that of the frames, so that two runs give equal bytes.
 """
 
 import logging
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,7 +21,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
-from zenocap.common.session.lookahead import Lookahead, limited_threads
+from zenocap.common.session.lookahead import Lookahead, available_cores, limited_threads
 from zenocap.common.session.session import Session
 from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
@@ -98,15 +97,10 @@ def opened(rig: Rig, clock: ManualClock, inputs: Inputs) -> dict[str, Iterator[F
 
 
 def track_frames(
-    rig: Rig,
-    frames: dict[str, Iterator[Frame]],
-    clock: ManualClock,
-    take: Path,
-    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
-    logged: Sequence[Topic] = TOPICS,
-    jobs: int = 1,
+    rig: Rig, frames: dict[str, Iterator[Frame]], clock: ManualClock, take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, logged: Sequence[Topic] = TOPICS, jobs: int = 1,
     inputs: Inputs | None = None,
-) -> Tracked:
+) -> Tracked:  # fmt: skip
     """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
 
     logged: topics of the take.  jobs: as of `track`.  inputs: counts the frames.  Raises SourceError before the first
@@ -149,16 +143,9 @@ def track_frames(
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
-        count,
-        poses,
-        written.messages,
-        tuple(problems),
-        session.states(),
-        measured,
-        complete=written.failure is None,
-        verdict=None if written.failure else verdict,
-        advice=tuple(advice.faults()),
-    )
+        count, poses, written.messages, tuple(problems), session.states(), measured, complete=written.failure is None,
+        verdict=None if written.failure else verdict, advice=tuple(advice.faults()),
+    )  # fmt: skip
 
 
 def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:
@@ -186,11 +173,6 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
 def tolerance_ns(rig: Rig) -> int:
     """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
     return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
-
-
-def available_cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

@@ -11,7 +11,7 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.animated_skeleton import animated_skeleton
 from zenocap.common.formats.pose_track import every_frame
-from zenocap.tools.takes.render.skin import skin_of
+from zenocap.tools.takes.export import skin_of
 
 JOINTS = {"LHip": "LeftUpLeg", "RKnee": "RightLeg", "LElbow": "LeftForeArm", "RWrist": "RightHand", "LAnkle": "LeftFoot"}
 

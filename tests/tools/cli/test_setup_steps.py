@@ -19,28 +19,20 @@ AWAY = Cameras(
 )
 
 
-def look(folder: Path, known: Cameras) -> None:
-    setup_steps.look(folder, known)
-
-
-def calibrate(folder: Path, known: Cameras) -> None:
-    setup_steps.calibrate(folder, known)
-
-
-def take(folder: Path, known: Cameras) -> None:
+def take(folder: Path, _: Cameras) -> None:
     setup_steps.take(folder, 12.0)
 
 
 @pytest.mark.parametrize(
     ("step", "known", "answers", "commands"),
     [
-        (look, HERE, [], ["cameras"]),
-        (look, AWAY, [], ["cameras"]),
-        (calibrate, HERE, ["b", 35.0], ["calibrate board"]),
-        (calibrate, AWAY, ["b", 35.0, ""], ["film", "calibrate board"]),
-        (calibrate, HERE, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
-        (calibrate, AWAY, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
-        (calibrate, HERE, ["f", "lenses.toml"], ["calibrate convert"]),
+        (setup_steps.look, HERE, [], ["cameras"]),
+        (setup_steps.look, AWAY, [], ["cameras"]),
+        (setup_steps.calibrate, HERE, ["b", 35.0], ["calibrate board"]),
+        (setup_steps.calibrate, AWAY, ["b", 35.0, ""], ["film", "calibrate board"]),
+        (setup_steps.calibrate, HERE, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
+        (setup_steps.calibrate, AWAY, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
+        (setup_steps.calibrate, HERE, ["f", "lenses.toml"], ["calibrate convert"]),
         (take, HERE, [""], ["up"]),
     ],
 )

@@ -1,6 +1,5 @@
 """Stand-ins publish recorded messages on schedule and answer the integrator."""
 
-from dataclasses import dataclass
 from itertools import islice
 
 import pytest
@@ -9,6 +8,7 @@ from typer.testing import CliRunner
 from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import ASSIGNMENT
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.measure.recorded_messages import RecordedMessages
@@ -19,13 +19,9 @@ S = 1_000_000_000
 
 
 def recorded(number: int) -> RecordedMessages:
-    silhouette = m.Silhouette(
-        frame=number, captured_ns=0, viewer="1", size=(4, 3), region=(0, 0, 4, 3), data=b"%d" % number
-    )
+    silhouette = built(m.Silhouette, frame=number, size=(4, 3), region=(0, 0, 4, 3), data=b"%d" % number)
     sighting = built(m.Sighting, frame=number)
-    bap = m.PartialBap(
-        frame=number, captured_ns=0, viewer="1", view="flank", angles={}, limbs={}, exchange=0.0, score=number / 10
-    )
+    bap = built(m.PartialBap, frame=number, view="flank", score=number / 10)
     return RecordedMessages(silhouette, sighting, bap)
 
 
@@ -64,22 +60,11 @@ def test_other_assignments_are_not_answered(event: Envelope) -> None:
     assert step(SETUP, waiting, event) == (waiting, [])
 
 
-@dataclass
-class FakeTime:
-    ns: int
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += round(seconds * S)
-
-
 def test_frames_are_due_by_the_schedule() -> None:
-    time = FakeTime(10 * S)
-    frames = due_frames(10.0, Playback(9 * S, time, sleep=time.sleep))
+    clock = ManualClock(10 * S)
+    frames = due_frames(10.0, Playback(9 * S, clock, sleep=lambda seconds: clock.advance(round(seconds * S))))
     assert [(f.frame, f.captured_ns) for f in islice(frames, 2)] == [(10, 10 * S), (11, 10 * S + S // 10)]
-    time.ns += S
+    clock.advance(S)
     assert next(frames).frame == 21
 
 

@@ -17,7 +17,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses, summary_of
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.tracker import TrackerOverrides
@@ -65,7 +65,7 @@ def arms_file(folder: Path) -> Path:
 
 
 def messages(path: Path) -> list[Envelope]:
-    return [received for recorded in Take(path).messages() if (received := envelope(recorded)) is not None]
+    return list(Take(path).envelopes(invalid="raise"))
 
 
 @pytest.mark.slow
@@ -176,14 +176,15 @@ def test_an_interrupted_second_pass_leaves_the_take_of_the_forward_pass(
     assert not zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
+def full(_: int) -> None:
+    raise OSError(28, "No space left on device")
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
 def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
     takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, activity: str
 ) -> None:
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
-
     def fill(now: str, done: int, _: int) -> None:
         if now == activity and done == 20:
             monkeypatch.setattr("zenocap.common.recording.writer.os.fsync", full)
@@ -200,9 +201,6 @@ def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
 
 @pytest.mark.nightly
 def test_no_second_pass_follows_a_take_that_could_not_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
-
     def fill(_: TrackedFrameSet) -> None:
         monkeypatch.setattr("zenocap.common.recording.writer.os.fsync", full)
 
@@ -224,11 +222,10 @@ def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Pa
     """A gap in the silhouettes: no pose is lost there."""
     poses = read_poses(takes[0])
     gap = {bap.captured_ns for bap in poses.baps[20:25]}
-
-    def change(received: Envelope) -> Envelope | None:
-        return None if isinstance(received.message, m.Silhouette) and received.message.captured_ns in gap else received
-
-    path = changed(takes[0], tmp_path / "a.mcap", change)
+    path = changed(
+        takes[0], tmp_path / "a.mcap",
+        lambda one: None if isinstance(one.message, m.Silhouette) and one.message.captured_ns in gap else one,
+    )  # fmt: skip
     attached = Take(path)
     assert list(attached.messages())
     recorded = read_setup(path, attached.attachments[SETUP_FILE])

@@ -86,14 +86,8 @@ def test_figures_agree_with_the_shared_scorer(tmp_path: Path) -> None:
     write_trc(tmp_path / "track.trc", track)
     write_trc(tmp_path / "truth.trc", truth)
     command = [
-        sys.executable,
-        str(SCORER),
-        str(tmp_path / "track.trc"),
-        str(tmp_path / "truth.trc"),
-        "--from",
-        "9",
-        "--json",
-    ]
+        sys.executable, str(SCORER), str(tmp_path / "track.trc"), str(tmp_path / "truth.trc"), "--from", "9", "--json",
+    ]  # fmt: skip
     shared = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     ours = accuracy(track, truth, ScoredFrames(first=Bound(9)))
     for name in ("frames", "joints", "mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):

@@ -297,18 +297,6 @@ def test_errors_are_one_line(
     assert message in " ".join(text.replace("│", " ").split())
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [(["--axes", "z-up"], "axes z-up: allowed in mot: y-up, opensim"), (["--units", "mm"], "units mm: allowed in mot: m")],
-)
-def test_a_mot_file_is_in_metres_with_y_up(walk: Path, tmp_path: Path, options: list[str], message: str) -> None:
-    status, _, text = zenocap("export", walk, "-o", tmp_path / "a.mot", *options)
-    assert status == 1
-    assert message in text
-    assert not (tmp_path / "a.mot").exists()
-
-
 def test_a_person_lost_in_every_frame_gives_no_mot_file(tmp_path: Path) -> None:
     take = take_of(tmp_path / "a.mcap", walking_person(TEN_PARTS, 4, lost=(0, 1, 2, 3)))
     status, _, text = zenocap("export", take, "-o", tmp_path / "a.mot")
@@ -336,12 +324,8 @@ def test_inverse_kinematics_of_opensim_agrees_with_the_key_points_it_was_compute
     found = compared(one, other, ALL, centres, REFERENCE)[0]
     assert found.frames == 100
     limits = {
-        "knee_flexion": 9.0,
-        "hip_flexion": 7.0,
-        "hip_adduction": 9.0,
-        "shoulder_elevation": 9.0,
-        "elbow_flexion": 20.0,
-    }
+        "knee_flexion": 9.0, "hip_flexion": 7.0, "hip_adduction": 9.0, "shoulder_elevation": 9.0, "elbow_flexion": 20.0,
+    }  # fmt: skip
     for name, limit in limits.items():
         for side in ("r", "l"):
             assert found.angles[f"{name}_{side}"].rms_deg < limit, (name, side, found.angles[f"{name}_{side}"])

@@ -148,8 +148,12 @@ def test_two_exports_give_equal_bytes(to: str, take: Path, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    "arguments", [("--from", "-1"), ("--from", "2m"), ("--until", "1e3"), ("--fps", "0"), ("--axes", "up")]
-)
+    "arguments",
+    [
+        ("--from", "-1"), ("--from", "2m"), ("--until", "1e3"), ("--fps", "0"), ("--axes", "up"), ("--joints", "body25"),
+        ("--min-confidence", "1.5"),
+    ],
+)  # fmt: skip
 def test_wrong_usage_is_status_2(arguments: tuple[str, str], take: Path, tmp_path: Path) -> None:
     status, _, err = zenocap("export", take, "--to", "csv", "-o", tmp_path / "a.csv", *arguments)
     assert status == 2

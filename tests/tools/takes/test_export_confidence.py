@@ -9,7 +9,7 @@ import pytest
 
 import zenocap
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
-from tests.support.command import zenocap as run
+from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
@@ -34,11 +34,11 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found: list[m.Message] = [camera, m.TrackerBdp(frame=0, captured_ns=START_NS, body=body)]
     for frame in range(COUNT):
         limbs = dict.fromkeys(LIMBS, 0.9) | ({"left_arm": 0.2} if frame == BAD else {})
+        captured_ns, position = START_NS + round(frame * 1e9 / 30), (0.1 * frame, 0.9, 0.0)
         found.append(
-            m.TrackerPose(
-                frame=frame, captured_ns=START_NS + round(frame * 1e9 / 30), position=(0.1 * frame, 0.9, 0.0),
-                angles=angles, position_spread=(0.0, 0.0, 0.0), spread={}, likelihood=0.0, effective=1.0, lost=False,
-                views=["1"], limbs=limbs, lost_limbs=["left_arm"] if frame == BAD else [], heading=0.97,
+            built(
+                m.TrackerPose, frame=frame, captured_ns=captured_ns, position=position, angles=angles, views=["1"],
+                limbs=limbs, lost_limbs=["left_arm"] if frame == BAD else [], heading=0.97,
             )
         )  # fmt: skip
     return write_take(tmp_path_factory.mktemp("tracked") / "take.mcap", found)
@@ -97,6 +97,3 @@ def test_a_take_without_confidence_is_refused_where_it_is_asked_for(tmp_path: Pa
 def test_formats_without_points_refuse(tracked: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"bvh has no points to leave out: allowed in trc, c3d, csv, parquet, npz"):
         export(tracked, tmp_path / "take.bvh", ExportOptions("bvh", min_confidence=0.5))
-    status, _, error = run("export", tracked, "-o", tmp_path / "a.trc", "--min-confidence", "1.5")
-    assert status == 2
-    assert "--min-confidence" in error

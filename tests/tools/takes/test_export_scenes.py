@@ -82,6 +82,8 @@ def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> 
     [
         (("-o", "a.glb", "--units", "cm"), "a.glb: units cm, axes y-up: allowed in glb: units m, axes y-up"),
         (("-o", "a.glb", "--axes", "unity"), "a.glb: units m, axes unity: allowed in glb: units m, axes y-up"),
+        (("-o", "a.mot", "--axes", "z-up"), "axes z-up: allowed in mot: units m, axes y-up, opensim"),
+        (("-o", "a.mot", "--units", "mm"), "units mm, axes y-up: allowed in mot: units m, axes y-up, opensim"),
         (("-o", "a.bvh", "--bones", "vrm"), "a.bvh: bones vrm: allowed in glb, usd"),
         (("-o", "a.glb", "--joints", "coco"), "a.glb: joints coco: glb has no points: allowed in trc, c3d, csv"),
         (("-o", "a.x", "--to", "usd"), "a.x: suffix '.x': allowed in usd: .usd, .usda, .usdc, .usdz"),

@@ -1,6 +1,7 @@
 """`zenocap info`: channels, gaps, missing frames, pairs, health; of complete and truncated takes."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -81,13 +82,18 @@ def test_missing_frames_are_listed(tmp_path: Path) -> None:
     assert (two.missing, two.holes) == (0, ())
 
 
+def tally_of(frames: Iterable[int]) -> FrameTally:
+    tally = FrameTally()
+    for frame in frames:
+        tally.add(frame)
+    return tally
+
+
 @given(st.permutations(range(12)), st.sets(st.integers(0, 11), max_size=6), st.data())
 def test_slightly_reordered_frames_do_not_count_as_missing(order: list[int], lost: set[int], data: st.DataObject) -> None:
     """Frames slightly out of order, after the first: only absent frames count as missing."""
     reordered = sorted(range(1, 13), key=lambda frame: frame + 2 * (order[frame - 1] % 2))
-    tally = FrameTally()
-    for frame in [0, *(frame for frame in reordered if frame - 1 not in lost)]:
-        tally.add(frame)
+    tally = tally_of([0, *(frame for frame in reordered if frame - 1 not in lost)])
     missing = {frame + 1 for frame in lost if frame + 1 < tally.last}
     holes = tally.frames("1", "sighting").holes
     assert {frame for first, last in holes for frame in range(first, last + 1)} == missing
@@ -95,16 +101,12 @@ def test_slightly_reordered_frames_do_not_count_as_missing(order: list[int], los
 
 
 def test_restarted_frame_numbers_do_not_count_as_missing() -> None:
-    tally = FrameTally()
-    for frame in (100, 101, 0, 1, 1, 3):
-        tally.add(frame)
+    tally = tally_of((100, 101, 0, 1, 1, 3))
     assert (tally.restarts, tally.missing, tally.seen) == (1, 1, 6)
 
 
 def test_number_of_stored_gaps_is_bounded() -> None:
-    tally = FrameTally()
-    for frame in range(0, 10_000, 2):
-        tally.add(frame)
+    tally = tally_of(range(0, 10_000, 2))
     assert tally.missing == 4999
     assert len(tally.holes) == 1000
     assert len(tally.frames("1", "sighting").holes) == 20
@@ -270,12 +272,7 @@ def test_commands_have_counts_and_latencies(tmp_path: Path) -> None:
 
 def reported(at: int, *, ended: bool = False, **sent: int) -> tuple[int, m.Health]:
     counts = {"process": 7, **({"ended": 1} if ended else {}), **{f"sent.{topic}": count for topic, count in sent.items()}}
-    one = replace_time(health(at, **counts), START_NS + at * FRAME_NS)
-    return at, one
-
-
-def replace_time(message: m.Health, captured_ns: int) -> m.Health:
-    return msgspec.structs.replace(message, captured_ns=captured_ns)
+    return at, msgspec.structs.replace(health(at, **counts), captured_ns=START_NS + at * FRAME_NS)
 
 
 @pytest.mark.parametrize("stored", [False, True])

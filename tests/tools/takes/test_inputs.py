@@ -28,6 +28,12 @@ def even(count: int, start: float = 0.0) -> list[float]:
     return [start + k * PERIOD for k in range(count)]
 
 
+def test_frames_within_half_a_period_form_one_frame_set() -> None:
+    other = [0.1 * PERIOD, 1.9 * PERIOD, 3.3 * PERIOD]
+    groups = grouped(Inputs(), {"a": frames(even(4)), "b": frames(other)})
+    assert groups == [{"a": 0, "b": 0}, {"a": 1}, {"a": 2, "b": 1}, {"a": 3, "b": 2}]
+
+
 def test_videos_of_different_lengths_are_used_where_both_have_frames() -> None:
     inputs = Inputs()
     groups = grouped(inputs, {"a": frames(even(100)), "b": frames(even(40, 20 * PERIOD))})

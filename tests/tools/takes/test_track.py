@@ -1,6 +1,5 @@
 """Offline tracking by the steps of the live system: every frame, fixed order, reproducible bytes."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,56 +9,24 @@ import pytest
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.errors import EndedEarly, SourceError, UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
-from zenocap.common.rig.sources import Actor, Device, FirstFrames
-from zenocap.services.viewer.frame import Frame
+from zenocap.common.rig.sources import Actor, AdaptiveBackground, Device, FirstFrames
+from zenocap.common.topics import HANDLED, SILHOUETTE
 from zenocap.tools.operate.warmup import parts as warmup
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.takes.inputs import Inputs
 from zenocap.tools.takes.overlay import Overlay
 from zenocap.tools.takes.render.floor import darken_floor, draw_floor
 from zenocap.tools.takes.render.rasterizer import develop, fill, light_body
 from zenocap.tools.takes.rig_changes import at_working_size
 from zenocap.tools.takes.track import TrackedFrameSet, track
+from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
-
-IMAGE = np.zeros((12, 16, 3), dtype=np.uint8)
-
-
-def frames(*times: int, breaks: bool = False) -> Iterator[Frame]:
-    for k, captured_ns in enumerate(times):
-        yield Frame(k, captured_ns, IMAGE)
-    if breaks:
-        raise EndedEarly("cam01.mp4: cut")
-
-
-def frame_sets_of(tolerance_ns: int, **sources: Iterator[Frame]) -> tuple[list[dict[str, int]], list[str]]:
-    inputs = Inputs()
-    found = [{id: frame.captured_ns for id, frame in group.items()} for group in inputs.frame_sets(sources, tolerance_ns)]
-    return found, inputs.problems
-
-
-def test_frames_within_the_tolerance_form_one_frame_set() -> None:
-    found, _ = frame_sets_of(5, a=frames(0, 10, 20, 30), b=frames(1, 19, 33))
-    assert found == [{"a": 0, "b": 1}, {"a": 10}, {"a": 20, "b": 19}, {"a": 30, "b": 33}]
-
-
-def test_longer_source_continues_alone_after_the_shorter_one_ends() -> None:
-    found, problems = frame_sets_of(5, a=frames(0), b=frames(0, 10, 20))
-    assert found == [{"a": 0, "b": 0}, {"b": 10}, {"b": 20}]
-    assert problems == []
-
-
-def test_broken_source_is_reported_and_the_other_continues() -> None:
-    found, problems = frame_sets_of(5, a=frames(0, breaks=True), b=frames(0, 10))
-    assert found == [{"a": 0, "b": 0}, {"b": 10}]
-    assert problems == ["cam01.mp4: cut"]
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +52,7 @@ def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -
 
 
 def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
-    received = [found for recorded in Take(take).messages() if (found := envelope(recorded))]
+    received = list(Take(take).envelopes(invalid="raise"))
     messages = [found.message for found in received]
     start = next(message.frame for message in messages if isinstance(message, m.Sighting))
     for viewer in ("1", "2"):
@@ -98,12 +65,8 @@ def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
     read = Take(take)
     assert sum(1 for _ in read.messages()) > 100
     assert set(read.attachments) == {
-        "demo-two-view.toml",
-        "demo-calibration.toml",
-        "parameters.json",
-        "setup.json",
-        "recognizer.postures",
-    }
+        "demo-two-view.toml", "demo-calibration.toml", "parameters.json", "setup.json", "recognizer.postures",
+    }  # fmt: skip
     assert read.metadata["rig"]["name"] == "demo"
     assert "numpy" in read.metadata["versions"]
 
@@ -198,3 +161,33 @@ def test_recorded_message_is_decoded_to_an_envelope(take: Path) -> None:
     assert isinstance(found, Envelope)
     assert isinstance(found.message, m.CameraInfo)
     assert found.message.captured_ns == EPOCH_NS
+
+
+def feedback_rig(*, feedback: bool) -> Rig:
+    """The demo rig of the tracker, small, with a simulated person who raises both arms once."""
+    small = at_working_size(demo_rig(), (160, 120), None)
+    changed = {"source": Actor("raise-both-arms", 3), "background": AdaptiveBackground(), "feedback": feedback}
+    return replace(small, viewers=tuple(replace(viewer, **changed) for viewer in small.viewers))
+
+
+def silhouettes(take: Path) -> list[bytes]:
+    return [one.message.data for one in Take(take).envelopes((SILHOUETTE,), invalid="raise")]
+
+
+@pytest.mark.nightly
+def test_two_runs_are_equal_for_any_number_of_cores_and_the_poses_are_traced_inputs(tmp_path: Path) -> None:
+    one, two, off = tmp_path / "one.mcap", tmp_path / "two.mcap", tmp_path / "off.mcap"
+    result = track(feedback_rig(feedback=True), one, jobs=1)
+    assert result.poses > 10
+    assert result.problems == ()
+    track(feedback_rig(feedback=True), two, jobs=2)
+    assert one.read_bytes() == two.read_bytes()
+    track(feedback_rig(feedback=False), off)
+    assert len(silhouettes(one)) == len(silhouettes(off)) > 0
+    assert silhouettes(one) != silhouettes(off)
+    traces = [received.message for received in Take(one).envelopes((HANDLED,), invalid="raise")]
+    keys = {key for trace in traces if trace.service == "viewer" for key in trace.keys}
+    assert any(key.endswith("tracker/pose") for key in keys)
+    found = verify([one])
+    assert sum(found.different.values()) == 0
+    assert sum(found.equal.values()) > 0

@@ -60,15 +60,10 @@ class DelaysArguments:
 
 
 def board(
-    films: Films = None,
-    *,
-    square: SquareOption,
-    given: BoardCalibrationArguments,
-    images: ImageArguments,
-    board_options: Annotated[BoardArguments, EXPERT],
-    expert: Annotated[DelaysArguments, EXPERT],
+    films: Films = None, *, square: SquareOption, given: BoardCalibrationArguments, images: ImageArguments,
+    board_options: Annotated[BoardArguments, EXPERT], expert: Annotated[DelaysArguments, EXPERT],
     page: Annotated[PageArguments, EXPERT],
-) -> None:
+) -> None:  # fmt: skip
     """Calibrate lenses, positions and delays of all cameras from videos of a printed board.
 
     Show the board to two or more cameras at once, move it slowly through the room, tilt it, bring it near each camera, and

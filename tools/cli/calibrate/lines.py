@@ -100,12 +100,9 @@ class MeasurementArguments:
 
 
 def lines(
-    measurements: FileAndCameras = None,
-    *,
-    given: LinesArguments,
-    page: Annotated[PageArguments, EXPERT],
+    measurements: FileAndCameras = None, *, given: LinesArguments, page: Annotated[PageArguments, EXPERT],
     typed: Annotated[MeasurementArguments, RESEARCH],
-) -> None:
+) -> None:  # fmt: skip
     """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
 
     Place them at A = (0, 0), B = (0, D_Z) and C = (D_X, 0); camera 1 on +Z looks to -Z, camera 2 on -X looks to +X.

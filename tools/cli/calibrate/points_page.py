@@ -68,13 +68,9 @@ def _expanded(text: str) -> list[str]:
 
 
 def run_points(
-    sources: Sequence[str],
-    images: ImageArguments,
-    page: PageArguments,
-    program: str,
-    make_task: Callable[[list[str]], PointsTask],
-    output: Path,
-) -> NoReturn:
+    sources: Sequence[str], images: ImageArguments, page: PageArguments, program: str,
+    make_task: Callable[[list[str]], PointsTask], output: Path,
+) -> NoReturn:  # fmt: skip
     """Serve the page until Finish, and end the command, with status FAILED when nothing was saved.  Raises UserError.
 
     make_task: of the names of the cameras.

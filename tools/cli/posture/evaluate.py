@@ -44,12 +44,9 @@ class ValidationArguments:
 
 
 def evaluate(
-    manifest: ManifestPath,
-    *,
-    given: ValidationArguments,
-    sources: SourceArguments,
+    manifest: ManifestPath, *, given: ValidationArguments, sources: SourceArguments,
     training: Annotated[TrainingArguments, RESEARCH],
-) -> None:
+) -> None:  # fmt: skip
     """Cross-validate a manifest: recognize each example with models trained on others.
 
     Every example is tested once by each protocol, and the likeliest posture is the answer: the paper's Table 2. A posture

@@ -68,30 +68,22 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
 def model_json(path: Path, model: PostureModel) -> dict[str, object]:
     """The same as JSON; durations in seconds."""
     return {
-        "file": str(path),
-        "classifier": "paper" if model.forest is None else "forest",
-        "features": model.features,
-        "rate": model.rate,
-        "symbols": model.symbols,
-        "states": model.states,
-        "labels": list(model.labels),
+        "file": str(path), "classifier": "paper" if model.forest is None else "forest", "features": model.features,
+        "rate": model.rate, "symbols": model.symbols, "states": model.states, "labels": list(model.labels),
         "durations": model.durations.tolist(),
         "thresholds": (model if model.forest is None else model.forest).thresholds.tolist(),
         "false_postures": None if model.forest is None else _alarms_json(model.forest.alarms),
         "training": asdict(model.training),
-    }
+    }  # fmt: skip
 
 
 def _alarms_json(alarms: FalseAlarms | None) -> dict[str, object] | None:
     if alarms is None:
         return None
     return {
-        "background_hours": alarms.hours,
-        "found": alarms.count,
-        "per_hour": alarms.per_hour,
-        "most_per_hour": alarms.most_per_hour,
-        "least_share": alarms.least,
-    }
+        "background_hours": alarms.hours, "found": alarms.count, "per_hour": alarms.per_hour,
+        "most_per_hour": alarms.most_per_hour, "least_share": alarms.least,
+    }  # fmt: skip
 
 
 def outcome_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
@@ -163,13 +155,11 @@ def draw_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
     Raises OSError, and ImportError without matplotlib.
     """
     import numpy as np
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     count = len(outcomes[0].labels)
     side = 2.5 + 0.32 * count
     figure = Figure(figsize=(len(outcomes) * side, side), layout="constrained")
-    FigureCanvasAgg(figure)
     for at, outcome in enumerate(outcomes):
         axes = figure.add_subplot(1, len(outcomes), at + 1)
         confusion, tested = outcome.confusion, outcome.tested
@@ -177,14 +167,9 @@ def draw_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
         for true, given in zip(*np.nonzero(confusion), strict=True):
             dark = 2 * confusion[true, given] > tested[true]
             axes.text(
-                given,
-                true,
-                str(confusion[true, given]),
-                ha="center",
-                va="center",
-                color="white" if dark else "black",
+                given, true, str(confusion[true, given]), ha="center", va="center", color="white" if dark else "black",
                 size=8,
-            )
+            )  # fmt: skip
         axes.set_xticks(range(count), outcome.labels, rotation=90, size=8)
         axes.set_yticks(range(count), outcome.labels if at == 0 else [""] * count, size=8)
         axes.set(xlabel="recognized as", ylabel="posture" if at == 0 else "")

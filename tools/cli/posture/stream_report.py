@@ -99,12 +99,9 @@ def stream_json(outcome: StreamOutcome, notes: Sequence[str]) -> dict[str, objec
     curve = [{"level": level} | _score_json(score) for level, score in outcome.curve()]
     postures = {label: _score_json(outcome.score(label)) for label in outcome.labels}
     return {
-        "hours": outcome.hours,
-        "all": _score_json(outcome.score()),
-        "postures": postures,
-        "curve": curve,
+        "hours": outcome.hours, "all": _score_json(outcome.score()), "postures": postures, "curve": curve,
         "notes": [*notes],
-    }
+    }  # fmt: skip
 
 
 def _score_json(score: StreamScore) -> dict[str, object]:
@@ -122,13 +119,11 @@ def draw_curve(path: Path, outcome: StreamOutcome) -> None:
     The shaded range ends at the upper limit of the rate, see `false_alarms.upper_rate`.  Raises OSError, and ImportError
     without matplotlib.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     from zenocap.services.recognizer.false_alarms import upper_rate
 
     figure = Figure(figsize=(7.0, 5.5), layout="constrained")
-    FigureCanvasAgg(figure)
     shares, rates = figure.subplots(2, 1, sharex=True)
     curve = outcome.curve()
     levels, scores = [level for level, _ in curve], [score for _, score in curve]

@@ -34,14 +34,9 @@ class AlarmArguments:
 
 
 def train(
-    manifest: ManifestPath,
-    output: OutputOption,
-    *,
-    as_json: JsonOption = False,
-    sources: SourceArguments,
-    alarms: Annotated[AlarmArguments, EXPERT],
-    training: Annotated[TrainingArguments, RESEARCH],
-) -> None:
+    manifest: ManifestPath, output: OutputOption, *, as_json: JsonOption = False, sources: SourceArguments,
+    alarms: Annotated[AlarmArguments, EXPERT], training: Annotated[TrainingArguments, RESEARCH],
+) -> None:  # fmt: skip
     """Train a posture model of the examples in a manifest, and the rejection of other movements.
 
     Sources are takes (.mcap), motion capture (.bvh, .trc, .c3d), and rig files or clip folders, which are tracked first.

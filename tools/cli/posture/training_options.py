@@ -66,13 +66,7 @@ class TrainingArguments:
         from zenocap.services.recognizer.training.examples import TrainingSettings
 
         settings = TrainingSettings(
-            classifier=self.classifier,
-            features=self.features,
-            symbols=self.symbols,
-            states=self.states,
-            rate=self.rate,
-            seed=self.seed,
-            ignored=parts_of(self.ignore or ""),
-            false_per_hour=false_per_hour,
-        )
+            classifier=self.classifier, features=self.features, symbols=self.symbols, states=self.states, rate=self.rate,
+            seed=self.seed, ignored=parts_of(self.ignore or ""), false_per_hour=false_per_hour,
+        )  # fmt: skip
         return replace(settings, topology=self.topology or settings.topology, scale=self.scale or settings.scale)

@@ -35,11 +35,7 @@ COUNT_GAUGES: Mapping[str, tuple[str, str, float]] = {  # the same with a factor
     "log_on": ("zenocap_log_recording", "1 while a take is recorded, else 0.", 1.0),
     "log_stopped": ("zenocap_log_stopped", "1 when the take could not be written any more, else 0.", 1.0),
     "log_free_mb": ("zenocap_log_free_bytes", "Free space of the disk with the takes.", 1e6),
-    "certificate_days": (
-        "zenocap_certificate_left_seconds",
-        "Until its certificate expires, whole days.",
-        86400.0,
-    ),
+    "certificate_days": ("zenocap_certificate_left_seconds", "Until its certificate expires, whole days.", 86400.0),
 }
 HEALTH_GAUGES: tuple[tuple[str, str, Callable[[Health], float]], ...] = (
     ("zenocap_rate_hertz", "Frames per second, or messages of the busiest topic.", lambda health: health.rate),
@@ -118,9 +114,7 @@ class RigCollector(Collector):
 
     def _poses(self) -> Iterator[Metric]:
         poses = CounterMetricFamily(
-            "zenocap_poses",
-            "Poses received, with the person tracked or lost.",
-            labels=("rig", "source", "state"),
+            "zenocap_poses", "Poses received, with the person tracked or lost.", labels=("rig", "source", "state")
         )
         latency = HistogramMetricFamily(
             "zenocap_pose_latency_seconds", "Capture of the frame to receipt of its pose.", labels=("rig", "source")

@@ -9,7 +9,6 @@ from zenocap.common.rig.outputs import OUTPUTS as OUTPUT_KINDS
 from zenocap.common.rig.services import ORDER
 from zenocap.common.topics import TOPICS
 
-DEFAULT_PORT = 9464  # of Prometheus exporters of OpenTelemetry
 MAX_RIGS = 16  # that are found on the network; rigs of files are always exported; by hand
 MAX_SERVICES = 64  # of a rig, besides those of its file; by hand
 FORGET_NS = 300_000_000_000  # a service not of a rig file and silent for this long is removed; by hand

@@ -13,19 +13,8 @@ from zenocap.common.runtime.foreign_text import printable
 BLOCKS = "▁▂▃▄▅▆▇█"
 QUARTER_FRAME_MS = 8.0  # at 30 frames/s; larger clock offsets are highlighted
 HEADINGS = (
-    "service",
-    "",
-    "rate/s",
-    "",
-    "latency ms",
-    "longest step ms",
-    "lost",
-    "clock ms",
-    "MB",
-    "cores",
-    "busy",
-    "state",
-)
+    "service", "", "rate/s", "", "latency ms", "longest step ms", "lost", "clock ms", "MB", "cores", "busy", "state",
+)  # fmt: skip
 LEFT = ("service", "", "longest step ms", "state")
 STYLES = {"up": "green", "starting": "yellow", "silent": "red", "gone": "red", "missing": "red"}
 

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.live import Live
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.closable import Closable
 from zenocap.common.observe.view import TROUBLE, RigView, ServiceRow, observed, rows
 from zenocap.common.observe.watch import Watch
 from zenocap.common.rig.services import ServiceKey
@@ -22,7 +23,7 @@ ONCE_S = 2.5  # every service publishes its health once a second
 REFRESH_S, LINE_S = 0.25, 1.0
 
 
-class Top:
+class Top(Closable):
     """Views of one or several rigs.  rigs: their services by name; empty for all rigs on the network."""
 
     def __init__(
@@ -33,10 +34,7 @@ class Top:
         self._watch = Watch(options, "top", rigs, (HEALTH, CAMERA_ADVICE), stopped)
         self._views = {rig: RigView(rig, tuple(services)) for rig, services in rigs.items()}
 
-    def __enter__(self) -> "Top":
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self._watch.__exit__()
 
     def listen(self, seconds: float) -> None:

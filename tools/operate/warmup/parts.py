@@ -43,7 +43,10 @@ from zenocap.simulation.motion.timeline import t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.takes.members import members
-from zenocap.tools.takes.render.jit_warmup import load_compiled as load_compiled_pictures
+from zenocap.tools.takes.render.camera_path import framing_camera
+from zenocap.tools.takes.render.scene import Ground, Scene, sun_of
+from zenocap.tools.takes.render.surfaces import body_surface, posed_surface
+from zenocap.tools.takes.render.theme import THEMES
 
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the T-pose, lowering the arms, a jump
 FPS = 15.0
@@ -103,7 +106,11 @@ def _recognizer(_: Callable[[str], None]) -> None:
 
 
 def _pictures(_: Callable[[str], None]) -> None:
-    load_compiled_pictures(true_bdp(person(0)))
+    """Every drawing function, which only `zenocap render` needs: the live page draws in the browser."""
+    bdp = true_bdp(person(0))
+    surface = posed_surface(body_surface(TEN_PARTS, bdp), part_frames(TEN_PARTS, bdp, _standing(0.0)))
+    camera = framing_camera(0.0, 0.1, surface.points, (64, 48))
+    Scene(camera, Ground(np.zeros(2), 4.0), next(iter(THEMES.values())), sun_of(0.0)).picture(surface)
 
 
 def _rig() -> Rig:

@@ -77,10 +77,6 @@ def _weight(part: str) -> int:
 def _start(parts: Sequence[str]) -> subprocess.Popen[str]:
     options = [word for part in parts for word in ("--part", part)]
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "zenocap", "warmup", *options],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+        [sys.executable, "-P", "-m", "zenocap", "warmup", *options], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip

@@ -8,12 +8,11 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import silhouette_mask
+from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.recording.reader import Take
 from zenocap.tools.judge.evidence import evidence_of
-from zenocap.tools.judge.figures import camera_of
 from zenocap.tools.judge.parameters import MIN_AREA
 from zenocap.tools.judge.verdict import USED
 from zenocap.tools.setup.calibration.drift import Drift, drift_of, turn_deg

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import camera_of
 from zenocap.common.errors import UserError
 from zenocap.common.lags.delays import CameraLags, limits_of, silhouette_lags
 from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.file import MAX_DELAY_MS
 from zenocap.tools.judge.evidence import TakeEvidence
-from zenocap.tools.judge.figures import camera_of
 from zenocap.tools.judge.verdict import evidence_in
 from zenocap.tools.judge.view_lag import outlines_of
 

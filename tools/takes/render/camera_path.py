@@ -9,28 +9,16 @@ from scipy.ndimage import gaussian_filter1d
 from zenocap.common.arrays import Floats
 from zenocap.common.body.inverse_kinematics import interpolated
 from zenocap.common.camera.pinhole import Camera
-from zenocap.services.animator.parameters import (
-    BODY_MARGIN_M,
-    FIELD_OF_VIEW_DEG,
-    FILL,
-    FOLLOW_SMOOTHING_S,
-    LIT_RADIUS,
-    MIN_DISTANCE_M,
-    MIN_LIT_RADIUS_M,
-)
+from zenocap.services.animator import parameters
 from zenocap.tools.takes.render.scene import Ground, sun_of
 
-FIELD_OF_VIEW = np.radians(FIELD_OF_VIEW_DEG)
+FIELD_OF_VIEW = np.radians(parameters.FIELD_OF_VIEW_DEG)
 
 # Azimuth from +Z towards +X (the left of a person facing +Z), and elevation, degrees.
 VIEWS: Mapping[str, tuple[float, float]] = {
-    "front": (0.0, 9.0),
-    "left": (90.0, 9.0),
-    "back": (180.0, 9.0),
-    "right": (270.0, 9.0),
-    "quarter": (35.0, 14.0),
+    "front": (0.0, 9.0), "left": (90.0, 9.0), "back": (180.0, 9.0), "right": (270.0, 9.0), "quarter": (35.0, 14.0),
     "top": (0.0, 89.0),
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -84,11 +72,13 @@ def camera_path(
     turns = shot.turning * (times_s - times_s[0])
     known = (centres - moves[:, None]).reshape(-1, 3)
     known = known[np.isfinite(known).all(axis=1)]
-    around = np.concatenate([known + BODY_MARGIN_M * side for side in np.concatenate([np.eye(3), -np.eye(3)])])
+    around = np.concatenate([known + parameters.BODY_MARGIN_M * side for side in np.concatenate([np.eye(3), -np.eye(3)])])
     points = np.concatenate([around, known * [1.0, 0.0, 1.0]])
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
-    ground = Ground(middle[[0, 2]], max(LIT_RADIUS * float(np.hypot(*(high - low)[[0, 2]])), MIN_LIT_RADIUS_M))
+    ground = Ground(
+        middle[[0, 2]], max(parameters.LIT_RADIUS * float(np.hypot(*(high - low)[[0, 2]])), parameters.MIN_LIT_RADIUS_M)
+    )
     if shot.view in VIEWS:
         azimuth, elevation = np.radians(VIEWS[shot.view])
         camera = framing_camera(float(azimuth), float(elevation), points, size, turned=bool(shot.turning))
@@ -108,7 +98,7 @@ def _ground_path(centres: Floats, times_s: Floats) -> Floats:
     path[:, 1] = 0.0
     step_s = float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
     if step_s > 0:
-        path = gaussian_filter1d(path, FOLLOW_SMOOTHING_S / step_s, axis=0, mode="nearest")
+        path = gaussian_filter1d(path, parameters.FOLLOW_SMOOTHING_S / step_s, axis=0, mode="nearest")
     return path
 
 
@@ -128,8 +118,8 @@ def framing_camera(azimuth: float, elevation: float, points: Floats, size: tuple
     if turned:
         reach = np.hypot(away[:, 0], away[:, 2])
         away = np.concatenate([np.stack([reach * s, away[:, 1], reach * c], axis=1) for s, c in _full_turn()])
-    wanted = np.abs(np.stack([away @ right, away @ up], axis=1)) / (FILL * half)
-    distance = max(float(np.max(wanted.max(axis=1) + away @ back)), MIN_DISTANCE_M)
+    wanted = np.abs(np.stack([away @ right, away @ up], axis=1)) / (parameters.FILL * half)
+    distance = max(float(np.max(wanted.max(axis=1) + away @ back)), parameters.MIN_DISTANCE_M)
     return _camera(target + distance * back, right, up, back, size)
 
 

@@ -1,6 +1,5 @@
 """`zenocap render`: the poses of a take as a film or a picture."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -23,6 +22,7 @@ from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.smoothing import smoothed
 from zenocap.common.formats.take_poses import Poses, read_poses
 from zenocap.common.messages import CameraInfo
+from zenocap.common.session.lookahead import available_cores
 from zenocap.common.video.film_writer import CODECS, Codec, FilmWriter, codec_of
 from zenocap.services.animator.parameters import FILM_SAMPLES, MAX_DRAWING_THREADS, PICTURE_SAMPLES
 from zenocap.tools.takes.render.camera_path import Shot, camera_path
@@ -169,7 +169,7 @@ class Drawing:
 
     def pictures(self, count: int) -> Iterator[Image]:
         """Yield the pictures of the first `count` rows, drawn by several threads: compiled functions run side by side."""
-        threads = min(_processors(), MAX_DRAWING_THREADS)
+        threads = min(available_cores(), MAX_DRAWING_THREADS)
         with ThreadPoolExecutor(threads) as pool:
             waiting: deque[Future[Image]] = deque()
             try:
@@ -232,10 +232,6 @@ class Drawing:
         for row in np.flatnonzero(track.known):
             centres[row] = joint_centres(track.anatomy, track.bdp, track.pose(int(row)))
         return centres
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _usable(cameras: Mapping[str, CameraInfo]) -> dict[str, Camera]:

@@ -12,12 +12,12 @@ from zenocap.common.errors import UserError
 from zenocap.common.messages import BothWaysPose, TrackerPose, Verdict
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import RecordedRig
+from zenocap.common.session.lookahead import available_cores
 from zenocap.common.topics import BOTH_WAYS_POSE
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.verdict import verdict_of
 from zenocap.tools.takes.both_ways import both_ways, both_ways_message
 from zenocap.tools.takes.members import tracker_setup
-from zenocap.tools.takes.track import available_cores
 from zenocap.tools.takes.verify.input_traces import Recomputation
 from zenocap.tools.takes.verify.result import Reason, Verification
 from zenocap.tools.takes.verify.take_messages import first_trace_ns, messages_of, setup_in

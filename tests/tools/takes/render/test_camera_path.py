@@ -8,8 +8,8 @@ from hypothesis.extra.numpy import arrays
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.services.animator.parameters import BODY_MARGIN_M
 from zenocap.tools.takes.render.camera_path import (
-    BODY_MARGIN_M,
     VIEWS,
     Shot,
     camera_path,

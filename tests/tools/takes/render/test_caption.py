@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.formats.take_poses import read_poses
@@ -14,16 +15,7 @@ SECOND = 1_000_000_000
 
 def posture(label: str | None, start_s: float, end_s: float) -> m.Posture:
     start_ns, end_ns = START_NS + round(start_s * SECOND), START_NS + round(end_s * SECOND)
-    return m.Posture(
-        frame=0,
-        captured_ns=end_ns,
-        label=label,
-        start_ns=start_ns,
-        end_ns=end_ns,
-        log_likelihoods={},
-        score=0.0,
-        margin=0.0,
-    )
+    return built(m.Posture, captured_ns=end_ns, label=label, start_ns=start_ns, end_ns=end_ns)
 
 
 def take_with(folder: Path, *postures: m.Posture) -> Path:

@@ -59,14 +59,9 @@ def test_triangles_behind_the_camera_are_left_out() -> None:
     out, row = np.zeros((SIZE, SIZE, 4), dtype=np.float32), np.zeros((SIZE, SIZE), dtype=np.uint8)
     normals, shades = np.ones((3, 3), dtype=np.float32), np.ones(3, dtype=np.uint8)
     fill(
-        corners,
-        np.array([1.0, 0.0, 1.0], dtype=np.float32),
-        normals,
-        shades,
-        np.array([[0, 1, 2]], dtype=np.int32),
-        out,
+        corners, np.array([1.0, 0.0, 1.0], dtype=np.float32), normals, shades, np.array([[0, 1, 2]], dtype=np.int32), out,
         row,
-    )
+    )  # fmt: skip
     assert not out.any()
 
 

@@ -49,6 +49,13 @@ def changed(arms: Path, path: Path, change: Change, *, setup: bool = True) -> Pa
     return path
 
 
+def without(arms: Path, folder: Path, dropped: Callable[[m.Message], bool]) -> Verification:
+    """Result for a copy of the take without some of its messages."""
+    path = folder / "changed.mcap"
+    path.unlink(missing_ok=True)
+    return verify([changed(arms, path, lambda one: None if dropped(one.message) else one)])
+
+
 def with_message(received: Envelope, message: m.Message) -> Envelope:
     return Envelope(received.key, received.topic, message, received.received_ns, codec.encode(message))
 
@@ -76,10 +83,7 @@ def test_one_changed_angle_is_found_and_named(arms: Path, tmp_path: Path) -> Non
 
 @pytest.mark.nightly
 def test_a_missing_pose_is_reported(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope | None:
-        return None if isinstance(received.message, m.UniversalBap) and received.message.frame == 70 else received
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = without(arms, tmp_path, lambda one: isinstance(one, m.UniversalBap) and one.frame == 70)
     assert found.unlogged == {BAP: 1}
     # It was an input of these services: recomputation is impossible from there on.
     assert [reason.service for reason in found.reasons] == [("viewer", "1"), ("viewer", "2"), ("recognizer", "main")]
@@ -90,15 +94,7 @@ def test_a_missing_pose_is_reported(arms: Path, tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 def test_a_missing_silhouette_ends_the_check_of_that_viewer_only(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope | None:
-        silhouette = received.message
-        return (
-            None
-            if isinstance(silhouette, m.Silhouette) and (silhouette.viewer, silhouette.frame) == ("1", 80)
-            else received
-        )
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = without(arms, tmp_path, lambda one: isinstance(one, m.Silhouette) and (one.viewer, one.frame) == ("1", 80))
     assert len(found.reasons) == 1
     assert str(found.reasons[0]).startswith("viewer 1: its silhouette of ")
     assert {key for key, count in found.unchecked.items() if count} == {
@@ -111,13 +107,9 @@ def test_a_missing_silhouette_ends_the_check_of_that_viewer_only(arms: Path, tmp
 
 @pytest.mark.nightly
 def test_a_missing_input_trace_is_reported(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope | None:
-        handled = received.message
-        return (
-            None if isinstance(handled, m.Handled) and handled.service == "integrator" and handled.frame == 3 else received
-        )
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = without(
+        arms, tmp_path, lambda one: isinstance(one, m.Handled) and (one.service, one.frame) == ("integrator", 3)
+    )
     assert found.reasons == [
         next(reason for reason in found.reasons if str(reason).startswith("integrator main: its inputs before"))
     ]
@@ -128,11 +120,7 @@ def test_a_missing_input_trace_is_reported(arms: Path, tmp_path: Path) -> None:
 @pytest.mark.nightly
 def test_without_the_last_input_trace_the_end_is_not_checked(arms: Path, tmp_path: Path) -> None:
     last = max(e.message.frame for e in traces_of(arms, "integrator"))
-
-    def change(received: Envelope) -> Envelope | None:
-        return None if isinstance(received.message, m.Handled) and received.message.frame >= last else received
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = without(arms, tmp_path, lambda one: isinstance(one, m.Handled) and one.frame >= last)
     assert [str(reason) for reason in found.reasons] == ["published after the last input trace"]
     assert found.unchecked.total() > 0
     assert found.different.total() == found.unlogged.total() == 0
@@ -140,10 +128,7 @@ def test_without_the_last_input_trace_the_end_is_not_checked(arms: Path, tmp_pat
 
 @pytest.mark.nightly
 def test_a_service_without_input_trace_is_named(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope | None:
-        return None if isinstance(received.message, m.Handled) and received.message.service == "viewer" else received
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = without(arms, tmp_path, lambda one: isinstance(one, m.Handled) and one.service == "viewer")
     assert found.reasons == [Reason(("viewer", id), "its input trace is not in the take") for id in "12"]
     assert found.equal[BAP] > 90
     assert found.unchecked[BAP] == 0
@@ -177,11 +162,11 @@ def test_a_take_without_its_setup_is_refused(arms: Path, tmp_path: Path) -> None
 
 def test_a_take_without_messages_is_refused(arms: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="there is nothing to verify"):
-        verify([changed(arms, tmp_path / "empty.mcap", lambda _: None)])
+        without(arms, tmp_path, lambda _: True)
     with pytest.raises(
         UserError, match=r"nothing can be verified: integrator main: its input trace is not in the take; .*viewer 1: "
     ):
-        verify([changed(arms, tmp_path / "mute.mcap", lambda e: None if isinstance(e.message, m.Handled) else e)])
+        without(arms, tmp_path, lambda one: isinstance(one, m.Handled))
 
 
 def test_an_input_trace_with_unknown_keys_is_reported(arms: Path, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """The command `recognizer`: model and commands of its rigs."""
 
 from zenocap.common.rig.rig import demo_rig
-from zenocap.tools.cli.recognizer import with_recognizer
+from zenocap.tools.cli.services import with_recognizer
 
 
 def test_the_commands_of_a_rig_are_kept_unless_they_are_switched_off() -> None:

@@ -17,9 +17,9 @@ from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.topics import topic_of
 from zenocap.services.integrator import states as integrator_states
 from zenocap.services.integrator import step as integrator
-from zenocap.services.viewer import states as viewer_states
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -64,9 +64,9 @@ def integrator_setup(height: float | None = None, additions: Additions = IMPROVE
     return integrator.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
 
 
-def viewer_setup(id: str, additions: Additions = IMPROVED) -> viewer_states.Setup:
+def viewer_setup(id: str, additions: Additions = IMPROVED) -> TwoViewSetup:
     camera = paper_cameras(SIZE)[VIEWERS.index(id)]
-    return viewer_states.viewer_setup(id, camera, FirstFrames(EMPTY_FRAMES), False, additions=additions)
+    return TwoViewSetup(id, camera, FirstFrames(EMPTY_FRAMES), additions=additions)
 
 
 @dataclass

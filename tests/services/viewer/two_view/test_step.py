@@ -14,8 +14,9 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Alive
 from zenocap.common.codec import decode, encode
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.states import LearningBackground, MeasuringBody, Tracking
+from zenocap.services.viewer.states import LearningBackground
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import MeasuringBody, Tracking
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import posture_timeline

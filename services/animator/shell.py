@@ -46,19 +46,10 @@ def animator_service(
         return step(setup, state, event)
 
     return Service(
-        "animator",
-        ID,
-        Setup(tuple(viewer.id for viewer in rig.viewers)),
-        State,
-        observed_step,
-        tuple(Subscription(topic) for topic in TOPICS),
-        lambda state: f"{describe(state)}{health_text()}",
-        counts,
-        phase_of,
-        watch_alive=True,
-        tick_ns=TICK_NS,
-        derives=False,
-    )
+        "animator", ID, Setup(tuple(viewer.id for viewer in rig.viewers)), State, observed_step,
+        tuple(Subscription(topic) for topic in TOPICS), lambda state: f"{describe(state)}{health_text()}", counts, phase_of,
+        watch_alive=True, tick_ns=TICK_NS, derives=False,
+    )  # fmt: skip
 
 
 def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable[[], bool]) -> int:

@@ -48,12 +48,8 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     if viewer is None or viewer in setup.viewers:
         return True
     shown: tuple[Mapping[str, object], ...] = (
-        state.silhouettes,
-        state.sightings,
-        state.previews,
-        state.advice,
-        state.cameras,
-    )
+        state.silhouettes, state.sightings, state.previews, state.advice, state.cameras,
+    )  # fmt: skip
     return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 

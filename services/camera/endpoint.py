@@ -256,28 +256,16 @@ class FilmEndpoint:
         except OSError:
             free = 0
         return FilmReply(
-            frame=query.frame,
-            captured_ns=self._clock.now_ns(),
-            host=printable(self._host),
-            state=self._state,
-            refused=printable(refused, 900),
-            failure=printable(self._failure, 900),
+            frame=query.frame, captured_ns=self._clock.now_ns(), host=printable(self._host), state=self._state,
+            refused=printable(refused, 900), failure=printable(self._failure, 900),
             film=self._query.film if self._query else None,
             folder=str((self._folder / str(self._query.film)).resolve())[:1000] if own and self._query else "",
-            may_film=self._permission.film,
-            may_read=self._permission.read,
-            frames=recorder.frames if recorder else 0,
-            lost=recorder.lost if recorder else 0,
-            away=self._feed.away,
-            first_ns=recorder.first_ns if recorder else 0,
-            last_ns=recorder.last_ns if recorder else 0,
-            written_bytes=recorder.written_bytes if recorder else 0,
-            free_bytes=free,
-            files=told,
-            data=data,
-            board="none" if search is None else search.state,
+            may_film=self._permission.film, may_read=self._permission.read, frames=recorder.frames if recorder else 0,
+            lost=recorder.lost if recorder else 0, away=self._feed.away, first_ns=recorder.first_ns if recorder else 0,
+            last_ns=recorder.last_ns if recorder else 0, written_bytes=recorder.written_bytes if recorder else 0,
+            free_bytes=free, files=told, data=data, board="none" if search is None else search.state,
             board_failure="" if search is None else printable(search.failure, 900),
-        )
+        )  # fmt: skip
 
 
 def filming_of(

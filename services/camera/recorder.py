@@ -25,12 +25,7 @@ class Recorder:
     """
 
     def __init__(
-        self,
-        video: Path,
-        times: Path,
-        size: tuple[int, int],
-        fps: float,
-        free_bytes: Callable[[Path], int] = free_bytes_of,
+        self, video: Path, times: Path, size: tuple[int, int], fps: float, free_bytes: Callable[[Path], int] = free_bytes_of
     ) -> None:
         """size: (width, height), px.  Raises UserError when the files cannot be written."""
         self._writer = VideoWriter(video, times, size, fps)

@@ -104,13 +104,9 @@ class CameraHostServer:
         )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(
-                source,
-                self._viewers.folder / f"{id}.json",
-                self._viewers.command,
-                self._clock,
-                previews=self._permission.read,
-                is_filmed=lambda: film.is_recording,
-            )
+                source, self._viewers.folder / f"{id}.json", self._viewers.command, self._clock,
+                previews=self._permission.read, is_filmed=lambda: film.is_recording,
+            )  # fmt: skip
             key = HOST_ASSIGN.format(machine=self._machine, camera=id)
             servers.append(self._session.serve(key, AssignQuery, assigned.answer, assigned.check))
         key = HOST_FILM.format(machine=self._machine, camera=id)
@@ -130,13 +126,10 @@ class CameraHostServer:
     def announcement(self) -> CameraHost:
         """The cameras that are announced."""
         return CameraHost(
-            frame=0,
-            captured_ns=self._clock.now_ns(),
-            machine=self._machine,
-            host=printable(socket.gethostname()),
+            frame=0, captured_ns=self._clock.now_ns(), machine=self._machine, host=printable(socket.gethostname()),
             cameras=[msgspec.structs.replace(one.announced, used_by=self.used_by(id)) for id, one in self._offered.items()],
             instance=self.instance,
-        )
+        )  # fmt: skip
 
     def close(self) -> None:
         self._server.undeclare()

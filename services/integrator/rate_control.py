@@ -163,16 +163,11 @@ def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateStat
     """State after the rate has changed, and the message for viewers and tracker."""
     share = setup.shares[state.rate.level]
     message = FrameRate(
-        frame=0 if state.decided is None else state.decided.frame + 1,
-        captured_ns=now_ns,
-        keep=share.keep,
-        of=share.of,
-        from_ns=now_ns + LEAD_NS,
-        phase_ns=common_phase(state.phases.values(), setup.fps),
-        fps=setup.fps,
+        frame=0 if state.decided is None else state.decided.frame + 1, captured_ns=now_ns, keep=share.keep, of=share.of,
+        from_ns=now_ns + LEAD_NS, phase_ns=common_phase(state.phases.values(), setup.fps), fps=setup.fps,
         limit=state.limit if state.rate.level else "",
         viewers=list(state.limiting[:MOST_NAMED]) if state.rate.level else [],
-    )
+    )  # fmt: skip
     return _settling(replace(state, decided=message), now_ns), [message]
 
 

@@ -59,21 +59,11 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
     """Service of the integrator of a method without a tracker."""
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
-        "integrator",
-        ID,
-        setup,
-        partial(initial_state, setup),
-        step,
-        (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})),
-        describe,
-        counts,
-        phase_of,
-        result=UniversalBap,
-        tick_ns=DECISION_NS,
-        recovers=_recovers,
-        keeps_time=True,
+        "integrator", ID, setup, partial(initial_state, setup), step,
+        (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})), describe, counts,
+        phase_of, result=UniversalBap, tick_ns=DECISION_NS, recovers=_recovers, keeps_time=True,
         load=lambda: limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral),
-    )
+    )  # fmt: skip
 
 
 def _recovers(state: State) -> tuple[Topic, ...]:

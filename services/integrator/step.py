@@ -150,11 +150,9 @@ def _follow(state: State, messages: list[Message]) -> Result:
         if isinstance(message, FrameRate):
             spacing, from_ns = share_of(message).spacing, holds_from_ns(message)
             state = replace(
-                state,
-                sightings=with_spacing(state.sightings, spacing, from_ns),
-                baps=with_spacing(state.baps, spacing, from_ns),
-                bdps=with_spacing(state.bdps, spacing, from_ns),
-            )
+                state, sightings=with_spacing(state.sightings, spacing, from_ns),
+                baps=with_spacing(state.baps, spacing, from_ns), bdps=with_spacing(state.bdps, spacing, from_ns),
+            )  # fmt: skip
     return state, messages
 
 

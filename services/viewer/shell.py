@@ -179,13 +179,7 @@ def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
     """Calibration of the camera at the working size; epoch_ns: capture time of frame 0."""
     camera = viewer.camera
     return CameraInfo(
-        frame=0,
-        captured_ns=epoch_ns,
-        viewer=viewer.id,
-        name=camera.name,
-        size=camera.size,
-        matrix=camera.matrix.ravel().tolist(),
-        distortions=camera.distortions.ravel().tolist(),
-        rotation=camera.rotation.ravel().tolist(),
-        translation=camera.translation.ravel().tolist(),
-    )
+        frame=0, captured_ns=epoch_ns, viewer=viewer.id, name=camera.name, size=camera.size,
+        matrix=camera.matrix.ravel().tolist(), distortions=camera.distortions.ravel().tolist(),
+        rotation=camera.rotation.ravel().tolist(), translation=camera.translation.ravel().tolist(),
+    )  # fmt: skip

@@ -51,17 +51,10 @@ def pose_line(rig: str, actor: Actor, posture: str | None) -> bytes:
         position = x, y, z
         angles = angles_by_name(actor.anatomy, actor.pose.angles.round(RADIANS_DIGITS))
     line = PoseLine(
-        rig=rig,
-        frame=actor.frame,
-        captured_ns=actor.captured_ns,
-        source=actor.source,
-        lost=lost,
-        searched=[limb for limb in actor.lost if limb != "person"],
-        posture=posture,
-        position=position,
-        joints=joints,
+        rig=rig, frame=actor.frame, captured_ns=actor.captured_ns, source=actor.source, lost=lost,
+        searched=[limb for limb in actor.lost if limb != "person"], posture=posture, position=position, joints=joints,
         angles=angles,
-    )
+    )  # fmt: skip
     return _encode(line) + b"\n"
 
 

@@ -57,11 +57,7 @@ def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 
 
 def images_of(
-    source: LiveSource,
-    size: tuple[int, int],
-    fps: float,
-    sleep: Callable[[float], None],
-    report: Callable[[str], None],
+    source: LiveSource, size: tuple[int, int], fps: float, sleep: Callable[[float], None], report: Callable[[str], None]
 ) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, of `size` (width, height) px.  sleep, report: see `Playback`.
 

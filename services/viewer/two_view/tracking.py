@@ -20,13 +20,7 @@ from zenocap.common.body.segments import (
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
 from zenocap.common.vision.model_image import ADD, REMOVE
-from zenocap.services.viewer.parameters import (
-    LOST_LIMBS,
-    LOST_PERSON,
-    RESTART_GAIN,
-    USUAL_SCORE_FALL,
-    USUAL_SCORE_RISE,
-)
+from zenocap.services.viewer.parameters import LOST_LIMBS, LOST_PERSON, RESTART_GAIN, USUAL_SCORE_FALL, USUAL_SCORE_RISE
 from zenocap.services.viewer.two_view.body_fit import BodyFit, cropped
 from zenocap.services.viewer.two_view.joint_angles import (
     LEFT_LEG,

@@ -209,12 +209,8 @@ def test_the_program_ends_its_film_in_order(tmp_path):
 def script(text: str) -> Command:
     """A process that has the video and the folder of the corners as its arguments, in place of the search of a board."""
     return lambda board, video, folder: [
-        sys.executable,
-        "-c",
-        f"import pathlib, sys, time\n{text}",
-        str(video),
-        str(folder),
-    ]
+        sys.executable, "-c", f"import pathlib, sys, time\n{text}", str(video), str(folder),
+    ]  # fmt: skip
 
 
 WRITES = script(

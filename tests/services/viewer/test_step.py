@@ -81,11 +81,8 @@ def test_other_events_are_ignored() -> None:
     state, _ = played()
     bap = built(m.UniversalBap, frame=1, captured_ns=1)
     events: list[silhouette_step.Event] = [
-        envelope(bap),
-        Tick(1),
-        Alive("integrator", "main", True, 1),
-        SegmentedFrame(1, 1, None),
-    ]
+        envelope(bap), Tick(1), Alive("integrator", "main", True, 1), SegmentedFrame(1, 1, None),
+    ]  # fmt: skip
     for event in events:
         assert silhouette_step.step(SETUP, state, event) == (state, [])
     state = silhouette_step.initial_state(SETUP)

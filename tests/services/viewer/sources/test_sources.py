@@ -111,12 +111,8 @@ def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tm
     main, stretched = write_video(tmp_path / "a.mp4", 3), write_video(tmp_path / "s.mp4", 2, start=7)
     frames = list(video_frames(VideoFile(main, stretched), 10.0, SIZE, WORKING, offline(S)))
     assert [(f.frame, f.initial, level(f)) for f in frames] == [
-        (0, True, 7),
-        (1, True, 8),
-        (0, False, 0),
-        (1, False, 1),
-        (2, False, 2),
-    ]
+        (0, True, 7), (1, True, 8), (0, False, 0), (1, False, 1), (2, False, 2),
+    ]  # fmt: skip
     assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (-2, -1, 0, 1, 2)]
 
 

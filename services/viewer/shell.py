@@ -30,7 +30,7 @@ from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path,
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.resize import Fit, rectification
+from zenocap.services.viewer.sources.resize import fit_of
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Filming, Tap
@@ -92,7 +92,7 @@ def plate_of(viewer: Viewer) -> Image | None:
     used = viewer.background_in_use
     if not isinstance(used, BackgroundImage):
         return None
-    fit = Fit(str(used.path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
+    fit = fit_of(viewer).named(used.path)
     if used is not viewer.background:  # the median of a video
         return median_picture(used.path, fit, hardware=used.hardware)
     image = cv2.imread(str(used.path), cv2.IMREAD_COLOR)

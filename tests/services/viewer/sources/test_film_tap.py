@@ -9,6 +9,7 @@ from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.tap import Tap
 
 QUERY = FilmQuery(frame=0, captured_ns=0, what="open", sender="me", film="a", camera="b")
@@ -31,7 +32,7 @@ def test_every_image_is_filmed_at_the_calibrated_size() -> None:
     choice = EverySecond()
     playback = live(time)
     playback = type(playback)(**{**vars(playback), "choice": choice})
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, playback, opening([FakeCamera(time, 100)]), film=tap)
+    stream = camera_frames(Device(0), 10.0, SIZE, playback, opening([FakeCamera(time, 100)]), Fit(SIZE, WORKING), film=tap)
     first = list(islice(stream, 3))
     assert not images
     tap.open(QUERY, lambda image, captured_ns: images.append((image, captured_ns)))

@@ -20,9 +20,8 @@ from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
-from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.states import TOPICS, Setup, State
 from zenocap.services.animator.step import counts, describe, phase_of, step
-from zenocap.services.animator.topics import TOPICS
 
 logger = logging.getLogger(__name__)
 

@@ -18,9 +18,8 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import TOPICS, Actor
 from zenocap.services.animator.take_feed import TakeFeed
-from zenocap.services.animator.topics import TOPICS
 
 if TYPE_CHECKING:  # loaded where they are needed: their imports take longer than those of the rest
     from zenocap.services.animator.comparison import Comparison

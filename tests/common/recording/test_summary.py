@@ -122,7 +122,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.summary import last_message
 from zenocap.common.recording.take_account import take_account
 from zenocap.services.animator.playback import topics_shown
-from zenocap.services.animator.topics import TOPICS
+from zenocap.services.animator.states import TOPICS
 from zenocap.services.animator.take_marks import verdict_update
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

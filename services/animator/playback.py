@@ -19,7 +19,7 @@ from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
+from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
@@ -236,8 +236,7 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     raw: the topics as they are.
     """
     summary = None if raw else _summary(take)
-    keys = () if summary is None else (channel.topic for channel in summary.channels.values())
-    if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
+    if summary is None or not summary.ids(BOTH_WAYS_POSE):
         return topics
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TypeAlias, TypeVar, cast
+from typing import TypeAlias, cast
 
 import cv2
 import numpy as np
@@ -38,8 +38,6 @@ from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup
 from zenocap.services.viewer.step import State, describe, initial_state, phase_of, step
 
-R = TypeVar("R")
-S = TypeVar("S")
 Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | None], Service[object, object, Frame]]
 
 
@@ -138,14 +136,14 @@ def run_viewer(
 
 
 def _run(
-    service: Service[R, S, Frame],
+    service: Service[object, object, Frame],
     rig: Rig,
     viewer: Viewer,
     options: ZenohOptions,
     stopped: Callable[[], bool],
     epoch_ns: int | None,
     filming: Filming | None,
-    on_state: Callable[[S], None] | None = None,
+    on_state: Callable[[object], None] | None,
 ) -> int:
     clock = RealClock()
     other_ids = [other.id for other in rig.viewers if other is not viewer]

@@ -39,13 +39,14 @@ def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     assert take_account(take).messages == len(messages)
 
 
-def test_the_last_message_of_a_channel_is_found(take: Path) -> None:
+def test_the_last_message_of_a_topic_is_found(take: Path) -> None:
     messages = list(Take(take).messages())
-    for topic in {one.topic for one in messages}:
-        found = last_message(take, lambda channel, topic=topic: channel.topic == topic)
+    for topic in {topic_at(one.topic) for one in messages}:
+        assert topic is not None
+        found = last_message(take, topic)
         assert found is not None
-        assert found[0] == [one.data for one in messages if one.topic == topic][-1]
-    assert last_message(take, lambda channel: False) is None
+        assert found[0] == [one.data for one in messages if topic_at(one.topic) is topic][-1]
+    assert last_message(take, BOTH_WAYS_POSE) is None
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 0.99])
@@ -124,6 +125,7 @@ from zenocap.common.recording.take_account import take_account
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.states import TOPICS
 from zenocap.services.animator.take_marks import verdict_update
+from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for read in (take_account, verdict_update, lambda path: topics_shown(path, TOPICS)):

@@ -1,7 +1,8 @@
 """The viewer process: read the rig, open the bus and the source, run."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from typing import TypeAlias, cast
 
@@ -116,61 +117,40 @@ def run_viewer(
     """
     use_one_thread()
     viewer = rig.viewer(id)
-    people = people_of(viewer, threaded=True)
-    try:
+    with ExitStack() as stack:
+        people = people_of(viewer, threaded=True)
+        if people is not None:
+            stack.callback(people.close)
         kept, keeper = None, None
         if viewer.keep_background:
             kept = read_kept(rig, viewer)
             keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
         service = service_of(rig, viewer, people, kept)
         service.load()
-        try:
-            on_state = cast("Callable[[object], None] | None", keeper)
-            return _run(service, rig, viewer, options, stopped, epoch_ns, filming, on_state)
-        finally:
-            if keeper is not None:
-                keeper.close()
-    finally:
-        if people is not None:
-            people.close()
-
-
-def _run(
-    service: Service[object, object, Frame],
-    rig: Rig,
-    viewer: Viewer,
-    options: ZenohOptions,
-    stopped: Callable[[], bool],
-    epoch_ns: int | None,
-    filming: Filming | None,
-    on_state: Callable[[object], None] | None,
-) -> int:
-    clock = RealClock()
-    other_ids = [other.id for other in rig.viewers if other is not viewer]
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        if keeper is not None:
+            stack.callback(keeper.close)
+        clock = RealClock()
+        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped))
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if viewer.source.live:
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
+            other_ids = [other.id for other in rig.viewers if other is not viewer]
             with bus.reader() as others:
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
-        first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
         rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
-        films = None
+        frames = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
         if rate is not None and filming is not None:
             films = filming(tap, clock)
+            stack.callback(films.close)
             bus.serve_films(viewer.id, films.answer, films.check)
-        try:
-            return run(
-                service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
-                extra_counts=rate.counts if rate else dict, on_state=on_state or (lambda _: None),
-            )  # fmt: skip
-        finally:
-            if films is not None:
-                films.close()
+        return run(
+            service, bus, clock, frames, stopped, first_messages=(camera_info(viewer, epoch_ns),), choice=choice,
+            extra_counts=rate.counts if rate else dict,
+            on_state=cast("Callable[[object], None]", keeper) if keeper else lambda _: None,
+        )  # fmt: skip
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

@@ -18,6 +18,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import last_message, read_summary
 from zenocap.common.recording.take_account import take_account
+from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
 
 FRAMES = 300
 LIMIT_S = 20.0  # of processor time, for any small file
@@ -125,7 +126,6 @@ from zenocap.common.recording.take_account import take_account
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.states import TOPICS
 from zenocap.services.animator.take_marks import verdict_update
-from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for read in (take_account, verdict_update, lambda path: topics_shown(path, TOPICS)):

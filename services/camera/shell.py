@@ -5,7 +5,7 @@ import secrets
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -166,11 +166,11 @@ def run_host(
     viewers = None if command is None else Viewers(data_folder(name), command)
     cameras = dict(map(named_camera, named))
     permission = Permission(film=True, read=allow_fetch, read_advice="--allow-fetch where the camera is")
-    session = FilmSession.open(options, stopped)
-    server = None
-    try:
-        clock = RealClock()
+    with ExitStack() as stack:
+        session, clock = FilmSession.open(options, stopped), RealClock()
+        stack.callback(session.close)
         server = CameraHostServer(session, name, cameras, folder, permission, clock, opener, viewers=viewers, detect=detect)
+        stack.callback(server.close)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())
         looked_s, told = time.monotonic(), ""
@@ -179,12 +179,7 @@ def run_host(
             if time.monotonic() - looked_s > LOOK_AGAIN_S:
                 server.look()
                 if (twin := server.twin()) and twin != told:
-                    logger.warning(
-                        "%s announces as %s too: start one of them with another --machine", printable(twin), name
-                    )
+                    text = "%s announces as %s too: start one of them with another --machine"
+                    logger.warning(text, printable(twin), name)
                 looked_s, told = time.monotonic(), twin
-    finally:
-        if server is not None:
-            server.close()
-        session.close()
     return 0

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -30,6 +31,7 @@ FRAME_NS = round(1e9 / FPS)
 EPOCH_NS = 1_000 * FRAME_NS
 VIEWERS = ("1", "2")
 EMPTY_FRAMES = 10
+Kind = TypeVar("Kind", bound=m.Message)
 MOST_FRAMES = 120  # of the film
 PERSON, POSTURE, SEED = 4, "raise-both-arms", 1
 
@@ -82,6 +84,10 @@ class Run:
         self.integrator = integrator.initial_state(self.setup)
         self.viewers = {id: viewer.initial_state(setup) for id, setup in self.setups.items()}
 
+    def of(self, kind: type[Kind]) -> list[Kind]:
+        """The published messages of a kind."""
+        return messages_of_kind(self.published, kind)
+
     def process(self, frames: dict[str, Frame]) -> list[m.Message]:
         """Process one frame set; return all resulting messages."""
         before = len(self.published)
@@ -107,5 +113,5 @@ class Run:
             self.send_to_integrator(replies)
 
 
-def messages_of_kind(messages: Sequence[m.Message], kind: type[m.Message]) -> list[m.Message]:
+def messages_of_kind(messages: Sequence[m.Message], kind: type[Kind]) -> list[Kind]:
     return [message for message in messages if isinstance(message, kind)]

@@ -1,5 +1,6 @@
 """Films of a running source: every image, unreduced, also where the viewer leaves frames out."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -29,9 +30,7 @@ class EverySecond(FrameChoice):
 
 def test_every_image_is_filmed_at_the_calibrated_size() -> None:
     time, tap, images = FakeTime(ns=S), Tap(SIZE, 10.0), []
-    choice = EverySecond()
-    playback = live(time)
-    playback = type(playback)(**{**vars(playback), "choice": choice})
+    playback = replace(live(time), choice=EverySecond())
     stream = camera_frames(Device(0), 10.0, SIZE, playback, opening([FakeCamera(time, 100)]), Fit(SIZE, WORKING), film=tap)
     first = list(islice(stream, 3))
     assert not images

@@ -1,6 +1,5 @@
 """Images rendered in advance: played on schedule, forwards and backwards."""
 
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.services.viewer.sources.test_sources import FakeTime, S
 from zenocap.common.errors import OpenError, SizeMismatch
 from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import Rendered, SpecError
@@ -16,19 +16,7 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
 from zenocap.services.viewer.sources.resize import Fit
 
-S = 1_000_000_000
 SIZE = (4, 3)
-
-
-@dataclass
-class FakeTime:
-    ns: int
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += round(seconds * S)
 
 
 @pytest.fixture

@@ -46,7 +46,12 @@ class TakePage:
         raw: bool = False,
         compared: "Callable[[Stopped], Comparison] | None" = None,
     ) -> None:
-        self._reader = None if compared is None else _reader(compared, self._on_comparison)
+        self._reader: "ComparisonReader | None" = None
+        if compared is not None:
+            from zenocap.services.animator import comparison_reader as reading
+
+            # The second take is shown in place of the notice that it is read.
+            self._reader = reading.ComparisonReader(compared, lambda found: self._feed.page.publish("ghost", found.body()))
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._camera_feed: PictureFeed | None = None
@@ -145,10 +150,6 @@ class TakePage:
         if ghost is not None:
             self._feed.page.publish("ghost_pose", ghost, "take")
 
-    def _on_comparison(self, comparison: "Comparison") -> None:
-        """Show the second take, in place of the notice that it is read."""
-        self._feed.page.publish("ghost", comparison.body())
-
     def _direct(self, page: PageQueue, command: pm.Command) -> bool:
         """Handle a command of a page in the server's thread.  Raises ValueError."""
         match command:
@@ -167,14 +168,6 @@ class TakePage:
 
 def _hello(take: Path) -> pm.HelloUpdate:
     return pm.HelloUpdate(take.stem, "take", versions()["zenocap"], [], live=False)
-
-
-def _reader(
-    compared: "Callable[[Stopped], Comparison]", on_comparison: "Callable[[Comparison], None]"
-) -> "ComparisonReader":
-    from zenocap.services.animator.comparison_reader import ComparisonReader
-
-    return ComparisonReader(compared, on_comparison)
 
 
 def check_take(take: Path) -> None:

@@ -139,14 +139,11 @@ def _adjusted(setup: RateSetup, state: RateState, found: Losses, now_ns: int) ->
         if level > state.rate.level:
             state = replace(state, rate=lowered(state.rate, level, now_ns))
     elif not suspected and state.rate.level > 0:
-        state = replace(state, rate=raised(state.rate, [share.value for share in shares], _busiest(state), now_ns))
+        busiest = max(state.busy.values(), default=0.0)
+        state = replace(state, rate=raised(state.rate, [share.value for share in shares], busiest, now_ns))
     elif not suspected and state.detail.level > 0:
         state = replace(state, detail=raised(state.detail, DETAIL_LEVELS, state.busy.get(TRACKER, 0.0), now_ns))
     return state if state.rate.level else replace(state, limit="", limiting=())
-
-
-def _busiest(state: RateState) -> float:
-    return max(state.busy.values(), default=0.0)
 
 
 def _out_of_phase(setup: RateSetup, state: RateState) -> bool:

@@ -46,7 +46,7 @@ class TakePage:
         raw: bool = False,
         compared: "Callable[[Stopped], Comparison] | None" = None,
     ) -> None:
-        self._reader: "ComparisonReader | None" = None
+        self._reader: ComparisonReader | None = None
         if compared is not None:
             from zenocap.services.animator import comparison_reader as reading
 

@@ -63,7 +63,7 @@ def _render(posture: str) -> Bytes:
 
 def integrator_setup(height: float | None = None, additions: Additions = IMPROVED) -> integrator_states.Setup:
     cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
-    return integrator.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
+    return integrator_states.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
 
 
 def viewer_setup(id: str, additions: Additions = IMPROVED) -> TwoViewSetup:

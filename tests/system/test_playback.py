@@ -30,7 +30,7 @@ class Page(Broadcaster):
     """One page that is always open.  updates: oldest first."""
 
     def __init__(self) -> None:
-        super().__init__(asyncio.new_event_loop(), lambda: None)
+        super().__init__(asyncio.new_event_loop(), lambda: None, ("take",))
         self.updates: list[dict[str, object]] = []
 
     @property

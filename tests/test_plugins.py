@@ -149,7 +149,7 @@ def test_a_source_of_a_package_is_that_of_a_viewer_and_has_its_own_times(
         "from zenocap.services.viewer.sources.stamps import SourceRate\n"
         "source, rate, size = parse_source(sys.argv[1], Path()), SourceRate(), (64, 48)\n"
         "playback = Playback(time.time_ns(), RealClock())\n"
-        "frames = [*islice(camera_frames(source, 100.0, size, size, playback, rate=rate), 20)]\n"
+        "frames = [*islice(camera_frames(source, 100.0, size, playback, rate=rate), 20)]\n"
         "print([frame.frame for frame in frames] == [*range(20)], source.live, source.stamps, source.shown)\n"
     )
     command = [sys.executable, "-c", code, f"mjpeg:{camera.url}"]

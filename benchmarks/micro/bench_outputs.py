@@ -11,7 +11,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from tests.services.animator.outputs.test_foxglove import Panel, free_port
+from tests.services.animator.outputs.test_foxglove import Panel
 from tests.support.foxglove_reader import in_envelope
 from tests.support.ros_listener import session_at
 from tests.support.virtual_actors import BODIES, START_NS, stretched
@@ -27,6 +27,7 @@ from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
 from zenocap.services.animator.outputs.vrchat import VrchatOutput
+from zenocap.services.animator.replay_process import free_port
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.takes.render.camera_path import framing_camera
 from zenocap.tools.takes.render.scene import Ground, Scene, sun_of

@@ -133,12 +133,9 @@ class SpanReader:
             parts += self._two_view_spans(pose.captured_ns, last_ns, end_ns)
         begin_ns = min(part.begin_ns for part in parts)
         attributes: dict[str, Attribute] = {
-            "zenocap.rig": self._rig,
-            "zenocap.source": source,
-            "zenocap.frame": pose.frame,
-            "zenocap.views": len(seen),
+            "zenocap.rig": self._rig, "zenocap.source": source, "zenocap.frame": pose.frame, "zenocap.views": len(seen),
             "zenocap.lost": is_lost(pose),
-        }
+        }  # fmt: skip
         return FrameSetSpans(Span("rig", f"pose by {source}", begin_ns, max(begin_ns, end_ns), attributes), tuple(parts))
 
     def _two_view_spans(self, captured_ns: int, last_ns: int, end_ns: int) -> list[Span]:

@@ -4,7 +4,7 @@ Time and memory are bounded for any file: a size that a file only claims is neve
 """
 
 import struct
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
@@ -17,6 +17,7 @@ from mcap.records import Channel, ChunkIndex, Message, Metadata, MetadataIndex, 
 
 from zenocap.common.recording.mcap_content import BrokenChunk, BrokenRecord, chunk_records, decode_record
 from zenocap.common.recording.mcap_records import Records
+from zenocap.common.topics import Topic, topic_at
 
 MAX_SEARCHED = 8  # chunks that are read for one message; chosen by hand
 
@@ -35,9 +36,13 @@ class Summary:
     counts: Mapping[int, int]
     metadata: Mapping[str, int]
 
-    def with_messages(self, is_wanted: Callable[[Channel], bool]) -> tuple[set[int], list[ChunkIndex]]:
-        """Ids of the wanted channels, and the chunks with messages on them, in the order of the file."""
-        wanted = {id for id, channel in self.channels.items() if is_wanted(channel)}
+    def ids(self, topic: Topic) -> set[int]:
+        """Ids of the channels of a topic; empty where the take has none of its messages."""
+        return {id for id, channel in self.channels.items() if topic_at(channel.topic) is topic}
+
+    def with_messages(self, topic: Topic) -> tuple[set[int], list[ChunkIndex]]:
+        """Ids of the channels of a topic, and the chunks with messages on them, in the order of the file."""
+        wanted = self.ids(topic)
         chunks = [chunk for chunk in self.chunks if wanted & chunk.message_index_offsets.keys()]
         return wanted, sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)
 
@@ -48,8 +53,8 @@ def read_summary(path: Path) -> Summary | None:
         return _summary(Records(file))
 
 
-def last_message(path: Path, is_wanted: Callable[[Channel], bool]) -> tuple[bytes, Summary] | None:
-    """Bytes of the last message on a wanted channel, and the summary; None as `read_summary`, and without such a message.
+def last_message(path: Path, topic: Topic) -> tuple[bytes, Summary] | None:
+    """Bytes of the last message of a topic, and the summary; None as `read_summary`, and without such a message.
 
     Raises OSError.
     """
@@ -58,7 +63,7 @@ def last_message(path: Path, is_wanted: Callable[[Channel], bool]) -> tuple[byte
         summary = _summary(records)
         if summary is None:
             return None
-        wanted, chunks = summary.with_messages(is_wanted)
+        wanted, chunks = summary.with_messages(topic)
         for chunk in chunks[: -MAX_SEARCHED - 1 : -1]:
             try:
                 if found := list(_messages(records, chunk, wanted)):

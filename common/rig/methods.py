@@ -64,7 +64,7 @@ def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "poss
 
 
 TWO_VIEW = Method(
-    "two-view", UNIVERSAL_BAP, UNIVERSAL_BDP, "integrator", (2, 2), "zenocap.services.viewer.shell:two_view",
+    "two-view", UNIVERSAL_BAP, UNIVERSAL_BDP, "integrator", (2, 2), "zenocap.services.viewer.two_view.shell:two_view",
     "zenocap.services.integrator.shell:integrator_service", (SIGHTING, PARTIAL_BAP, PARTIAL_BDP), recomputes_viewers=True,
     recomputes_pose=True, viewer_warmup=("tracking",), pose_warmup=("tracking",),
 )  # fmt: skip

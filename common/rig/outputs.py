@@ -33,7 +33,7 @@ def _no_problem(table: object) -> None:
 class OutputKind:
     """name: of its table within `[animator]`.  table: its type, with a default for every key.
 
-    open: "module:function", called with table, name of the rig and clock; returns an `Output`.  Raises OutputError.
+    open: "module:function" or class, called with table, name of the rig, clock; gives an `Output`.  Raises OutputError.
     problem: text for a value of the table that is not allowed, which begins with its key; None without one.
     """
 
@@ -71,8 +71,8 @@ VMC = OutputKind("vmc", VmcTable, f"{HOME}.vmc:opened")
 VRCHAT = OutputKind("vrchat", VrchatTable, f"{HOME}.vrchat:opened", _vrchat_problem)
 UDP = OutputKind("udp", UdpTable, f"{HOME}.udp:opened")
 FOXGLOVE = OutputKind("foxglove", FoxgloveTable, f"{HOME}.foxglove:opened")
-LSL = OutputKind("lsl", LslTable, f"{HOME}.lsl:opened")
-ROS = OutputKind("ros", RosTable, f"{HOME}.ros:opened", _ros_problem)
+LSL = OutputKind("lsl", LslTable, f"{HOME}.lsl:LslOutput")
+ROS = OutputKind("ros", RosTable, f"{HOME}.ros:RosOutput", _ros_problem)
 
 OUTPUTS = Table(
     OutputKind,

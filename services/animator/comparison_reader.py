@@ -18,7 +18,7 @@ from zenocap.common.formats.take_poses import TOPICS_USED, summary_of
 from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import read_summary
-from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, UNIVERSAL_BAP, Topic, topic_at
+from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, UNIVERSAL_BAP, Topic
 from zenocap.services.animator.comparison import Comparison, TimedTrack
 
 logger = logging.getLogger(__name__)
@@ -136,7 +136,6 @@ def _topics(path: Path, raw: bool) -> frozenset[Topic]:
         summary = read_summary(path)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
-    keys = () if summary is None else (channel.topic for channel in summary.channels.values())
-    both = not raw and any(topic_at(key) is BOTH_WAYS_POSE for key in keys)
+    both = not raw and summary is not None and summary.ids(BOTH_WAYS_POSE)
     unused = {TRACKER_POSE, UNIVERSAL_BAP} if both else {BOTH_WAYS_POSE} if raw else set()
     return frozenset(TOPICS_USED) - unused

@@ -59,8 +59,7 @@ class PictureFeed:
                 logger.warning("no more pictures: %s", error)
                 return
             self._broadcaster.publish(
-                "take",
-                [encoded(f"preview/{id}", pm.PreviewUpdate(id, jpeg, position_s)) for id, jpeg in found],
+                "take", [encoded(f"preview/{id}", pm.PreviewUpdate(id, jpeg, position_s)) for id, jpeg in found]
             )
             self._lead_s = time.monotonic() - begun
             time.sleep(max(0.0, 1.0 / PICTURES_PER_S - (time.monotonic() - begun)))

@@ -19,7 +19,7 @@ from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
+from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
@@ -32,7 +32,7 @@ from zenocap.services.animator.parameters import (
     REPLAY_TIMEOUT_S,
 )
 from zenocap.services.animator.presence import Presence, observed
-from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
+from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, free_port
 from zenocap.services.animator.states import Actor, Setup, State
 from zenocap.services.animator.step import step
 from zenocap.services.animator.take_marks import postures_update, verdict_update
@@ -152,7 +152,8 @@ class Playback:
                     self._show_opening(path, topics, start_ns)
                     self._broadcaster.publish(None, [encoded("verdict", verdict_update(path))])
                     reading = threading.Event()
-                    threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
+                    arguments = (path, summary, reading)
+                    threading.Thread(target=self._send_postures, args=arguments, name="postures", daemon=True).start()
                     try:
                         command = self._show(take, bus, replay, pose_s, start_ns)
                     finally:
@@ -178,9 +179,8 @@ class Playback:
             places = _place(actor, start_ns, 0, 0)
         self._broadcaster.publish("take", [*places, *updates])
 
-    def _send_postures(self, path: Path, ended: threading.Event) -> None:
+    def _send_postures(self, path: Path, summary: Summary | None, ended: threading.Event) -> None:
         """Send the postures of a take once they are read, unless playing has `ended`."""
-        summary = _summary(path)
         update = pm.PosturesUpdate() if summary is None else postures_update(path, summary, ended.is_set)
         if not ended.is_set():
             self._broadcaster.publish(None, [encoded("postures", update)])
@@ -201,21 +201,25 @@ class Playback:
                     presence = observed(presence, event, self._clock.elapsed_ns())
                 event = bus.receive(0.0)
             places: list[EncodedUpdate] = []
-            shift_ns, shift_frames = (
-                (0, 0) if replay.status is None else (replay.status.shift_ns, replay.status.shift_frames)
-            )
+            status = replay.status
+            shift_ns, shift_frames = (0, 0) if status is None else (status.shift_ns, status.shift_frames)
             for source, actor in state.actors.items():
-                latest = actor, shift_ns
-                if source not in seen or seen[source][0] is not actor or seen[source][1] != shift_ns:
-                    seen[source] = latest
-                    self._on_pose(*latest)
+                before = seen.get(source)
+                if before is None or before[0] is not actor or before[1] != shift_ns:
+                    seen[source] = actor, shift_ns
+                    self._on_pose(actor, shift_ns)
                     places = _place(actor, start_ns, shift_ns, shift_frames)
             if self._clock.elapsed_ns() >= next_ns:
                 next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
-                if replay.status is not None and replay.status != published:
-                    published = replay.status
-                    self._publish(_player_update(take, published, pose_s, self._opened))
+                if status is not None and status != published:
+                    published = status
+                    self._publish(
+                        pm.PlayerUpdate(
+                            take, status.place_s, status.duration_s, status.rate, status.paused, status.problem(), pose_s,
+                            self._opened,
+                        )
+                    )  # fmt: skip
             now_ns = self._clock.elapsed_ns()
             schedule, updates = due_updates(schedule, state, presence, self._broadcaster.pages, now_ns)
             if updates or places:
@@ -236,8 +240,7 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     raw: the topics as they are.
     """
     summary = None if raw else _summary(take)
-    keys = () if summary is None else (channel.topic for channel in summary.channels.values())
-    if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
+    if summary is None or not summary.ids(BOTH_WAYS_POSE):
         return topics
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
 
@@ -265,9 +268,3 @@ def _pose_s(path: Path) -> float:
     except (UserError, OSError):  # the replay reports it
         return 0.0
     return 0.0 if rig is None else rig.frame_ns() / 1e9
-
-
-def _player_update(take: str, status: ReplayStatus, pose_s: float, opened: int) -> pm.PlayerUpdate:
-    return pm.PlayerUpdate(
-        take, status.place_s, status.duration_s, status.rate, status.paused, status.problem(), pose_s, opened
-    )

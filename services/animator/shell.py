@@ -20,9 +20,8 @@ from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
-from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.states import TOPICS, Setup, State
 from zenocap.services.animator.step import counts, describe, phase_of, step
-from zenocap.services.animator.topics import TOPICS
 
 logger = logging.getLogger(__name__)
 
@@ -46,19 +45,10 @@ def animator_service(
         return step(setup, state, event)
 
     return Service(
-        "animator",
-        ID,
-        Setup(tuple(viewer.id for viewer in rig.viewers)),
-        State,
-        observed_step,
-        tuple(Subscription(topic) for topic in TOPICS),
-        lambda state: f"{describe(state)}{health_text()}",
-        counts,
-        phase_of,
-        watch_alive=True,
-        tick_ns=TICK_NS,
-        derives=False,
-    )
+        "animator", ID, Setup(tuple(viewer.id for viewer in rig.viewers)), State, observed_step,
+        tuple(Subscription(topic) for topic in TOPICS), lambda state: f"{describe(state)}{health_text()}", counts, phase_of,
+        watch_alive=True, tick_ns=TICK_NS, derives=False,
+    )  # fmt: skip
 
 
 def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable[[], bool]) -> int:

@@ -18,9 +18,8 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import TOPICS, Actor
 from zenocap.services.animator.take_feed import TakeFeed
-from zenocap.services.animator.topics import TOPICS
 
 if TYPE_CHECKING:  # loaded where they are needed: their imports take longer than those of the rest
     from zenocap.services.animator.comparison import Comparison
@@ -47,7 +46,12 @@ class TakePage:
         raw: bool = False,
         compared: "Callable[[Stopped], Comparison] | None" = None,
     ) -> None:
-        self._reader = None if compared is None else _reader(compared, self._on_comparison)
+        self._reader: ComparisonReader | None = None
+        if compared is not None:
+            from zenocap.services.animator import comparison_reader as reading
+
+            # The second take is shown in place of the notice that it is read.
+            self._reader = reading.ComparisonReader(compared, lambda found: self._feed.page.publish("ghost", found.body()))
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._camera_feed: PictureFeed | None = None
@@ -146,10 +150,6 @@ class TakePage:
         if ghost is not None:
             self._feed.page.publish("ghost_pose", ghost, "take")
 
-    def _on_comparison(self, comparison: "Comparison") -> None:
-        """Show the second take, in place of the notice that it is read."""
-        self._feed.page.publish("ghost", comparison.body())
-
     def _direct(self, page: PageQueue, command: pm.Command) -> bool:
         """Handle a command of a page in the server's thread.  Raises ValueError."""
         match command:
@@ -168,14 +168,6 @@ class TakePage:
 
 def _hello(take: Path) -> pm.HelloUpdate:
     return pm.HelloUpdate(take.stem, "take", versions()["zenocap"], [], live=False)
-
-
-def _reader(
-    compared: "Callable[[Stopped], Comparison]", on_comparison: "Callable[[Comparison], None]"
-) -> "ComparisonReader":
-    from zenocap.services.animator.comparison_reader import ComparisonReader
-
-    return ComparisonReader(compared, on_comparison)
 
 
 def check_take(take: Path) -> None:

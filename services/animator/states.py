@@ -4,11 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from zenocap.common import messages as m
+from zenocap.common import topics as t
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.observe.bodies import NO_BODIES, Bodies
 from zenocap.common.observe.bodies import Source as Source
+
+# Topics that the animator receives from a rig and the page shows of a take.
+TOPICS = (
+    t.SIGHTING, t.PARTIAL_BAP, t.SILHOUETTE, t.PREVIEW, t.CAMERA_ADVICE, t.CAMERA, t.UNIVERSAL_BDP, t.ASSIGNMENT,
+    t.UNIVERSAL_BAP, t.TRACKER_BDP, t.TRACKER_POSE, t.SCENE_POINTS, t.HEALTH, t.POSTURE, t.COMMAND, t.FRAME_RATE,
+    t.TRACKER_DETAIL,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

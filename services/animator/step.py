@@ -22,7 +22,11 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Messag
         case Tick(received_ns=now_ns):
             return replace(state, now_ns=now_ns), []
         case Envelope(message=message, received_ns=received_ns) if _is_admitted(setup, state, message):
-            return _update_content(replace(state, now_ns=max(state.now_ns, received_ns)), message, received_ns), []
+            state = replace(state, now_ns=max(state.now_ns, received_ns))
+            try:
+                return _updated(state, message, received_ns), []
+            except ValueError:
+                return replace(state, unusable=state.unusable + 1), []
         case _:
             return state, []
 
@@ -48,41 +52,16 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     if viewer is None or viewer in setup.viewers:
         return True
     shown: tuple[Mapping[str, object], ...] = (
-        state.silhouettes,
-        state.sightings,
-        state.previews,
-        state.advice,
-        state.cameras,
-    )
+        state.silhouettes, state.sightings, state.previews, state.advice, state.cameras,
+    )  # fmt: skip
     return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 
-def _update_content(state: State, message: m.Message, received_ns: int) -> State:
+def _updated(state: State, message: m.Message, received_ns: int) -> State:
+    """The state with the content of a message.  Raises ValueError for one that cannot be used."""
     match message:
         case m.UniversalBdp() | m.TrackerBdp() | m.UniversalBap() | m.TrackerPose():
             return _update_actor(state, message, received_ns)
-        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice():
-            return _update_view(state, message)
-        case m.CameraInfo():
-            return _update_camera(state, message)
-        case m.Assignment(tracking=tracking):
-            return replace(state if tracking else _mark_lost(state), assignment=message)
-        case m.Posture():
-            return replace(state, posture=message)
-        case m.CommandResult():
-            return replace(state, commands=(*state.commands, message)[-COMMANDS_SHOWN:])
-        case m.ScenePoints():
-            return _update_points(state, message)
-        case m.FrameRate():
-            return replace(state, frame_rate=message)
-        case m.TrackerDetail(share=share):
-            return replace(state, detail=share)
-        case _:
-            return state
-
-
-def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice) -> State:
-    match message:
         case m.Silhouette(viewer=viewer):
             return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
         case m.Sighting(viewer=viewer):
@@ -91,6 +70,23 @@ def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | 
             return replace(state, previews=_with(state.previews, viewer, message))
         case m.CameraAdvice(viewer=viewer):
             return replace(state, advice=_with(state.advice, viewer, message))
+        case m.CameraInfo(viewer=viewer):
+            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)))
+        case m.Assignment(tracking=tracking):
+            return replace(state if tracking else _mark_lost(state), assignment=message)
+        case m.Posture():
+            return replace(state, posture=message)
+        case m.CommandResult():
+            return replace(state, commands=(*state.commands, message)[-COMMANDS_SHOWN:])
+        case m.ScenePoints():
+            points_of(message)
+            return replace(state, points=message)
+        case m.FrameRate():
+            return replace(state, frame_rate=message)
+        case m.TrackerDetail(share=share):
+            return replace(state, detail=share)
+        case _:
+            return state
 
 
 def _mark_lost(state: State) -> State:
@@ -101,27 +97,9 @@ def _mark_lost(state: State) -> State:
     return replace(state, actors=_with(state.actors, "two-view", replace(actor, lost=("person",))))
 
 
-def _update_camera(state: State, message: m.CameraInfo) -> State:
-    try:
-        return replace(state, cameras=_with(state.cameras, message.viewer, camera_of(message)))
-    except ValueError:
-        return replace(state, unusable=state.unusable + 1)
-
-
-def _update_points(state: State, message: m.ScenePoints) -> State:
-    try:
-        points_of(message)
-    except ValueError:
-        return replace(state, unusable=state.unusable + 1)
-    return replace(state, points=message)
-
-
 def _update_actor(state: State, message: m.Message, received_ns: int) -> State:
-    """Update the body of a source, or its pose."""
-    try:
-        bodies, found = posed(state.bodies, message)
-    except ValueError:
-        return replace(state, unusable=state.unusable + 1)
+    """Update the body of a source, or its pose.  Raises ValueError."""
+    bodies, found = posed(state.bodies, message)
     if found is None:  # also a pose before its body: order across topics is not guaranteed
         return state if bodies is state.bodies else replace(state, bodies=bodies)
     bap, source = found.message, found.source

@@ -7,7 +7,7 @@ from pathlib import Path
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.recording.summary import Summary, last_message, messages_in
-from zenocap.common.topics import POSTURE, VERDICT, topic_at
+from zenocap.common.topics import POSTURE, VERDICT
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.parameters import MAX_SHOWN_POSTURES
 
@@ -15,7 +15,7 @@ from zenocap.services.animator.parameters import MAX_SHOWN_POSTURES
 def verdict_update(path: Path) -> pm.VerdictUpdate:
     """The verdict that a take ends with; without parts, and with rating "", for a take that has none or is cut."""
     try:
-        found = last_message(path, lambda channel: topic_at(channel.topic) is VERDICT)
+        found = last_message(path, VERDICT)
         if found is not None:
             data, summary = found
             return shown(codec.decode(data, m.Verdict), summary.start_ns)
@@ -42,7 +42,7 @@ def postures_update(path: Path, summary: Summary, stopped: Callable[[], bool]) -
     Reads what has postures, at most until `stopped`; what cannot be read is left out, and the replay reports it.
     """
     parts: list[pm.PosturePart] = []
-    wanted, chunks = summary.with_messages(lambda channel: topic_at(channel.topic) is POSTURE)
+    wanted, chunks = summary.with_messages(POSTURE)
     for chunk in chunks:
         if stopped() or len(parts) >= MAX_SHOWN_POSTURES:
             break

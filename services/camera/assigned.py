@@ -137,17 +137,11 @@ class AssignedCamera:
         state: Literal["free", "running", "waiting"]
         state = "free" if own is None or child is None else "running" if child.is_running else "waiting"
         return AssignReply(
-            frame=query.frame,
-            captured_ns=self._clock.now_ns(),
-            host=printable(socket.gethostname()),
-            state=state,
-            refused=printable(refused, 900),
-            failure="" if child is None else printable(child.failure, 900),
-            rig=None if own is None else own.rig,
-            viewer=None if own is None or own.viewer is None else own.viewer.id,
-            restarts=0 if child is None else max(0, child.restarts),
-            previews=self._previews,
-        )
+            frame=query.frame, captured_ns=self._clock.now_ns(), host=printable(socket.gethostname()), state=state,
+            refused=printable(refused, 900), failure="" if child is None else printable(child.failure, 900),
+            rig=None if own is None else own.rig, viewer=None if own is None or own.viewer is None else own.viewer.id,
+            restarts=0 if child is None else max(0, child.restarts), previews=self._previews,
+        )  # fmt: skip
 
 
 def _same(one: AssignQuery, other: AssignQuery) -> bool:

@@ -84,46 +84,39 @@ class FilmEndpoint:
     def answer(self, query: FilmQuery) -> FilmReply:
         """The reply to one query."""
         with self._lock:
-            return self._answer(query)
-
-    def _answer(self, query: FilmQuery) -> FilmReply:
-        self.check()
-        refused, data = "", b""
-        if self._query is not None and query.sender == self._query.sender:
-            self._asked_ns = self._clock.elapsed_ns()
-        try:
-            if query.what != "state":
-                data = self._obey(query)
-        except (_Refused, UserError) as error:
-            refused = f"{error}"
-        except OSError as error:
-            refused = f"{printable(error.filename or '')}: {error.strerror or error}"
-        return self._reply(query, refused, data)
+            self.check()
+            refused, data = "", b""
+            if self._query is not None and query.sender == self._query.sender:
+                self._asked_ns = self._clock.elapsed_ns()
+            try:
+                if query.what != "state":
+                    data = self._obey(query)
+            except (_Refused, UserError) as error:
+                refused = f"{error}"
+            except OSError as error:
+                refused = f"{printable(error.filename or '')}: {error.strerror or error}"
+            return self._reply(query, refused, data)
 
     def check(self) -> None:
         """End a film that is over, that failed, or whose commander is gone."""
         with self._lock:
-            self._check()
-
-    def _check(self) -> None:
-        now_ns = self._clock.elapsed_ns()
-        searching = self._search is not None and self._search.state == "searching"
-        if searching and self._search is not None and now_ns - self._asked_ns > FILM_LEASE_S * 1e9:
-            self._search.stop(f"who filmed is gone: no query for {FILM_LEASE_S:.0f} s")
-        if not self.is_recording or self._recorder is None:
-            return
-        if self._feed.failure or self._recorder.failure:
-            self._end(self._recorder.failure or self._feed.failure)
-        elif self._recorder.complete or (
-            self._state == "filming" and self._end_ns is not None and self._clock.now_ns() > self._end_ns + 1_000_000_000
-        ):
-            self._end("")
-        elif now_ns - self._asked_ns > FILM_LEASE_S * 1e9:
-            self._end(f"who filmed is gone: no query for {FILM_LEASE_S:.0f} s")
-        elif self._state != "filming" and now_ns - self._opened_ns > OPEN_S * 1e9:
-            self._end(f"not started within {OPEN_S:.0f} s")
-        elif self._state == "opening" and self._recorder.ready:
-            self._state = "ready"
+            now_ns, gone = self._clock.elapsed_ns(), f"who filmed is gone: no query for {FILM_LEASE_S:.0f} s"
+            late = now_ns - self._asked_ns > FILM_LEASE_S * 1e9
+            if late and self._search is not None and self._search.state == "searching":
+                self._search.stop(gone)
+            if not self.is_recording or self._recorder is None:
+                return
+            end_ns = self._end_ns if self._state == "filming" else None
+            if self._feed.failure or self._recorder.failure:
+                self._end(self._recorder.failure or self._feed.failure)
+            elif self._recorder.complete or (end_ns is not None and self._clock.now_ns() > end_ns + 1_000_000_000):
+                self._end("")
+            elif late:
+                self._end(gone)
+            elif self._state != "filming" and now_ns - self._opened_ns > OPEN_S * 1e9:
+                self._end(f"not started within {OPEN_S:.0f} s")
+            elif self._state == "opening" and self._recorder.ready:
+                self._state = "ready"
 
     def close(self) -> None:
         """End a film that is being recorded."""
@@ -208,7 +201,7 @@ class FilmEndpoint:
         self._failure = failure or self._recorder.failure
         self._state = "ended"
         logger.warning(
-            "film %s: ended: %d frames%s", self._query.film if self._query else "", self._recorder.frames,
+            "film %s: ended: %d frames%s", self._query.film if self._query else "", self._recorder.writer.frames,
             f": {printable(self._failure)}" if self._failure else "",
         )  # fmt: skip
 
@@ -247,7 +240,8 @@ class FilmEndpoint:
         return files.part(query.file, query.offset)
 
     def _reply(self, query: FilmQuery, refused: str, data: bytes) -> FilmReply:
-        recorder, own = self._recorder, self._query is not None and query.sender == self._query.sender
+        own = self._query is not None and query.sender == self._query.sender
+        recorder, writer = (None, None) if self._recorder is None else (self._recorder, self._recorder.writer)
         search = self._search if own else None
         files = self._files if query.file != "corners" else None if search is None else search.files
         told = files.known() if own and files is not None and query.what == "files" and not refused else {}
@@ -256,28 +250,16 @@ class FilmEndpoint:
         except OSError:
             free = 0
         return FilmReply(
-            frame=query.frame,
-            captured_ns=self._clock.now_ns(),
-            host=printable(self._host),
-            state=self._state,
-            refused=printable(refused, 900),
-            failure=printable(self._failure, 900),
+            frame=query.frame, captured_ns=self._clock.now_ns(), host=printable(self._host), state=self._state,
+            refused=printable(refused, 900), failure=printable(self._failure, 900),
             film=self._query.film if self._query else None,
             folder=str((self._folder / str(self._query.film)).resolve())[:1000] if own and self._query else "",
-            may_film=self._permission.film,
-            may_read=self._permission.read,
-            frames=recorder.frames if recorder else 0,
-            lost=recorder.lost if recorder else 0,
-            away=self._feed.away,
-            first_ns=recorder.first_ns if recorder else 0,
-            last_ns=recorder.last_ns if recorder else 0,
-            written_bytes=recorder.written_bytes if recorder else 0,
-            free_bytes=free,
-            files=told,
-            data=data,
-            board="none" if search is None else search.state,
+            may_film=self._permission.film, may_read=self._permission.read, frames=writer.frames if writer else 0,
+            lost=recorder.lost if recorder else 0, away=self._feed.away, first_ns=writer.first_ns if writer else 0,
+            last_ns=writer.last_ns if writer else 0, written_bytes=writer.bytes if writer else 0,
+            free_bytes=free, files=told, data=data, board="none" if search is None else search.state,
             board_failure="" if search is None else printable(search.failure, 900),
-        )
+        )  # fmt: skip
 
 
 def filming_of(

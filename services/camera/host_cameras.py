@@ -83,9 +83,6 @@ def _announced(id: str, camera: FoundCamera) -> HostCamera:
         for mode in camera.modes
     ]
     return HostCamera(
-        id=id,
-        source=camera.source,
-        name=printable(camera.name),
-        stable=camera.is_stable,
+        id=id, source=camera.source, name=printable(camera.name), stable=camera.is_stable,
         modes=[printable(mode, 80) for mode in modes[:MOST_MODES]],
-    )
+    )  # fmt: skip

@@ -21,19 +21,14 @@ class Recorder:
     """Writes the images captured in [begin_ns, end_ns); nothing before `begin`.
 
     failure: why it ended early: the disk is nearly full, or cannot be written.  ready: whether an image has come.
-    complete: whether an image of after the end has come.
+    complete: whether an image of after the end has come.  writer: has numbers and times of what is written.
     """
 
     def __init__(
-        self,
-        video: Path,
-        times: Path,
-        size: tuple[int, int],
-        fps: float,
-        free_bytes: Callable[[Path], int] = free_bytes_of,
+        self, video: Path, times: Path, size: tuple[int, int], fps: float, free_bytes: Callable[[Path], int] = free_bytes_of
     ) -> None:
         """size: (width, height), px.  Raises UserError when the files cannot be written."""
-        self._writer = VideoWriter(video, times, size, fps)
+        self.writer = VideoWriter(video, times, size, fps)
         self._folder, self._free_bytes = video.parent, free_bytes
         self._interval: tuple[int, int | None] | None = None
         self._queue: queue.Queue[tuple[Image, int] | None] = queue.Queue(QUEUE)
@@ -41,22 +36,6 @@ class Recorder:
         self.ready, self.complete, self.failure, self.lost = False, False, "", 0
         self._thread = threading.Thread(target=self._write, name="film-writer", daemon=True)
         self._thread.start()
-
-    @property
-    def frames(self) -> int:
-        return self._writer.frames
-
-    @property
-    def first_ns(self) -> int:
-        return self._writer.first_ns
-
-    @property
-    def last_ns(self) -> int:
-        return self._writer.last_ns
-
-    @property
-    def written_bytes(self) -> int:
-        return self._writer.bytes
 
     def begin(self, begin_ns: int, duration_ns: int) -> None:
         """Record from `begin_ns` on, for `duration_ns`, 0 for until `end`."""
@@ -89,11 +68,11 @@ class Recorder:
                 continue
         self._thread.join(15.0)
         try:
-            self._writer.close()
+            self.writer.close()
         except Exception as error:  # of FFmpeg, a full disk among them
             self.failure = self.failure or f"{error}"
-        if not self._writer.frames:
-            self._writer.remove()
+        if not self.writer.frames:
+            self.writer.remove()
 
     def _write(self) -> None:
         begin_s = looked_s = time.monotonic()
@@ -102,11 +81,11 @@ class Recorder:
                 if self.failure:
                     self.lost += 1
                     continue
-                self._writer.write(*item)
+                self.writer.write(*item)
                 now_s = time.monotonic()
                 if now_s - looked_s >= LOOK_S:
                     looked_s, free = now_s, self._free_bytes(self._folder)
-                    if free < RESERVE_BYTES + RESERVE_S * self._writer.bytes / (now_s - begin_s):
+                    if free < RESERVE_BYTES + RESERVE_S * self.writer.bytes / (now_s - begin_s):
                         self.failure = f"the disk is nearly full: {free / 1e6:.0f} MB are left"
         except Exception as error:  # of FFmpeg and of the disk: reported to who films
             self.failure = f"{error}"

@@ -5,7 +5,7 @@ import secrets
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -104,13 +104,9 @@ class CameraHostServer:
         )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(
-                source,
-                self._viewers.folder / f"{id}.json",
-                self._viewers.command,
-                self._clock,
-                previews=self._permission.read,
-                is_filmed=lambda: film.is_recording,
-            )
+                source, self._viewers.folder / f"{id}.json", self._viewers.command, self._clock,
+                previews=self._permission.read, is_filmed=lambda: film.is_recording,
+            )  # fmt: skip
             key = HOST_ASSIGN.format(machine=self._machine, camera=id)
             servers.append(self._session.serve(key, AssignQuery, assigned.answer, assigned.check))
         key = HOST_FILM.format(machine=self._machine, camera=id)
@@ -130,13 +126,10 @@ class CameraHostServer:
     def announcement(self) -> CameraHost:
         """The cameras that are announced."""
         return CameraHost(
-            frame=0,
-            captured_ns=self._clock.now_ns(),
-            machine=self._machine,
-            host=printable(socket.gethostname()),
+            frame=0, captured_ns=self._clock.now_ns(), machine=self._machine, host=printable(socket.gethostname()),
             cameras=[msgspec.structs.replace(one.announced, used_by=self.used_by(id)) for id, one in self._offered.items()],
             instance=self.instance,
-        )
+        )  # fmt: skip
 
     def close(self) -> None:
         self._server.undeclare()
@@ -173,11 +166,11 @@ def run_host(
     viewers = None if command is None else Viewers(data_folder(name), command)
     cameras = dict(map(named_camera, named))
     permission = Permission(film=True, read=allow_fetch, read_advice="--allow-fetch where the camera is")
-    session = FilmSession.open(options, stopped)
-    server = None
-    try:
-        clock = RealClock()
+    with ExitStack() as stack:
+        session, clock = FilmSession.open(options, stopped), RealClock()
+        stack.callback(session.close)
         server = CameraHostServer(session, name, cameras, folder, permission, clock, opener, viewers=viewers, detect=detect)
+        stack.callback(server.close)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())
         looked_s, told = time.monotonic(), ""
@@ -186,12 +179,7 @@ def run_host(
             if time.monotonic() - looked_s > LOOK_AGAIN_S:
                 server.look()
                 if (twin := server.twin()) and twin != told:
-                    logger.warning(
-                        "%s announces as %s too: start one of them with another --machine", printable(twin), name
-                    )
+                    text = "%s announces as %s too: start one of them with another --machine"
+                    logger.warning(text, printable(twin), name)
                 looked_s, told = time.monotonic(), twin
-    finally:
-        if server is not None:
-            server.close()
-        session.close()
     return 0

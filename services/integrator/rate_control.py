@@ -139,14 +139,11 @@ def _adjusted(setup: RateSetup, state: RateState, found: Losses, now_ns: int) ->
         if level > state.rate.level:
             state = replace(state, rate=lowered(state.rate, level, now_ns))
     elif not suspected and state.rate.level > 0:
-        state = replace(state, rate=raised(state.rate, [share.value for share in shares], _busiest(state), now_ns))
+        busiest = max(state.busy.values(), default=0.0)
+        state = replace(state, rate=raised(state.rate, [share.value for share in shares], busiest, now_ns))
     elif not suspected and state.detail.level > 0:
         state = replace(state, detail=raised(state.detail, DETAIL_LEVELS, state.busy.get(TRACKER, 0.0), now_ns))
     return state if state.rate.level else replace(state, limit="", limiting=())
-
-
-def _busiest(state: RateState) -> float:
-    return max(state.busy.values(), default=0.0)
 
 
 def _out_of_phase(setup: RateSetup, state: RateState) -> bool:
@@ -163,16 +160,11 @@ def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateStat
     """State after the rate has changed, and the message for viewers and tracker."""
     share = setup.shares[state.rate.level]
     message = FrameRate(
-        frame=0 if state.decided is None else state.decided.frame + 1,
-        captured_ns=now_ns,
-        keep=share.keep,
-        of=share.of,
-        from_ns=now_ns + LEAD_NS,
-        phase_ns=common_phase(state.phases.values(), setup.fps),
-        fps=setup.fps,
+        frame=0 if state.decided is None else state.decided.frame + 1, captured_ns=now_ns, keep=share.keep, of=share.of,
+        from_ns=now_ns + LEAD_NS, phase_ns=common_phase(state.phases.values(), setup.fps), fps=setup.fps,
         limit=state.limit if state.rate.level else "",
         viewers=list(state.limiting[:MOST_NAMED]) if state.rate.level else [],
-    )
+    )  # fmt: skip
     return _settling(replace(state, decided=message), now_ns), [message]
 
 

@@ -105,11 +105,9 @@ def report(setup: RateSetup, state: RateState, health: Health) -> RateState:
     counts_now, before = counts_in(health), state.since.get(health.id)
     restarted = before is None or counts_now.processed < before.processed
     return replace(
-        state,
-        since={**state.since, health.id: counts_now} if restarted else state.since,
-        newest={**state.newest, health.id: counts_now},
-        busy={**state.busy, health.id: health.busy},
-    )
+        state, since={**state.since, health.id: counts_now} if restarted else state.since,
+        newest={**state.newest, health.id: counts_now}, busy={**state.busy, health.id: health.busy},
+    )  # fmt: skip
 
 
 def with_instants(state: RateState, instants: Instants) -> RateState:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Never, TypeVar
+from typing import Never, cast
 
 from msgspec import UNSET
 
@@ -45,8 +45,6 @@ from zenocap.services.integrator.step import awaits_recovery, counts, describe, 
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
 ID = "main"
-S = TypeVar("S")
-T = TypeVar("T")
 LOSS = 3  # exit status: completed, but the log is incomplete
 
 
@@ -59,21 +57,11 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
     """Service of the integrator of a method without a tracker."""
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
-        "integrator",
-        ID,
-        setup,
-        partial(initial_state, setup),
-        step,
-        (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})),
-        describe,
-        counts,
-        phase_of,
-        result=UniversalBap,
-        tick_ns=DECISION_NS,
-        recovers=_recovers,
-        keeps_time=True,
+        "integrator", ID, setup, partial(initial_state, setup), step,
+        (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})), describe, counts,
+        phase_of, result=UniversalBap, tick_ns=DECISION_NS, recovers=_recovers, keeps_time=True,
         load=lambda: limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral),
-    )
+    )  # fmt: skip
 
 
 def _recovers(state: State) -> tuple[Topic, ...]:
@@ -89,42 +77,25 @@ def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Ne
 def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
     """The same of a rig that was recorded in a take."""
     text = f"method {rig.method}: clock and log; the pose comes from the tracker"
-    setup = timekeeper_setup_of(rig)
+    corrected = "report" if rig.delays is UNSET else rig.delays
+    delays = None if corrected == "off" else DelaySetup(rig.cameras(), rig.frame_ns(), corrected == "follow")
+    rate = RateSetup(tuple(viewer.id for viewer in rig.viewers), 1e9 / rig.frame_ns(), method_of(rig.method).has_tracker)
+    setup = TimekeeperSetup(rate, delays)
 
     def describe_timekeeper(state: TimekeeperState) -> str:
         more = timekeeper.describe(setup, state)
         return f"{text}; {more}" if more else text
 
     return Service(
-        "integrator",
-        ID,
-        setup,
-        TimekeeperState,
-        timekeeper.step,
+        "integrator", ID, setup, TimekeeperState, timekeeper.step,
         (
             *(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
             *(Subscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
             *(() if setup.delays is None else (Subscription(CAMERA_DELAYS), Subscription(SILHOUETTE))),
         ),
-        describe_timekeeper,
-        timekeeper.counts,
-        tick_ns=DECISION_NS,
-        recovers=lambda state: timekeeper.recovers(setup, state),
-        keeps_time=True,
-    )
-
-
-def timekeeper_setup_of(rig: RecordedRig) -> TimekeeperSetup:
-    """Setup of the integrator of a rig with a tracker, or of that recorded in a take."""
-    delays = "report" if rig.delays is UNSET else rig.delays
-    if delays == "off":
-        return TimekeeperSetup(rate_setup_of(rig))
-    return TimekeeperSetup(rate_setup_of(rig), DelaySetup(rig.cameras(), rig.frame_ns(), delays == "follow"))
-
-
-def rate_setup_of(rig: RecordedRig) -> RateSetup:
-    """Setup of the decision on the frame rate, from a rig or from that recorded in a take."""
-    return RateSetup(tuple(viewer.id for viewer in rig.viewers), 1e9 / rig.frame_ns(), method_of(rig.method).has_tracker)
+        describe_timekeeper, timekeeper.counts, tick_ns=DECISION_NS,
+        recovers=lambda state: timekeeper.recovers(setup, state), keeps_time=True,
+    )  # fmt: skip
 
 
 def setup_of(rig: RecordedRig) -> Setup:
@@ -148,24 +119,13 @@ def run_integrator(
     Raises BusError, RecordingError and ValueError before the first frame.
     """
     method = method_of(rig.method)
-    if method.pose_service != "integrator":
-        return _run(timekeeper_service(rig), rig, options, take, stopped, parameters, must_log)
-    service = new_pose_service(method, rig)
+    if method.pose_service == "integrator":
+        service = new_pose_service(method, rig)
+    else:
+        service = cast("Service[object, object, Never]", timekeeper_service(rig))
     service.load()
-    return _run(service, rig, options, take, stopped, parameters, must_log)
-
-
-def _run(
-    service: Service[S, T, Never],
-    rig: Rig,
-    options: ZenohOptions,
-    take: Path | None,
-    stopped: Callable[[], bool],
-    parameters: Parameters,
-    must_log: bool,
-) -> int:
     clock = RealClock()
-    folder = _folder(rig) if take is None else take.parent
+    folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 
     def log(path: Path, *, must_open: bool) -> Log:
         return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open), whole_rig=True)
@@ -185,8 +145,3 @@ def _run(
         finally:
             ends = logs.close()
     return status or (LOSS if any(end.incomplete for end in ends) else 0)
-
-
-def _folder(rig: Rig) -> Path:
-    """Folder of takes that are started on request."""
-    return rig.base / rig.log.folder

@@ -24,14 +24,12 @@ from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
 from zenocap.services.integrator.rate_reports import Instants, report, with_instants
 from zenocap.services.integrator.state_recovery import note_answer, republish_body, resume
-from zenocap.services.integrator.states import Setup, State, integrator_setup
+from zenocap.services.integrator.states import Setup, State
 from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.fusion import pose_person
 from zenocap.services.integrator.two_view.initialization import assign_first, define_body
 from zenocap.services.integrator.two_view.root_pose import assign_pose
 from zenocap.services.integrator.two_view.validation import validate
-
-__all__ = ["counts", "describe", "initial_state", "integrator_setup", "phase_of", "step"]
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the integrator has no frames
 Result: TypeAlias = tuple[State, list[Message]]
@@ -150,11 +148,9 @@ def _follow(state: State, messages: list[Message]) -> Result:
         if isinstance(message, FrameRate):
             spacing, from_ns = share_of(message).spacing, holds_from_ns(message)
             state = replace(
-                state,
-                sightings=with_spacing(state.sightings, spacing, from_ns),
-                baps=with_spacing(state.baps, spacing, from_ns),
-                bdps=with_spacing(state.bdps, spacing, from_ns),
-            )
+                state, sightings=with_spacing(state.sightings, spacing, from_ns),
+                baps=with_spacing(state.baps, spacing, from_ns), bdps=with_spacing(state.bdps, spacing, from_ns),
+            )  # fmt: skip
     return state, messages
 
 

@@ -1,6 +1,7 @@
 """Segmentation: background model, silhouette and preview of a viewer's frames, for both methods."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -32,10 +33,11 @@ from zenocap.services.viewer.parameters import (
 )
 from zenocap.services.viewer.states import LearningBackground, Scene, Setup
 
+Learning = TypeVar("Learning", bound=LearningBackground)
 OPTIONS, NEAREST = SilhouetteOptions(), SilhouetteOptions(choice="nearest")
 
 
-def learn(setup: Setup, state: LearningBackground, image: Image | None) -> tuple[LearningBackground, Scene | None]:
+def learn(setup: Setup, state: Learning, image: Image | None) -> tuple[Learning, Scene | None]:
     """Add an image of the scene, None for one that is not in the take; returns the `Scene` once there are enough.
 
     A background of an earlier run is taken up with the first image that it fits.
@@ -57,7 +59,7 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
         case FirstFrames():
             return learn_from(images)
         case BackgroundImage():
-            assert setup.plate is not None  # checked by viewer_setup
+            assert setup.plate is not None  # checked by the setup
             return from_image(setup.plate, images)
         case AdaptiveBackground():
             return start(images)

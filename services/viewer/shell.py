@@ -1,12 +1,10 @@
 """The viewer process: read the rig, open the bus and the source, run."""
 
-import logging
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
-from pathlib import Path
-from typing import TypeAlias, TypeVar, cast
+from typing import TypeAlias, cast
 
 import cv2
 import numpy as np
@@ -14,110 +12,66 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import BackgroundImage
-from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.table import attribute
-from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import FRAME_RATE, TRACKER_BDP, TRACKER_POSE
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
-from zenocap.services.viewer import step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.resize import Fit, rectification
+from zenocap.services.viewer.sources.resize import fit_of
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Filming, Tap
 from zenocap.services.viewer.sources.video import median_picture
-from zenocap.services.viewer.states import Setup, State, viewer_setup
-from zenocap.services.viewer.two_view.jit_warmup import load_compiled
-from zenocap.services.viewer.two_view.step import answered_frame, describe, initial_state, phase_of, step
+from zenocap.services.viewer.states import Setup
+from zenocap.services.viewer.step import State, describe, initial_state, phase_of, step
 
-logger = logging.getLogger(__name__)
-
-R = TypeVar("R")
-S = TypeVar("S")
 Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | None], Service[object, object, Frame]]
-
-
-def viewer_service(
-    viewer: Viewer, additions: Additions = IMPROVED, people: PeopleSegmenter | None = None
-) -> Service[Setup, State, Frame]:
-    """Service of one viewer of a two-view rig.  additions: to the paper, see `zenocap.common.rig.two_view`.
-
-    people: the network that corrects the silhouettes, see `people_of`; None: without.
-
-    Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
-    """
-    setup = _setup(viewer, additions, people)
-    setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame
-    subscriptions = tuple(map(Subscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
-    return Service(
-        "viewer", viewer.id, setup, partial(initial_state, setup), step, subscriptions, describe, phase=phase_of,
-        answers=partial(answered_frame, viewer.id),
-    )  # fmt: skip
-
-
-def silhouette_service(
-    viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[Setup, watching.State, Frame]:
-    """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does.
-
-    kept: background of an earlier run, see `kept_background`; None: it is learnt.
-
-    With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
-    """
-    setup = replace(_setup(viewer, people=people), kept=kept)
-    fed = (Subscription(TRACKER_BDP), Subscription(TRACKER_POSE)) if viewer.feedback else ()
-    return Service(
-        "viewer",
-        viewer.id,
-        setup,
-        partial(watching.initial_state, setup),
-        watching.step,
-        (Subscription(FRAME_RATE), *fed),
-        describe=watching.describe,
-        phase=watching.phase_of,
-    )
-
-
-def two_view(
-    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[Setup, State, Frame]:
-    """Viewer of method two-view: `viewer_service`.  kept: always None there."""
-    service = viewer_service(viewer, rig.additions, people)
-
-    def load() -> None:
-        with compiling(logger, "viewer-service", "tracking"):
-            load_compiled(service.setup)
-
-    return replace(service, load=load)
 
 
 def silhouettes(
     rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[Setup, watching.State, Frame]:
+) -> Service[Setup, State, Frame]:
     """Viewer of the methods with a tracker: `silhouette_service`."""
     return silhouette_service(viewer, people, kept)
+
+
+def silhouette_service(
+    viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[Setup, State, Frame]:
+    """Service of one viewer of a rig with a tracker; publishes silhouettes only.
+
+    people: the network that corrects the silhouettes, see `people_of`; None: without.
+    kept: background of an earlier run, see `kept_background`; None: it is learnt.
+
+    With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
+    Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
+    """
+    setup = Setup(viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people, kept)
+    fed = (TRACKER_BDP, TRACKER_POSE) if viewer.feedback else ()
+    return Service(
+        "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(Subscription, (FRAME_RATE, *fed))),
+        describe, phase=phase_of,
+    )  # fmt: skip
 
 
 def service_of(
     rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
 ) -> Service[object, object, Frame]:
-    """Service of a viewer for the rig's method.  people, kept: see `silhouette_service`.  Raises as `viewer_service`."""
+    """Service of a viewer for the rig's method.  people, kept: see `silhouette_service`.  Raises as that does."""
     return cast("Factory", attribute(method_of(rig.method).viewer))(rig, viewer, people, kept)
 
 
@@ -129,19 +83,21 @@ def people_of(viewer: Viewer, *, threaded: bool) -> PeopleSegmenter | None:
     return PeopleSegmenter(load_network(), threaded=threaded) if viewer.people else None
 
 
-def _setup(viewer: Viewer, additions: Additions = IMPROVED, people: PeopleSegmenter | None = None) -> Setup:
-    background, plate = viewer.background_in_use, None
-    match viewer.background, background:
-        case BackgroundImage(path=path), _:
-            plate = _picture(viewer, path)
-        case _, BackgroundImage(path=path, hardware=hardware):
-            fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
-            plate = median_picture(path, fit, hardware=hardware)
-        case _:
-            pass
-    return viewer_setup(
-        viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions, people=people
-    )
+def plate_of(viewer: Viewer) -> Image | None:
+    """Plate of an image background at the working size; None for other backgrounds.
+
+    Raises OpenError, SizeMismatch and SourceError.
+    """
+    used = viewer.background_in_use
+    if not isinstance(used, BackgroundImage):
+        return None
+    fit = fit_of(viewer).named(used.path)
+    if used is not viewer.background:  # the median of a video
+        return median_picture(used.path, fit, hardware=used.hardware)
+    image = cv2.imread(str(used.path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise OpenError(f"{used.path}: not a picture that can be decoded")
+    return fit(np.asarray(image, dtype=np.uint8))
 
 
 def run_viewer(
@@ -161,83 +117,47 @@ def run_viewer(
     """
     use_one_thread()
     viewer = rig.viewer(id)
-    people = people_of(viewer, threaded=True)
-    try:
+    with ExitStack() as stack:
+        people = people_of(viewer, threaded=True)
+        if people is not None:
+            stack.callback(people.close)
         kept, keeper = None, None
         if viewer.keep_background:
             kept = read_kept(rig, viewer)
             keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
         service = service_of(rig, viewer, people, kept)
         service.load()
-        try:
-            on_state = cast("Callable[[object], None] | None", keeper)
-            return _run(service, rig, viewer, options, stopped, epoch_ns, filming, on_state)
-        finally:
-            if keeper is not None:
-                keeper.close()
-    finally:
-        if people is not None:
-            people.close()
-
-
-def _run(
-    service: Service[R, S, Frame],
-    rig: Rig,
-    viewer: Viewer,
-    options: ZenohOptions,
-    stopped: Callable[[], bool],
-    epoch_ns: int | None,
-    filming: Filming | None,
-    on_state: Callable[[S], None] | None = None,
-) -> int:
-    clock = RealClock()
-    other_ids = [other.id for other in rig.viewers if other is not viewer]
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        if keeper is not None:
+            stack.callback(keeper.close)
+        clock = RealClock()
+        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped))
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if viewer.source.live:
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
+            other_ids = [other.id for other in rig.viewers if other is not viewer]
             with bus.reader() as others:
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
-        first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
         rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
-        films = None
+        frames = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
         if rate is not None and filming is not None:
             films = filming(tap, clock)
+            stack.callback(films.close)
             bus.serve_films(viewer.id, films.answer, films.check)
-        try:
-            return run(
-                service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
-                extra_counts=rate.counts if rate else dict, on_state=on_state or (lambda _: None),
-            )  # fmt: skip
-        finally:
-            if films is not None:
-                films.close()
+        return run(
+            service, bus, clock, frames, stopped, first_messages=(camera_info(viewer, epoch_ns),), choice=choice,
+            extra_counts=rate.counts if rate else dict,
+            on_state=cast("Callable[[object], None]", keeper) if keeper else lambda _: None,
+        )  # fmt: skip
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
     """Calibration of the camera at the working size; epoch_ns: capture time of frame 0."""
-    camera: Camera = viewer.camera
+    camera = viewer.camera
     return CameraInfo(
-        frame=0,
-        captured_ns=epoch_ns,
-        viewer=viewer.id,
-        name=camera.name,
-        size=camera.size,
-        matrix=camera.matrix.ravel().tolist(),
-        distortions=camera.distortions.ravel().tolist(),
-        rotation=camera.rotation.ravel().tolist(),
-        translation=camera.translation.ravel().tolist(),
-    )
-
-
-def _picture(viewer: Viewer, path: Path) -> Image:
-    """Read a background picture at the viewer's working size.  Raises OpenError and SizeMismatch."""
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise OpenError(f"{path}: not a picture that can be decoded")
-    fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
-    return fit(np.asarray(image, dtype=np.uint8))
+        frame=0, captured_ns=epoch_ns, viewer=viewer.id, name=camera.name, size=camera.size,
+        matrix=camera.matrix.ravel().tolist(), distortions=camera.distortions.ravel().tolist(),
+        rotation=camera.rotation.ravel().tolist(), translation=camera.translation.ravel().tolist(),
+    )  # fmt: skip

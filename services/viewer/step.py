@@ -17,6 +17,13 @@ Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 
 
 @dataclass(frozen=True)
+class LearningWithFeedback(LearningBackground):
+    """feedback: of the tracker, where the rig has one."""
+
+    feedback: Feedback = NO_FEEDBACK
+
+
+@dataclass(frozen=True)
 class Segmenting:
     """State after the background is learnt.  present: a person was in the last frame.  feedback: of the tracker."""
 
@@ -25,17 +32,17 @@ class Segmenting:
     feedback: Feedback = NO_FEEDBACK
 
 
-State = LearningBackground | Segmenting
+State = LearningWithFeedback | Segmenting
 
 
 def initial_state(setup: Setup) -> State:
-    return LearningBackground()
+    return LearningWithFeedback()
 
 
 def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
     """Process one event: (state, messages).  Pure."""
     match state, event:
-        case LearningBackground(), Frame(image=image):
+        case LearningWithFeedback(), Frame(image=image):
             state, scene = learn(setup, state, image)
             return (state if scene is None else Segmenting(scene, feedback=state.feedback)), []
         case Segmenting(scene=scene, feedback=feedback), Frame():
@@ -43,7 +50,7 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
             feedback = replace(feedback, frames=feedback.frames + 1)
             message = silhouette_message(setup.id, setup.camera.size, event, mask)
             return Segmenting(scene, mask is not None, feedback), [*messages, message]
-        case LearningBackground() | Segmenting(), Envelope(message=message):
+        case LearningWithFeedback() | Segmenting(), Envelope(message=message):
             return replace(state, feedback=receive(setup.camera, state.feedback, message)), []
         case _:
             return state, []
@@ -52,7 +59,7 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
 def phase_of(state: State) -> Phase:
     """Phase of the viewer, for its health."""
     match state:
-        case LearningBackground():
+        case LearningWithFeedback():
             return Phase.LEARNING_BACKGROUND
         case Segmenting(present=present):
             return Phase.SEGMENTING if present else Phase.AWAITING_PERSON
@@ -61,7 +68,7 @@ def phase_of(state: State) -> Phase:
 def describe(state: State) -> str:
     """Health text of a state."""
     match state:
-        case LearningBackground(frames=frames):
+        case LearningWithFeedback(frames=frames):
             return f"learning the background ({len(frames)} frames)"
         case Segmenting(present=present):
             return "silhouettes only" + ("" if present else ", no person in view")

@@ -12,7 +12,7 @@ from zenocap.common import messages as m
 from zenocap.common.topics import REQUEST, service_at
 from zenocap.services.integrator import step as integrator
 from zenocap.services.tracker import step as tracker
-from zenocap.services.viewer.states import MeasuringBody, Tracking
+from zenocap.services.viewer.two_view.states import MeasuringBody, Tracking
 
 MEASURE = m.Request(frame=0, captured_ns=EPOCH_NS, what="measure")
 FRAMES = 46  # the T-pose is over, the arms move down

@@ -14,8 +14,8 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.conversion import bdp_of
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
-from zenocap.services.viewer.states import Setup, Tracking
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import Tracking, TwoViewSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import posture_timeline
@@ -117,7 +117,7 @@ def scaled(assignment: m.Assignment, frame: int, factor: float) -> m.Assignment:
     return structs.replace(assignment, views=views)
 
 
-def partial_bap(setup: Setup, state: Tracking, answer: m.Assignment) -> m.PartialBap:
+def partial_bap(setup: TwoViewSetup, state: Tracking, answer: m.Assignment) -> m.PartialBap:
     _, (message,) = viewer.step(setup, state, envelope(answer))
     assert isinstance(message, m.PartialBap)
     return message

@@ -25,9 +25,8 @@ from zenocap.common.topics import topic_of
 from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page_bridge import PageBridge
-from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.states import TOPICS, Setup, State
 from zenocap.services.animator.step import step
-from zenocap.services.animator.topics import TOPICS
 from zenocap.services.viewer.shell import camera_info
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp, truth

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.topics import topic_of
 from zenocap.services.integrator import states as integrator_states
 from zenocap.services.integrator import step as integrator
-from zenocap.services.viewer import states as viewer_states
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -30,6 +31,7 @@ FRAME_NS = round(1e9 / FPS)
 EPOCH_NS = 1_000 * FRAME_NS
 VIEWERS = ("1", "2")
 EMPTY_FRAMES = 10
+Kind = TypeVar("Kind", bound=m.Message)
 MOST_FRAMES = 120  # of the film
 PERSON, POSTURE, SEED = 4, "raise-both-arms", 1
 
@@ -61,12 +63,12 @@ def _render(posture: str) -> Bytes:
 
 def integrator_setup(height: float | None = None, additions: Additions = IMPROVED) -> integrator_states.Setup:
     cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
-    return integrator.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
+    return integrator_states.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
 
 
-def viewer_setup(id: str, additions: Additions = IMPROVED) -> viewer_states.Setup:
+def viewer_setup(id: str, additions: Additions = IMPROVED) -> TwoViewSetup:
     camera = paper_cameras(SIZE)[VIEWERS.index(id)]
-    return viewer_states.viewer_setup(id, camera, FirstFrames(EMPTY_FRAMES), False, additions=additions)
+    return TwoViewSetup(id, camera, FirstFrames(EMPTY_FRAMES), additions=additions)
 
 
 @dataclass
@@ -81,6 +83,10 @@ class Run:
         self.setups = {id: viewer_setup(id, self.additions) for id in VIEWERS}
         self.integrator = integrator.initial_state(self.setup)
         self.viewers = {id: viewer.initial_state(setup) for id, setup in self.setups.items()}
+
+    def of(self, kind: type[Kind]) -> list[Kind]:
+        """The published messages of a kind."""
+        return messages_of_kind(self.published, kind)
 
     def process(self, frames: dict[str, Frame]) -> list[m.Message]:
         """Process one frame set; return all resulting messages."""
@@ -107,5 +113,5 @@ class Run:
             self.send_to_integrator(replies)
 
 
-def messages_of_kind(messages: Sequence[m.Message], kind: type[m.Message]) -> list[m.Message]:
+def messages_of_kind(messages: Sequence[m.Message], kind: type[Kind]) -> list[Kind]:
     return [message for message in messages if isinstance(message, kind)]

@@ -20,7 +20,7 @@ from zenocap.common.topics import topic_of
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
-from zenocap.services.animator.topics import TOPICS
+from zenocap.services.animator.states import TOPICS
 
 pytestmark = pytest.mark.nightly
 COUNT = 30
@@ -30,7 +30,7 @@ class Page(Broadcaster):
     """One page that is always open.  updates: oldest first."""
 
     def __init__(self) -> None:
-        super().__init__(asyncio.new_event_loop(), lambda: None)
+        super().__init__(asyncio.new_event_loop(), lambda: None, ("take",))
         self.updates: list[dict[str, object]] = []
 
     @property

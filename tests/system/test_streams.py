@@ -34,7 +34,7 @@ def age_ms(image: np.ndarray) -> int:
 
 def frames_of(url: str, reports: list[str], rate: SourceRate | None = None) -> Iterator[Frame]:
     playback = Playback(time.time_ns(), RealClock(), report=reports.append)
-    return camera_frames(Stream(url), 1000.0, SIZE, SIZE, playback, rate=rate)
+    return camera_frames(Stream(url), 1000.0, SIZE, playback, rate=rate)
 
 
 def test_a_stream_is_tried(server):

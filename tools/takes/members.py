@@ -21,9 +21,9 @@ from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.tracker.states import Setup as TrackerSetup
 from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.services.viewer.shell import camera_info, people_of, service_of
-from zenocap.services.viewer.states import Setup as ViewerSetup
-from zenocap.services.viewer.states import State as ViewerState
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import State as ViewerState
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 
 Stepped: TypeAlias = Stepper[object, object, SegmentedFrame]
 
@@ -80,8 +80,8 @@ def _integrator(rig: RecordedRig) -> object:
     return integrator_shell.service_of(integrator_shell.setup_of(rig))
 
 
-def _viewer(recorded: RecordedViewer, additions: Additions) -> Service[ViewerSetup, ViewerState, SegmentedFrame]:
+def _viewer(recorded: RecordedViewer, additions: Additions) -> Service[TwoViewSetup, ViewerState, SegmentedFrame]:
     # Only the number of learning frames matters: silhouettes come from the take.
     background = FirstFrames(recorded.learning_frames)
-    setup = viewer.viewer_setup(recorded.id, recorded.pinhole(), background, publish_silhouette=False, additions=additions)
+    setup = TwoViewSetup(recorded.id, recorded.pinhole(), background, additions=additions)
     return Service("viewer", recorded.id, setup, partial(viewer.initial_state, setup), viewer.step)

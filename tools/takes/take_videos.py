@@ -14,7 +14,7 @@ from zenocap.common.errors import OpenError, UserError
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
-from zenocap.services.viewer.sources.resize import Fit, rectification
+from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
 
@@ -74,7 +74,7 @@ class TakeVideos:
         for viewer in viewers:
             if isinstance(viewer.source, VideoFile):
                 source = viewer.source
-                fit = Fit(str(source.path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
+                fit = fit_of(viewer).named(source.path)
                 self._videos[viewer.id] = SeekableVideo(source.path), source, fit
 
     def at(self, take_ns: int) -> Iterator[tuple[str, bytes]]:

@@ -24,7 +24,7 @@ from zenocap.services.viewer.advice.watch import Watch, watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import ADVICE_WINDOW_S
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import LearningBackground, viewer_setup
+from zenocap.services.viewer.states import LearningBackground, Setup
 
 FIRST_SEED = 200  # nothing was chosen on these
 CALM = "no fault"  # films without a fault by their nature
@@ -51,7 +51,7 @@ class Second:
 
 def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) -> Iterator[Second]:
     """Reports of a viewer of a film, from the first one that counts."""
-    setup = viewer_setup("cam01", film.camera(scene), parse_background(background, Path()), True)
+    setup = Setup("cam01", film.camera(scene), parse_background(background, Path()))
     state, place = LearningBackground(), None
     truly, true_codes, lost = Watch(), frozenset[AdviceCode](), list[tuple[float, float]]()
     for number, shot in enumerate(shots):

@@ -1,14 +1,11 @@
 """Joint centres by OSC, for Unreal, TouchDesigner, Max and others: `[animator.osc]`."""
 
-from collections.abc import Mapping
-
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.formats.osc import osc_message
 from zenocap.common.rig.animator import Host, OutputTable, Port
 from zenocap.common.rig.outputs import OutputKind
 from zenocap.common.runtime.clock import Clock
-from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.states import Actor
 
 
@@ -20,17 +17,11 @@ class OscTable(OutputTable, frozen=True, kw_only=True):
     root: str = "/zenocap"
 
 
-class OscOutput:
+class OscOutput(DatagramOutput):
     def __init__(self, table: OscTable) -> None:
         """Raises OutputError."""
-        self._sender, self._root = DatagramSender("animator.osc", table.host, table.port), table.root
-
-    @property
-    def title(self) -> str:
-        return self._sender.title
-
-    def receive(self, envelope: Envelope) -> None:
-        pass
+        super().__init__("animator.osc", table.host, table.port)
+        self._root = table.root
 
     def send(self, actor: Actor, posture: str | None) -> None:
         """x, y and z of each joint (m), unless the person is lost."""
@@ -39,12 +30,6 @@ class OscOutput:
         centres = joint_centres(actor.anatomy, actor.body, actor.pose)
         for marker, centre in zip(actor.anatomy.markers, centres.tolist(), strict=True):
             self._sender.send(osc_message(f"{self._root}/{marker.name}", *centre))
-
-    def counts(self) -> Mapping[str, int]:
-        return self._sender.counts
-
-    def close(self) -> None:
-        self._sender.close()
 
 
 def opened(table: OscTable, rig: str, clock: Clock) -> OscOutput:

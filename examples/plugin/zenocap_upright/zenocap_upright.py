@@ -10,17 +10,18 @@ from zenocap.common.runtime.service import Service
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.services.integrator.shell import integrator_service
 from zenocap.services.integrator.states import Setup, State
-from zenocap.services.viewer import states
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
-from zenocap.services.viewer.shell import two_view
+from zenocap.services.viewer.two_view.shell import two_view
+from zenocap.services.viewer.two_view.states import State as ViewerState
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 
 ADDITIONS = IMPROVED - {"tilt"}
 
 
 def viewer(
     rig: Rig, one: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[states.Setup, states.State, Frame]:
+) -> Service[TwoViewSetup, ViewerState, Frame]:
     return two_view(replace(rig, additions=ADDITIONS), one, people, kept)
 
 

@@ -74,11 +74,7 @@ class FoxgloveOutput:
         behind = hidden_host()
         try:
             self._server = foxglove.start_server(
-                name=f"zenocap {rig}",
-                host=behind,
-                port=0,
-                context=self._context,
-                server_listener=self._subscriptions,
+                name=f"zenocap {rig}", host=behind, port=0, context=self._context, server_listener=self._subscriptions
             )
         except RuntimeError as error:
             raise OutputError(f"animator.foxglove: its server does not start: {error}") from error

@@ -90,8 +90,3 @@ class LslOutput:
         setup.append_child_value("axes", "right-handed, Y up, origin on the ground")
         description.append_child("acquisition").append_child_value("model", "zenocap")
         return info
-
-
-def opened(table: LslTable, rig: str, clock: Clock) -> LslOutput:
-    """The output of a rig.  Raises OutputError."""
-    return LslOutput(table, rig, clock)

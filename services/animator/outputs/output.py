@@ -94,5 +94,26 @@ class DatagramSender:
         self._since_failure = 0
 
 
+class DatagramOutput:
+    """An output that sends datagrams to one receiver: all but its `send`."""
+
+    def __init__(self, key: str, host: str, port: int) -> None:
+        """Raises OutputError."""
+        self._sender = DatagramSender(key, host, port)
+
+    @property
+    def title(self) -> str:
+        return self._sender.title
+
+    def receive(self, envelope: Envelope) -> None:
+        pass
+
+    def counts(self) -> Mapping[str, int]:
+        return self._sender.counts
+
+    def close(self) -> None:
+        self._sender.close()
+
+
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)

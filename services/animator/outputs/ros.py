@@ -81,8 +81,3 @@ class RosOutput:
             self._counts["sent" if self._connection.put(topic, data, now_ns) else "unconnected"] += 1
         except BusError:
             self._counts["failed"] += 1
-
-
-def opened(table: RosTable, rig: str, clock: Clock) -> RosOutput:
-    """The output of a rig.  Raises OutputError."""
-    return RosOutput(table, rig, clock)

@@ -1,17 +1,15 @@
 """UDP output: one datagram with one line of JSON for each pose, for programs of your own."""
 
-from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.rig.animator import UdpTable
 from zenocap.common.runtime.clock import Clock
-from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.states import Actor, Source
 
 METRES_DIGITS, RADIANS_DIGITS = 4, 5  # after the point
@@ -51,43 +49,23 @@ def pose_line(rig: str, actor: Actor, posture: str | None) -> bytes:
         position = x, y, z
         angles = angles_by_name(actor.anatomy, actor.pose.angles.round(RADIANS_DIGITS))
     line = PoseLine(
-        rig=rig,
-        frame=actor.frame,
-        captured_ns=actor.captured_ns,
-        source=actor.source,
-        lost=lost,
-        searched=[limb for limb in actor.lost if limb != "person"],
-        posture=posture,
-        position=position,
-        joints=joints,
+        rig=rig, frame=actor.frame, captured_ns=actor.captured_ns, source=actor.source, lost=lost,
+        searched=[limb for limb in actor.lost if limb != "person"], posture=posture, position=position, joints=joints,
         angles=angles,
-    )
+    )  # fmt: skip
     return _encode(line) + b"\n"
 
 
-class UdpOutput:
+class UdpOutput(DatagramOutput):
     """Sends every pose to one receiver."""
 
     def __init__(self, table: UdpTable, rig: str) -> None:
         """Raises OutputError."""
-        self._sender = DatagramSender("animator.udp", table.host, table.port)
+        super().__init__("animator.udp", table.host, table.port)
         self._rig = rig
-
-    @property
-    def title(self) -> str:
-        return self._sender.title
-
-    def receive(self, envelope: Envelope) -> None:
-        pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
         self._sender.send(pose_line(self._rig, actor, posture))
-
-    def counts(self) -> Mapping[str, int]:
-        return self._sender.counts
-
-    def close(self) -> None:
-        self._sender.close()
 
 
 def opened(table: UdpTable, rig: str, clock: Clock) -> UdpOutput:

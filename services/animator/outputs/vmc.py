@@ -8,8 +8,6 @@ Avatars use Unity's humanoid: X right, Y up, Z forward, left-handed.  This is th
 R becomes A R A^T.  The rest pose is a T-pose facing Z, in which every bone's rotation is the identity.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from zenocap.common.arrays import Floats
@@ -17,14 +15,13 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.formats.bone_names import unity_name
 from zenocap.common.formats.osc import osc_bundles, osc_message, osc_string
 from zenocap.common.formats.skeleton import skeleton_of, turned_bones
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import VmcTable
 from zenocap.common.runtime.clock import Clock
-from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
 
@@ -59,23 +56,16 @@ class Humanoid:
         return np.concatenate([positions, matrix_to_quaternion(rotations)], axis=1)
 
 
-class VmcOutput:
+class VmcOutput(DatagramOutput):
     """Sends each pose to one receiver; while the person is lost, only the tracking status: avatars keep their pose."""
 
     def __init__(self, table: VmcTable) -> None:
         """Raises OutputError."""
-        self._sender = DatagramSender("animator.vmc", table.host, table.port)
+        super().__init__("animator.vmc", table.host, table.port)
         self._humanoid: Humanoid | None = None
         self._body: Bdp | None = None
         self._bone_headers: list[bytes] = []
         self._start_ns: int | None = None
-
-    @property
-    def title(self) -> str:
-        return self._sender.title
-
-    def receive(self, envelope: Envelope) -> None:
-        pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
         if self._humanoid is None or self._body is not actor.body:
@@ -93,13 +83,10 @@ class VmcOutput:
         for bundle in osc_bundles(messages, MAX_DATAGRAM_BYTES):
             self._sender.send(bundle)
 
-    def counts(self) -> Mapping[str, int]:
-        return self._sender.counts
-
     def close(self) -> None:
         """Send "not loaded", so that the receiver shows that the stream has ended."""
         self._sender.send(NOT_LOADED)
-        self._sender.close()
+        super().close()
 
 
 def opened(table: VmcTable, rig: str, clock: Clock) -> VmcOutput:

@@ -17,13 +17,12 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_euler
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.formats.osc import osc_bundles, osc_string
 from zenocap.common.formats.skeleton import skeleton_of
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import TRACKERS, VrchatTable
 from zenocap.common.runtime.clock import Clock
-from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
 
@@ -68,12 +67,12 @@ class TrackerSet:
         return convert(origins[self._places], "unity"), np.degrees(yxz[:, [1, 0, 2]])
 
 
-class VrchatOutput:
+class VrchatOutput(DatagramOutput):
     """Sends each pose to one VRChat; nothing while the person is lost."""
 
     def __init__(self, table: VrchatTable) -> None:
         """Raises OutputError."""
-        self._sender = DatagramSender("animator.vrchat", table.host, table.port)
+        super().__init__("animator.vrchat", table.host, table.port)
         self._names = [*table.trackers, *([HEAD] if table.head != "off" else [])]
         self._trackers: TrackerSet | None = None
         self._body: Bdp | None = None
@@ -84,13 +83,6 @@ class VrchatOutput:
             headers.append((position, rotation))
         self._headers = headers
         self._sends_heading = table.head == "position-and-yaw"
-
-    @property
-    def title(self) -> str:
-        return self._sender.title
-
-    def receive(self, envelope: Envelope) -> None:
-        pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
         if "person" in actor.lost:
@@ -107,12 +99,6 @@ class VrchatOutput:
                 messages.append(at_rotation + turn.tobytes())
         for bundle in osc_bundles(messages, MAX_DATAGRAM_BYTES):
             self._sender.send(bundle)
-
-    def counts(self) -> Mapping[str, int]:
-        return self._sender.counts
-
-    def close(self) -> None:
-        self._sender.close()
 
 
 def opened(table: VrchatTable, rig: str, clock: Clock) -> VrchatOutput:

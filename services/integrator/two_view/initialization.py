@@ -8,12 +8,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.proportions import (
-    average_lengths,
-    body_from_lengths,
-    body_from_paper_lengths,
-    t_pose_angles,
-)
+from zenocap.common.body.proportions import average_lengths, body_from_lengths, body_from_paper_lengths, t_pose_angles
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp, ViewAssignment

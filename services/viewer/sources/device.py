@@ -11,6 +11,7 @@ from typing import Protocol, cast
 import cv2
 import numpy as np
 
+from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError, SourceError
 from zenocap.common.rig.source_kinds import SOURCES
 from zenocap.common.rig.sources import Device, LiveSource, Stream
@@ -18,7 +19,7 @@ from zenocap.common.runtime.clock import Clock
 from zenocap.common.table import attribute
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify
+from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 from zenocap.services.viewer.sources.tap import Tap
 
@@ -91,30 +92,28 @@ def opener_of(source: LiveSource) -> Opener:
 def camera_frames(
     source: LiveSource,
     fps: float,
-    calibrated: Size,
-    working: Size,
+    size: Size,
     playback: Playback,
     opener: Opener | None = None,
-    rectify: Rectify | None = None,
+    fit: Callable[[Image], Image] | None = None,
     controls: Controls | None = None,
     rate: SourceRate | None = None,
     film: Tap | None = None,
-    fit: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).
 
-    opener: None: that of the table of sources.  controls: of a camera, set each time it is opened; the first SETTLING_S s
-    are left out while they settle.  rate: is given the times of all frames.  film: while it is open, is given all images at
-    the calibrated size, not rectified, also those that `playback` does not want.  fit: applied to every image instead of
-    the resizing to `working`.
+    size: calibrated (width, height), px.  opener: None: that of the table of sources.  fit: applied to every image; None:
+    images stay at the calibrated size.  controls: of a camera, set each time it is opened; the first SETTLING_S s are left
+    out while they settle.  rate: is given the times of all frames.  film: while it is open, is given all images at the
+    calibrated size, not rectified, also those that `playback` does not want.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
     name, opener = source.title, opener or opener_of(source)
-    fit = fit or Fit(name, calibrated, working, rectify)
-    unreduced = Fit(name, calibrated, calibrated)
-    capture = _opened(source, calibrated, fps, opener)
+    unreduced = Fit(size, size, name=name)
+    fit = fit or unreduced
+    capture = _opened(source, size, fps, opener)
     if capture is None:
         raise _open_error(source)
     index, due_ns, period_ns, last_ns = 0, 0, round(1e9 / fps), 0
@@ -128,7 +127,7 @@ def camera_frames(
                 if film is not None:
                     film.lost()
                 playback.report(f"{name}: lost after {index} frames: unplugged, or the stream ended; trying again")
-                capture, tries = _reopen(source, calibrated, fps, opener, playback)
+                capture, tries = _reopen(source, size, fps, opener, playback)
                 playback.report(f"{name}: back after {tries} tries")
                 times = CaptureTimes(source, playback)
                 rate.restart()

@@ -11,8 +11,8 @@ from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.rig.sources import Images
 from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.resize import Fit, fit_of
 
 
 def numbered(path: Path) -> tuple[tuple[int, str], ...]:
@@ -23,13 +23,10 @@ def numbered(path: Path) -> tuple[tuple[int, str], ...]:
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """`image_frames` of a viewer."""
     assert isinstance(viewer.source, Images)
-    size, rectify = viewer.camera.size, rectification(viewer.camera)
-    return image_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, rectify)
+    return image_frames(viewer.source, viewer.fps, fit_of(viewer), playback)
 
 
-def image_frames(
-    source: Images, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None = None
-) -> Iterator[Frame]:
+def image_frames(source: Images, fps: float, fit: Fit, playback: Playback) -> Iterator[Frame]:
     """Yield the pictures in the order of their numbers, as a video of `fps` frames per second.  Raises SourceError."""
     shown = source.folder / source.pattern
     paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
@@ -56,9 +53,8 @@ def image_frames(
             image = cv2.imdecode(content, cv2.IMREAD_COLOR) if content.size else None
             if image is None:
                 raise EndedEarly(f"{path}: picture {number} of {len(paths)} cannot be decoded")
-            fit = Fit(str(path), calibrated, working, rectify)
             begun = True
-            yield Frame(first + number, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
+            yield Frame(first + number, captured_ns, fit.named(path)(np.asarray(image, dtype=np.uint8)))
         if not playback.loop:
             return
         first += len(paths)

@@ -10,27 +10,23 @@ from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Rendered
 from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.resize import Fit, fit_of
 
 
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """`rendered_frames` of a viewer."""
     assert isinstance(viewer.source, Rendered)
-    size, rectify = viewer.camera.size, rectification(viewer.camera)
-    return rendered_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, rectify)
+    return rendered_frames(viewer.source, viewer.fps, fit_of(viewer), playback)
 
 
-def rendered_frames(
-    source: Rendered, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None = None
-) -> Iterator[Frame]:
+def rendered_frames(source: Rendered, fps: float, fit: Fit, playback: Playback) -> Iterator[Frame]:
     """Yield frame n with the time `epoch_ns` + n / fps.  Raises OpenError, AccessDenied, SizeMismatch.
 
     Live, the file is played forward and backward without end at its own rate, so that the motion is continuous; late frames
     are dropped.  Otherwise every picture of the file is yielded once, at most `fps` per second.
     """
-    pictures = opened(source.path)
-    fit = Fit(str(source.path), calibrated, working, rectify)
+    pictures, fit = opened(source.path), fit.named(source.path)
     index, count = 0, len(pictures)
     while playback.live or index * source.fps / fps < count:
         if playback.live:

@@ -1,7 +1,7 @@
 """Resize a source's images to the working size of the calibrated camera."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import SizeMismatch
+from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.sources.playback import Size
 
 NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
@@ -21,13 +22,16 @@ Rectify = Callable[[Image], Image]
 class Fit:
     """Resizing of images.  calibrated: expected (width, height) of the source, px.  working: resulting size, px.
 
-    name: of the source, for errors.  rectify: of images of a fisheye lens at the working size; None for other lenses.
+    rectify: of images of a fisheye lens at the working size; None for other lenses.  name: of the source, for errors.
     """
 
-    name: str
     calibrated: Size
     working: Size
     rectify: Rectify | None = None
+    name: str = ""
+
+    def named(self, name: object) -> "Fit":
+        return replace(self, name=str(name))
 
     def check(self, width: int, height: int) -> None:
         """Raise SizeMismatch when images of this size do not fit the calibrated size."""
@@ -54,6 +58,11 @@ class Fit:
         if image.shape[1::-1] != self.working:
             image = np.asarray(cv2.resize(image, self.working, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         return image if self.rectify is None else self.rectify(image)
+
+
+def fit_of(viewer: Viewer) -> Fit:
+    """Resizing of the images of a viewer's source, without a name."""
+    return Fit(viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
 
 
 def rectification(camera: Camera) -> Rectify | None:

@@ -17,7 +17,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.resize import rectification
+from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Tap
 from zenocap.services.viewer.sources.video import declared_frames, video_frames
@@ -33,10 +33,9 @@ def open_source(
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
     if isinstance(viewer.source, LiveSource):
-        controls, rectify = _controls(viewer.source, playback), rectification(viewer.camera)
         return camera_frames(
-            viewer.source, viewer.fps, viewer.calibrated_size, viewer.camera.size, playback, rectify=rectify,
-            controls=controls, rate=rate, film=film,
+            viewer.source, viewer.fps, viewer.calibrated_size, playback, fit=fit_of(viewer).named(viewer.source.title),
+            controls=_controls(viewer.source, playback), rate=rate, film=film,
         )  # fmt: skip
     opened = cast("Callable[[Viewer, Playback], Iterator[Frame]]", attribute(SOURCES.row(viewer.source.kind).open))
     return opened(viewer, playback)
@@ -52,23 +51,19 @@ def not_opened(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
     assert isinstance(viewer.source, LiveSource)
-    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
-    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
+    controls = _controls(viewer.source, playback)
+    return camera_frames(viewer.source, viewer.fps, viewer.calibrated_size, playback, controls=controls)
 
 
 def images_of(
-    source: LiveSource,
-    size: tuple[int, int],
-    fps: float,
-    sleep: Callable[[float], None],
-    report: Callable[[str], None],
+    source: LiveSource, size: tuple[int, int], fps: float, sleep: Callable[[float], None], report: Callable[[str], None]
 ) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, of `size` (width, height) px.  sleep, report: see `Playback`.
 
     Raises SourceError.
     """
     playback = Playback(time.time_ns(), RealClock(), sleep=sleep, report=report)
-    return camera_frames(source, fps, size, size, playback, controls=_controls(source, playback))
+    return camera_frames(source, fps, size, playback, controls=_controls(source, playback))
 
 
 def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterator[Frame]:
@@ -77,15 +72,14 @@ def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterato
     Raises SourceError.
     """
     if isinstance(viewer.source, LiveSource):
-        controls = _controls(viewer.source, playback)
-        size = viewer.calibrated_size
         return camera_frames(
-            viewer.source, viewer.fps, size, size, playback, controls=controls, rate=rate, fit=lambda image: image
-        )
+            viewer.source, viewer.fps, viewer.calibrated_size, playback, fit=lambda image: image,
+            controls=_controls(viewer.source, playback), rate=rate,
+        )  # fmt: skip
     if isinstance(viewer.source, VideoFile):
         with VideoReader(viewer.source.path) as reader:
             size, fps = reader.size, reader.fps
-        return video_frames(viewer.source, fps, size, size, playback)
+        return video_frames(viewer.source, fps, Fit(size, size), playback)
     return open_source(viewer, playback)
 
 

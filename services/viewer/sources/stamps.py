@@ -77,7 +77,5 @@ class SourceRate:
         jitter_ns = sorted(abs(interval - typical) for interval in intervals)[int(0.95 * (len(intervals) - 1))]
         rate = round((len(times) - 1) * 1e12 / (times[-1] - times[0])) if times[-1] > times[0] else 0
         return {
-            "source_frames_per_1000_s": rate,
-            "source_jitter_us": round(jitter_ns / 1e3),
-            "source_returns": self.returns,
-        }
+            "source_frames_per_1000_s": rate, "source_jitter_us": round(jitter_ns / 1e3), "source_returns": self.returns,
+        }  # fmt: skip

@@ -11,9 +11,10 @@ from zenocap.common.rig.sources import VideoFile, empty_frames
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.resize import Fit, fit_of
 
+MEDIAN_OF = 41  # frames of a video, whose median is its background; chosen by hand
 LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped
 
 
@@ -41,20 +42,10 @@ class Thinning:
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """`video_frames` of a viewer; those of an empty scene are not dropped."""
     assert isinstance(viewer.source, VideoFile)
-    size, rectify = viewer.camera.size, rectification(viewer.camera)
-    preroll = empty_frames(viewer.background)
-    return video_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, preroll, rectify)
+    return video_frames(viewer.source, viewer.fps, fit_of(viewer), playback, empty_frames(viewer.background))
 
 
-def video_frames(
-    source: VideoFile,
-    fps: float,
-    calibrated: Size,
-    working: Size,
-    playback: Playback,
-    preroll: int = 0,
-    rectify: Rectify | None = None,
-) -> Iterator[Frame]:
+def video_frames(source: VideoFile, fps: float, fit: Fit, playback: Playback, preroll: int = 0) -> Iterator[Frame]:
     """Yield the frames of a file, at most `fps` per second, preceded by those of its T-pose video, if any.
 
     preroll: number of first frames that are never dropped, for the background model.  Raises SourceError.
@@ -62,10 +53,9 @@ def video_frames(
     are earlier than `epoch_ns`.
     """
     if source.initial is not None:
-        yield from _initial(source.initial, source.hardware, fps, calibrated, working, playback, rectify)
-    first, first_ns = 0, source.offset_ns
+        yield from _initial(source.initial, source.hardware, fps, fit.named(source.initial), playback)
+    first, first_ns, fit = 0, source.offset_ns, fit.named(source.path)
     while True:
-        fit = Fit(str(source.path), calibrated, working, rectify)
         count, duration_ns = yield from _pass(source, fps, fit, playback, first, first_ns, preroll)
         if not playback.loop:
             return
@@ -74,13 +64,13 @@ def video_frames(
             yield from _still(source, fps, fit, playback, first)
 
 
-def median_picture(path: Path, fit: Fit, count: int = 41, *, hardware: bool = False) -> Image:
-    """Median of `count` frames spread over a file, at the working size.  hardware: see `VideoReader`.
+def median_picture(path: Path, fit: Fit, *, hardware: bool = False) -> Image:
+    """Median of MEDIAN_OF frames spread over a file, at the working size.  hardware: see `VideoReader`.
 
     Raises SourceError.
     """
     with VideoReader(path, hardware) as reader:
-        every = max(1, reader.declared // count)
+        every = max(1, reader.declared // MEDIAN_OF)
         pictures = []
         while (frame := reader.next()) is not None:
             if frame.index % every == every // 2:
@@ -88,11 +78,8 @@ def median_picture(path: Path, fit: Fit, count: int = 41, *, hardware: bool = Fa
         return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
 
 
-def _initial(
-    path: Path, hardware: bool, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None
-) -> Iterator[Frame]:
+def _initial(path: Path, hardware: bool, fps: float, fit: Fit, playback: Playback) -> Iterator[Frame]:
     """The frames of a T-pose video, which ends one period before the file begins."""
-    fit = Fit(str(path), calibrated, working, rectify)
     length_ns = duration_ns(path)
     with VideoReader(path, hardware) as reader:
         thinning = Thinning(fps, reader.fps)

@@ -5,7 +5,6 @@ import numpy as np
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.body.segments import hanging_arm, limb_angles, limb_directions
-from zenocap.services.viewer.states import Setup
 from zenocap.services.viewer.two_view.body_fit import BodyFit, body_model
 from zenocap.services.viewer.two_view.joint_angles import (
     LEFT_LEG,
@@ -16,9 +15,10 @@ from zenocap.services.viewer.two_view.joint_angles import (
     leg_exchange_gain,
 )
 from zenocap.services.viewer.two_view.position import estimate_torso
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 
 
-def load_compiled(setup: Setup) -> float:
+def load_compiled(setup: TwoViewSetup) -> float:
     """Search once for a model person 4 m in front of the camera; returns the matching score of the result."""
     anatomy = setup.anatomy
     model = body_model(anatomy, body_from_lengths(anatomy, average_lengths(1.75)))

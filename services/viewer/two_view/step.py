@@ -12,38 +12,35 @@ from zenocap.common.messages import Assignment, Message, PartialBdp, Phase, Sigh
 from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
 from zenocap.services.viewer.parameters import UNPLACED_NS
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import (  # fmt: skip
-    EarlyPose,
-    LearningBackground,
-    MeasuringBody,
-    Pending,
-    Scene,
-    Setup,
-    State,
-    Tracking,
-    viewer_setup,
-)
+from zenocap.services.viewer.states import Scene
 from zenocap.services.viewer.two_view.body_definition import Scale, fine_tuned, side_lengths
 from zenocap.services.viewer.two_view.body_fit import body_model
 from zenocap.services.viewer.two_view.paper.body_definition import fine_tuned as paper_fine_tuned
 from zenocap.services.viewer.two_view.paper.body_definition import side_lengths as paper_side_lengths
 from zenocap.services.viewer.two_view.silhouette_features import is_front_posture, is_side_posture, silhouette_box
+from zenocap.services.viewer.two_view.states import (
+    EarlyPose,
+    LearningWithBody,
+    MeasuringBody,
+    Pending,
+    State,
+    Tracking,
+    TwoViewSetup,
+)
 from zenocap.services.viewer.two_view.tracking import limbs, sighting
-
-__all__ = ["answered_frame", "describe", "initial_state", "phase_of", "step", "viewer_setup"]
 
 Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 AWAITING_POSE = "waiting for the pose of the integrator"
 
 
-def initial_state(setup: Setup) -> State:
-    return LearningBackground()
+def initial_state(setup: TwoViewSetup) -> State:
+    return LearningWithBody()
 
 
-def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
+def step(setup: TwoViewSetup, state: State, event: Event) -> tuple[State, list[Message]]:
     """Process one event: (state, messages).  Pure."""
     match state, event:
-        case LearningBackground(), Frame() | SegmentedFrame():
+        case LearningWithBody(), Frame() | SegmentedFrame():
             return _learn(setup, state, event)
         case ((MeasuringBody() | Tracking()), Frame()):
             return _segment(setup, state, event)
@@ -58,7 +55,7 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
 def phase_of(state: State) -> Phase:
     """Phase of the viewer, for its health."""
     match state:
-        case LearningBackground():
+        case LearningWithBody():
             return Phase.LEARNING_BACKGROUND
         case MeasuringBody(scene=scene):
             return Phase.AWAITING_PERSON if scene.extents is None else Phase.MEASURING_BODY
@@ -78,7 +75,7 @@ def answered_frame(id: str, message: Message) -> int | None:
 def describe(state: State) -> str:
     """Health text of a state."""
     match state:
-        case LearningBackground(frames=frames):
+        case LearningWithBody(frames=frames):
             return f"learning the background ({len(frames)} frames)"
         case MeasuringBody(advice=advice):
             return advice
@@ -86,14 +83,14 @@ def describe(state: State) -> str:
             return "tracking, limbs lost: searching all around" if lost else "tracking"
 
 
-def _learn(setup: Setup, state: LearningBackground, frame: Frame | SegmentedFrame) -> tuple[State, list[Message]]:
+def _learn(setup: TwoViewSetup, state: LearningWithBody, frame: Frame | SegmentedFrame) -> tuple[State, list[Message]]:
     state, scene = learn(setup, state, frame.image if isinstance(frame, Frame) else None)
     if scene is None:
         return state, []
     return MeasuringBody(scene, state.bdp), []
 
 
-def _segment(setup: Setup, state: MeasuringBody | Tracking, frame: Frame) -> tuple[State, list[Message]]:
+def _segment(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: Frame) -> tuple[State, list[Message]]:
     """Sighting of an image."""
     scene, mask, messages = segment(setup, state.scene, frame)
     if mask is not None and setup.publish_silhouette:
@@ -103,7 +100,7 @@ def _segment(setup: Setup, state: MeasuringBody | Tracking, frame: Frame) -> tup
     return after, [*messages, *more]
 
 
-def _locate(setup: Setup, state: MeasuringBody | Tracking, frame: SegmentedFrame) -> tuple[State, list[Message]]:
+def _locate(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: SegmentedFrame) -> tuple[State, list[Message]]:
     """Sighting of a silhouette.  A take contains all inputs from here on: `zenocap verify` recomputes this part."""
     mask = None if frame.mask is None else setup.level.warp(frame.mask)
     if mask is None or not mask.any():
@@ -134,7 +131,7 @@ def _expire_pose(state: Tracking, captured_ns: int) -> Tracking | MeasuringBody:
     return state
 
 
-def _first_sighting(setup: Setup, pending: Pending) -> Sighting:
+def _first_sighting(setup: TwoViewSetup, pending: Pending) -> Sighting:
     """Sighting before a body is known, from the columns of the torso and the hip height by body proportions."""
     box = silhouette_box(pending.mask)
     focal = setup.level.focal_px()
@@ -146,13 +143,13 @@ def _first_sighting(setup: Setup, pending: Pending) -> Sighting:
     )  # fmt: skip
 
 
-def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[Message]]:
+def _receive(setup: TwoViewSetup, state: State, message: Message) -> tuple[State, list[Message]]:
     """Process a message of the integrator."""
     match state, message:
         case MeasuringBody(pending=Pending() as pending), Assignment(tracking=False):
             if _is_for(setup, pending, message):
                 return _measure(setup, state, pending, message)
-        case LearningBackground(), UniversalBdp():  # this viewer has restarted while the others track
+        case LearningWithBody(), UniversalBdp():  # this viewer has restarted while the others track
             return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
         case MeasuringBody(early=early), UniversalBdp():
             bdp = bdp_of(setup.anatomy, message.body)
@@ -171,7 +168,7 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
     return state, []
 
 
-def _receive_tracking(setup: Setup, state: Tracking, message: Message) -> tuple[State, list[Message]]:
+def _receive_tracking(setup: TwoViewSetup, state: Tracking, message: Message) -> tuple[State, list[Message]]:
     match message:
         case Assignment(tracking=True) if state.pending is not None:
             pending = state.pending
@@ -187,22 +184,24 @@ def _receive_tracking(setup: Setup, state: Tracking, message: Message) -> tuple[
     return state, []
 
 
-def _tracking(setup: Setup, scene: Scene, bdp: Bdp, pose: Pose, based_on: int = -1) -> Tracking:
+def _tracking(setup: TwoViewSetup, scene: Scene, bdp: Bdp, pose: Pose, based_on: int = -1) -> Tracking:
     return Tracking(scene, bdp, body_model(setup.anatomy, bdp), pose, based_on)
 
 
-def _is_for(setup: Setup, pending: Pending, assignment: Assignment) -> bool:
+def _is_for(setup: TwoViewSetup, pending: Pending, assignment: Assignment) -> bool:
     """True when the assignment is for the pending frame; compares frame numbers, since its time is on another clock."""
     own_view = assignment.views.get(setup.id)
     return own_view is not None and not own_view.stale and own_view.frame == pending.frame
 
 
-def _pose(setup: Setup, message: UniversalBap) -> Pose:
+def _pose(setup: TwoViewSetup, message: UniversalBap) -> Pose:
     angles = angles_of(setup.anatomy, message.angles, setup.anatomy.neutral)
     return Pose(np.array(message.position), angles)
 
 
-def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: Assignment) -> tuple[State, list[Message]]:
+def _measure(
+    setup: TwoViewSetup, state: MeasuringBody, pending: Pending, assignment: Assignment
+) -> tuple[State, list[Message]]:
     """Partial BDP of the pending frame if it shows this view of the T-pose; otherwise advice."""
     box = silhouette_box(pending.mask)
     position = np.array(assignment.position)

@@ -20,14 +20,7 @@ from zenocap.common.body.segments import (
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
 from zenocap.common.vision.model_image import ADD, REMOVE
-from zenocap.services.viewer.parameters import (
-    LOST_LIMBS,
-    LOST_PERSON,
-    RESTART_GAIN,
-    USUAL_SCORE_FALL,
-    USUAL_SCORE_RISE,
-)
-from zenocap.services.viewer.states import Pending, Setup, Tracking
+from zenocap.services.viewer.parameters import LOST_LIMBS, LOST_PERSON, RESTART_GAIN, USUAL_SCORE_FALL, USUAL_SCORE_RISE
 from zenocap.services.viewer.two_view.body_fit import BodyFit, cropped
 from zenocap.services.viewer.two_view.joint_angles import (
     LEFT_LEG,
@@ -48,17 +41,18 @@ from zenocap.services.viewer.two_view.paper.position import shift
 from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at
 from zenocap.services.viewer.two_view.position import TorsoEstimate, estimate_torso, tilt_of, turn_scores
 from zenocap.services.viewer.two_view.silhouette_features import own_view, silhouette_box, toes_offset, upper_body_width
+from zenocap.services.viewer.two_view.states import Pending, Tracking, TwoViewSetup
 
 NO_SCORES = np.empty(0)
 
 
-def torso_of(setup: Setup, angles: Floats) -> Floats:
+def torso_of(setup: TwoViewSetup, angles: Floats) -> Floats:
     """(3, 3) torso to world of joint angles (angles,)."""
     index = setup.anatomy.index
     return torso_rotation(*(float(angles[index[f"navel.{axis}"]]) for axis in "yxz"))
 
 
-def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking, Sighting]:
+def sighting(setup: TwoViewSetup, state: Tracking, pending: Pending) -> tuple[Tracking, Sighting]:
     """Position, tilt and turn of the body in this view, searched from the last universal BAP.  [Two-view 3.1, 3.2]"""
     added = setup.additions
     pose = state.pose
@@ -97,7 +91,7 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     return replace(state, pending=replace(pending, model=state.model, ray=(message.x, message.y))), message
 
 
-def _projection(setup: Setup, state: Tracking) -> tuple[Floats, float]:
+def _projection(setup: TwoViewSetup, state: Tracking) -> tuple[Floats, float]:
     """Camera rows (5, 3) of the model image and depth of the person, metres."""
     # Paper (replaced): 3.2 draws an orthographic model scaled by r_t; with the addition perspective, in perspective.
     if state.assignment is None:
@@ -107,7 +101,7 @@ def _projection(setup: Setup, state: Tracking) -> tuple[Floats, float]:
     return (setup.rows if "perspective" in setup.additions else orthographic(setup.rows, depth)), depth
 
 
-def _start(setup: Setup, state: Tracking, depth: float) -> Floats:
+def _start(setup: TwoViewSetup, state: Tracking, depth: float) -> Floats:
     """(3,) position from which the body is searched."""
     start = state.pose.position
     if "perspective" in setup.additions:
@@ -116,7 +110,7 @@ def _start(setup: Setup, state: Tracking, depth: float) -> Floats:
     return point_at(setup.rows, float(x / z), float(y / z), depth)
 
 
-def _torso(setup: Setup, fit: BodyFit, start: Floats, torso: Floats, directions: Floats) -> TorsoEstimate:
+def _torso(setup: TwoViewSetup, fit: BodyFit, start: Floats, torso: Floats, directions: Floats) -> TorsoEstimate:
     """Torso searched from `start` (3,): by the additions, or by the paper's shifts alone."""
     if "position" in setup.additions:
         tilted, turned = "tilt" in setup.additions, "turn" in setup.additions
@@ -135,7 +129,7 @@ def _torso(setup: Setup, fit: BodyFit, start: Floats, torso: Floats, directions:
 
 
 def _relocalized(
-    setup: Setup, mask: Mask, fit: BodyFit, depth: float, torso: Floats, directions: Floats, score: float
+    setup: TwoViewSetup, mask: Mask, fit: BodyFit, depth: float, torso: Floats, directions: Floats, score: float
 ) -> TorsoEstimate | None:
     """Estimate from the torso of the silhouette instead of the last position; None when it scores no higher."""
     box = silhouette_box(mask)
@@ -146,7 +140,7 @@ def _relocalized(
     return found if found.score > score else None
 
 
-def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignment) -> tuple[Tracking, list[Message]]:
+def limbs(setup: TwoViewSetup, state: Tracking, pending: Pending, assignment: Assignment) -> tuple[Tracking, list[Message]]:
     """Partial BAP of the pending frame, with the torso as the integrator assigned it.  [Two-view 3.3, 3.4]"""
     anatomy, added = setup.anatomy, setup.additions
     if pending.model is None:
@@ -191,7 +185,7 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
 
 
 def _search_directions(
-    setup: Setup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+    setup: TwoViewSetup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
 ) -> tuple[Floats, dict[int, LimbResult]]:
     """Limbs searched as directions, which stay in the fit: the last angles (angles,), and the result of each limb."""
     torso = fit.torso_to_world
@@ -211,7 +205,7 @@ def _search_directions(
 
 
 def _search_angles(
-    setup: Setup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+    setup: TwoViewSetup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
 ) -> tuple[Floats, dict[int, LimbResult]]:
     """Limbs searched angle by angle, as printed: angles (angles,) radians, and the result of each limb."""
     # As printed in [Two-view 3.3, 3.4]: arms before legs; with the addition restart also from other angles.
@@ -245,7 +239,7 @@ def _search_limb(
     return paper_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
 
 
-def _last(setup: Setup, state: Tracking, torso: Floats) -> Floats:
+def _last(setup: TwoViewSetup, state: Tracking, torso: Floats) -> Floats:
     """(4, 2, 3) limb directions of the last pose in the frame of `torso` (3, 3)."""
     directions: Floats = limb_directions(setup.anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
     return directions

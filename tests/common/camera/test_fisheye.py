@@ -69,7 +69,7 @@ def test_a_point_is_seen_in_the_rectified_image_where_the_camera_projects_it(tmp
         spot = camera.fisheye.project((point @ camera.rotation.T + camera.translation)[None])[0]
         cv2.circle(raw, np.round(16 * spot).astype(int).tolist(), 16 * 6, (255, 255, 255), -1, cv2.LINE_AA, 4)
         small = camera.resized(working)
-        seen = Fit("wide", camera.size, small.size, rectification(small))(raw)[..., 0].astype(float)
+        seen = Fit(camera.size, small.size, rectification(small))(raw)[..., 0].astype(float)
         rows, columns = np.mgrid[: working[1], : working[0]]
         found = np.array([(seen * columns).sum(), (seen * rows).sum()]) / seen.sum()
         np.testing.assert_allclose(found, small.project(point[None])[0], atol=0.4)

@@ -18,6 +18,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import last_message, read_summary
 from zenocap.common.recording.take_account import take_account
+from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
 
 FRAMES = 300
 LIMIT_S = 20.0  # of processor time, for any small file
@@ -39,13 +40,14 @@ def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     assert take_account(take).messages == len(messages)
 
 
-def test_the_last_message_of_a_channel_is_found(take: Path) -> None:
+def test_the_last_message_of_a_topic_is_found(take: Path) -> None:
     messages = list(Take(take).messages())
-    for topic in {one.topic for one in messages}:
-        found = last_message(take, lambda channel, topic=topic: channel.topic == topic)
+    for topic in {topic_at(one.topic) for one in messages}:
+        assert topic is not None
+        found = last_message(take, topic)
         assert found is not None
-        assert found[0] == [one.data for one in messages if one.topic == topic][-1]
-    assert last_message(take, lambda channel: False) is None
+        assert found[0] == [one.data for one in messages if topic_at(one.topic) is topic][-1]
+    assert last_message(take, BOTH_WAYS_POSE) is None
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 0.99])
@@ -122,7 +124,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.summary import last_message
 from zenocap.common.recording.take_account import take_account
 from zenocap.services.animator.playback import topics_shown
-from zenocap.services.animator.topics import TOPICS
+from zenocap.services.animator.states import TOPICS
 from zenocap.services.animator.take_marks import verdict_update
 path = Path(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -14,13 +14,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.comparison import Comparison
-from zenocap.services.animator.comparison_reader import (
-    ComparisonReader,
-    ReadingStopped,
-    Stopped,
-    compare,
-    read_track,
-)
+from zenocap.services.animator.comparison_reader import ComparisonReader, ReadingStopped, Stopped, compare, read_track
 from zenocap.services.animator.show import TakePage, show_take
 
 PATIENCE_S = 60.0
@@ -102,10 +96,7 @@ def test_a_second_take_without_poses_ends_the_page_with_its_error(tmp_path: Path
     addresses: list[str] = []
     with pytest.raises(UserError, match=r"empty\.mcap: no universal BAP"):
         show_take(
-            take,
-            PageTable(port=0),
-            lambda: False,
-            addresses.append,
+            take, PageTable(port=0), lambda: False, addresses.append,
             compared=lambda ended: compare(take, empty, stopped=ended),
-        )
+        )  # fmt: skip
     assert len(addresses) == 1

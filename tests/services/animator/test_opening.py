@@ -8,7 +8,7 @@ from tests.common.formats.test_take_poses import START_NS, messages_of_track, wr
 from tests.support.pose_tracks import moving
 from zenocap.services.animator import opening
 from zenocap.services.animator.opening import opening_state
-from zenocap.services.animator.topics import TOPICS
+from zenocap.services.animator.states import TOPICS
 
 NOW_NS = START_NS + 90_000_000_000
 

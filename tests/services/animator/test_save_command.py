@@ -36,18 +36,8 @@ def test_options_of_a_format_and_no_others_are_given() -> None:
     assert found == ["export", *common, *part, "--to", "trc", "--joints", "halpe", "--axes", "opensim"]
     found = line(SaveTake("mp4", view="front", follow=True, trails_s=1.0, theme="dark"))
     assert found == [
-        "render",
-        *common,
-        "--view",
-        "front",
-        "--size",
-        "1280x720",
-        "--theme",
-        "dark",
-        "--trails",
-        "1",
-        "--follow",
-    ]
+        "render", *common, "--view", "front", "--size", "1280x720", "--theme", "dark", "--trails", "1", "--follow",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

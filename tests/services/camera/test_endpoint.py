@@ -71,6 +71,12 @@ class Place:
         reply = self.ask("start", begin_ns=1001 * S, duration_ns=round(duration_s * S))
         assert (reply.refused, reply.state) == ("", "filming")
 
+    def ended(self) -> FilmReply:
+        """Film one image."""
+        self.filmed()
+        self.image(1001.5)
+        return self.ask("stop")
+
 
 def test_images_of_the_interval_and_no_others_are_recorded(tmp_path):
     place = Place(tmp_path)
@@ -98,9 +104,7 @@ def test_nothing_is_obeyed_without_permission(tmp_path):
 
 def test_pictures_stay_without_permission_to_read(tmp_path):
     place = Place(tmp_path, Permission(film=True))
-    place.filmed()
-    place.image(1001.5)
-    assert place.ask("stop").frames == 1
+    assert place.ended().frames == 1
     for what in ("files", "read"):
         reply = place.ask(what)
         assert "pictures do not leave this machine" in reply.refused
@@ -209,12 +213,8 @@ def test_the_program_ends_its_film_in_order(tmp_path):
 def script(text: str) -> Command:
     """A process that has the video and the folder of the corners as its arguments, in place of the search of a board."""
     return lambda board, video, folder: [
-        sys.executable,
-        "-c",
-        f"import pathlib, sys, time\n{text}",
-        str(video),
-        str(folder),
-    ]
+        sys.executable, "-c", f"import pathlib, sys, time\n{text}", str(video), str(folder),
+    ]  # fmt: skip
 
 
 WRITES = script(
@@ -225,9 +225,7 @@ WRITES = script(
 
 def searched(place: Place) -> FilmReply:
     """The reply after a search of a board in a film."""
-    place.filmed()
-    place.image(1001.5)
-    place.ask("stop")
+    place.ended()
     assert place.ask("detect", board=BOARD).refused == ""
     end_s = time.monotonic() + PATIENCE_S
     while (reply := place.ask("state")).board == "searching":
@@ -260,9 +258,7 @@ def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path)
 @pytest.mark.core
 def test_a_search_is_refused_or_ended_with_the_reason(tmp_path):
     place = Place(tmp_path / "none")
-    place.filmed()
-    place.image(1001.5)
-    place.ask("stop")
+    place.ended()
     assert "no board is searched here: allowed: `zenocap calibrate detect`" in place.ask("detect", board=BOARD).refused
     place = Place(tmp_path / "failing", detect=script("sys.exit('error: no markers are seen')"))
     place.filmed()
@@ -286,9 +282,7 @@ def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path):
         ("ended", "the program that has the camera was"),
     ):
         place = Place(tmp_path / name, detect=script("time.sleep(600)"))
-        place.filmed()
-        place.image(1001.5)
-        place.ask("stop")
+        place.ended()
         place.ask("detect", board=BOARD)
         place.ask("detect", board=BOARD)  # asked again, it goes on
         assert "a board is being searched in film walk" in place.ask("open", "other", "run").refused

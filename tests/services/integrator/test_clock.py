@@ -6,7 +6,8 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.topics import HEALTH, SIGHTING
-from zenocap.services.integrator.step import counts, describe, initial_state, integrator_setup, step
+from zenocap.services.integrator.states import integrator_setup
+from zenocap.services.integrator.step import counts, describe, initial_state, step
 
 FRAME_NS = 66_666_667
 

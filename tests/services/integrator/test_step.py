@@ -1,5 +1,7 @@
 """The integrator's step, driven by messages of ideal viewers."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ from tests.support.perfect_viewers import (
     play,
     sighting,
 )
-from tests.support.two_view_run import EPOCH_NS, FRAME_NS, VIEWERS, envelope, integrator_setup
+from tests.support.two_view_run import EPOCH_NS, FRAME_NS, VIEWERS, envelope, integrator_setup, messages_of_kind
 from tests.support.two_view_scene import angles, degrees_between
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -32,13 +34,7 @@ from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY, RECOVERY_TICKS
 from zenocap.services.integrator.two_view.perspective import scaling_factor
 
-
-def assignments(published: list[m.Message]) -> list[m.Assignment]:
-    return [message for message in published if isinstance(message, m.Assignment)]
-
-
-def baps(published: list[m.Message]) -> list[m.UniversalBap]:
-    return [message for message in published if isinstance(message, m.UniversalBap)]
+assignments, baps = partial(messages_of_kind, kind=m.Assignment), partial(messages_of_kind, kind=m.UniversalBap)
 
 
 def test_the_initial_posture_gives_one_body_and_one_pose() -> None:

@@ -1,5 +1,7 @@
 """The tracker's pose in a viewer: the prediction that it gives, and when there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 from msgspec import structs
 
@@ -55,14 +57,10 @@ def test_the_motion_between_two_poses_goes_on() -> None:
 def test_there_is_none_after_a_track_loss_nor_long_after_a_pose() -> None:
     seen = after(BODY, pose(0.0, 1))
     assert receive(CAMERA, seen, structs.replace(pose(0.0, 2), lost=True)).usable is None
-    assert aged(seen, FEEDBACK_FRAMES - 1).usable is not None
-    assert aged(seen, FEEDBACK_FRAMES).usable is None
+    assert replace(seen, frames=FEEDBACK_FRAMES - 1).usable is not None
+    assert replace(seen, frames=FEEDBACK_FRAMES).usable is None
 
 
 def test_a_pose_of_another_anatomy_is_dropped() -> None:
     ten = body_of(TEN_PARTS, body_from_lengths(TEN_PARTS, average_lengths(1.75)))
     assert after(TrackerBdp(frame=0, captured_ns=1, body=ten), pose(0.0, 1)) == Feedback()
-
-
-def aged(feedback: Feedback, frames: int) -> Feedback:
-    return Feedback(feedback.bodies, feedback.points, feedback.captured_ns, feedback.prediction, frames)

@@ -107,14 +107,8 @@ def placed(folder: Path, rig: str, viewer: str, source: Source = CAMERA) -> tupl
 
 def test_two_viewers_never_have_the_same_file(tmp_path: Path) -> None:
     names = [
-        ("lab", "1"),
-        ("lab-1", "2"),
-        ("lab", "1-2"),
-        ("lab.1", "2"),
-        ("lab", "1.2"),
-        ("lab-1-2", "3"),
-        ("lab-1", "2-3"),
-    ]
+        ("lab", "1"), ("lab-1", "2"), ("lab", "1-2"), ("lab.1", "2"), ("lab", "1.2"), ("lab-1-2", "3"), ("lab-1", "2-3"),
+    ]  # fmt: skip
     assert len({kept_path(*placed(tmp_path, *each)) for each in names}) == len(names)
 
 

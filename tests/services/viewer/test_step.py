@@ -11,7 +11,6 @@ from zenocap.common.bus.protocol import Alive, Tick
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer import step as silhouette_step
 from zenocap.services.viewer.frame import SegmentedFrame
-from zenocap.services.viewer.states import LearningBackground
 from zenocap.services.viewer.two_view import step as two_view
 
 COUNT = 30
@@ -82,11 +81,9 @@ def test_other_events_are_ignored() -> None:
     state, _ = played()
     bap = built(m.UniversalBap, frame=1, captured_ns=1)
     events: list[silhouette_step.Event] = [
-        envelope(bap),
-        Tick(1),
-        Alive("integrator", "main", True, 1),
-        SegmentedFrame(1, 1, None),
-    ]
+        envelope(bap), Tick(1), Alive("integrator", "main", True, 1), SegmentedFrame(1, 1, None),
+    ]  # fmt: skip
     for event in events:
         assert silhouette_step.step(SETUP, state, event) == (state, [])
-    assert silhouette_step.step(SETUP, LearningBackground(), Tick(1)) == (LearningBackground(), [])
+    state = silhouette_step.initial_state(SETUP)
+    assert silhouette_step.step(SETUP, state, Tick(1)) == (state, [])

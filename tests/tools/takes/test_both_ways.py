@@ -23,7 +23,7 @@ from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
-from zenocap.services.animator.topics import TOPICS
+from zenocap.services.animator.states import TOPICS
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import Setup

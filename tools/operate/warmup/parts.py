@@ -35,8 +35,8 @@ from zenocap.services.tracker.jit_warmup import load_compiled as load_compiled_t
 from zenocap.services.tracker.prior.forward_backward import expectation
 from zenocap.services.tracker.shell import tracker_service
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.states import viewer_setup
 from zenocap.services.viewer.two_view.jit_warmup import load_compiled
+from zenocap.services.viewer.two_view.states import TwoViewSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 from zenocap.simulation.motion.timeline import t_pose
@@ -87,7 +87,7 @@ def _expected(seen: Silhouette | None) -> Prediction | None:
 
 def _tracking(report: Callable[[str], None]) -> None:
     """The limb search, which takes longest to compile; then viewer and integrator from the background to lost limbs."""
-    load_compiled(viewer_setup("1", _cameras()[0], FirstFrames(EMPTY), True))
+    load_compiled(TwoViewSetup("1", _cameras()[0], FirstFrames(EMPTY)))
     _steps(_rig(), report)
 
 

@@ -21,6 +21,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, cast
 
+from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.runtime.compiled import is_compiled
 from zenocap.common.table import attribute
 from zenocap.tools.record.launcher.child_processes import Process, Spawn, spawn
@@ -259,6 +260,9 @@ def main() -> None:
     for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
         command_at(name)
+        if name == "viewer":
+            for method in METHODS.own:
+                attribute(method_of(method).viewer)
     for part in filter(is_compiled, sys.argv[3].split()):
         _load(part)
     arguments = serve(connection)

@@ -11,14 +11,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.services.viewer.parameters import (
-    ARM_REGION,
-    ELBOW_OUTWARD,
-    FREE_ELBOW,
-    LEG_REGION,
-    LOW_UPPER_ARM,
-    SQUAT_FOLD,
-)
+from zenocap.services.viewer.parameters import ARM_REGION, ELBOW_OUTWARD, FREE_ELBOW, LEG_REGION, LOW_UPPER_ARM, SQUAT_FOLD
 from zenocap.services.viewer.two_view.body_fit import BodyFit
 from zenocap.services.viewer.two_view.limb_fit import LimbFit, LimbResult
 from zenocap.services.viewer.two_view.limb_search import BOTH, FOLD, LOWER, tri_tree, turn_limb

@@ -24,6 +24,7 @@ from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.output import OutputError
+from zenocap.services.animator.replay_process import free_port
 
 CAMERA = built(
     m.CameraInfo, captured_ns=START_NS, matrix=[150, 0, 79.5, 0, 150, 59.5, 0, 0, 1],
@@ -32,13 +33,6 @@ CAMERA = built(
 BODY = in_envelope(
     m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, BODIES["ten-parts"][1]), ratio=1.0)
 )
-
-
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port: int = one.getsockname()[1]
-        return port
 
 
 def bap(frame: int, shares: float = 0.4, lost: tuple[str, ...] = ()) -> Envelope:

@@ -156,8 +156,7 @@ def test_the_services_have_their_condition_losses_and_recording() -> None:
 
 
 @pytest.mark.parametrize(
-    ("counts", "recording"),
-    [({"log_on": 0}, False), ({"log_on": 1}, True), ({"log_on": 1, "log_stopped": 1}, False)],
+    ("counts", "recording"), [({"log_on": 0}, False), ({"log_on": 1}, True), ({"log_on": 1, "log_stopped": 1}, False)]
 )
 def test_a_log_that_is_off_or_has_failed_is_not_recording(counts: dict[str, int], recording: bool) -> None:
     assert services_of(health("integrator", "main", NOW, **counts))["recording"] is recording

@@ -63,10 +63,7 @@ def test_position_behind_a_camera_is_an_error() -> None:
 @given(st.floats(-200, 200), st.floats(-200, 200))
 def test_the_corrected_form_equals_the_printed_one_off_the_axes(x1: float, z2: float) -> None:
     assume(abs(x1) > 1e-3 and abs(z2) > 1e-3)
-    printed = (
-        (ZC1 * FOCAL + z2 * XC2) / (FOCAL * FOCAL / x1 + z2),
-        (x1 * ZC1 - XC2 * FOCAL) / (FOCAL * FOCAL / z2 + x1),
-    )
+    printed = ((ZC1 * FOCAL + z2 * XC2) / (FOCAL * FOCAL / x1 + z2), (x1 * ZC1 - XC2 * FOCAL) / (FOCAL * FOCAL / z2 + x1))
     np.testing.assert_allclose(ground_position(x1, z2, FOCAL, FOCAL, ZC1, XC2), printed, rtol=1e-9)
 
 

@@ -1,11 +1,11 @@
 """Frames of the simulated person: shared epoch, late start, live and offline playback."""
 
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 import pytest
 
+from tests.services.viewer.sources.test_sources import FakeTime, S
 from zenocap.common.errors import OpenError
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.sources import Actor
@@ -14,19 +14,8 @@ from zenocap.services.viewer.sources.actor import actor_frames, performance
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 
-S = 1_000_000_000
 EPOCH = 1_000 * S
-
-
-@dataclass
-class FakeTime:
-    ns: int = 0
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += round(seconds * S)
+VIEWER = demo_rig("two-view").viewers[0]
 
 
 def live(start_ns: int) -> tuple[FakeTime, Playback]:
@@ -40,19 +29,17 @@ def person_pixels(frame: Frame, empty: Frame) -> int:
 
 @pytest.mark.slow
 def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
-    viewer = demo_rig("two-view").viewers[0]
     _, early = live(EPOCH - 2 * S)
     _, late = live(EPOCH + 10 * S + 12_345)
     for playback, first in ((early, 0), (late, 150)):
-        frames = list(islice(open_source(viewer, playback), 4))
+        frames = list(islice(open_source(VIEWER, playback), 4))
         assert [f.frame for f in frames] == [first + k for k in range(4)]
         assert [f.captured_ns for f in frames] == [EPOCH + round((first + k) * S / 15) for k in range(4)]
 
 
 @pytest.mark.slow
 def test_viewers_that_started_at_different_times_see_the_same_frame():
-    viewer = demo_rig("two-view").viewers[0]
-    camera, source = viewer.camera, Actor("demo", 0)
+    camera, source = VIEWER.camera, Actor("demo", 0)
     _, one = live(EPOCH + 6 * S)
     _, other = live(EPOCH + 6 * S + S // 3)
     a = {f.frame: f.image for f in islice(actor_frames(source, 15.0, camera, one, 2), 12)}
@@ -64,19 +51,17 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
 
 
 def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
-    viewer = demo_rig("two-view").viewers[0]
     _, playback = live(EPOCH + 5 * S)
-    frames = list(islice(open_source(viewer, playback), 32))
+    frames = list(islice(open_source(VIEWER, playback), 32))
     assert person_pixels(frames[29], frames[0]) < 5
     assert person_pixels(frames[30], frames[0]) > 100
 
 
 @pytest.mark.slow
 def test_late_frames_are_skipped_in_live_playback():
-    viewer = demo_rig("two-view").viewers[0]
     time, playback = live(EPOCH)
     indices = []
-    for frame in islice(open_source(viewer, playback), 5):
+    for frame in islice(open_source(VIEWER, playback), 5):
         indices.append(frame.frame)
         if frame.frame == 1:
             time.ns += S
@@ -85,9 +70,8 @@ def test_late_frames_are_skipped_in_live_playback():
 
 @pytest.mark.slow
 def test_the_script_is_played_once_offline():
-    viewer = demo_rig("two-view").viewers[0]
     source = Actor("squat", 3)
-    frames = list(actor_frames(source, 5.0, viewer.camera, Playback(EPOCH, FakeTime(), live=False), 0))
+    frames = list(actor_frames(source, 5.0, VIEWER.camera, Playback(EPOCH, FakeTime(), live=False), 0))
     assert [f.frame for f in frames] == list(range(int(performance(source).duration_s * 5)))
     assert person_pixels(frames[-1], frames[0]) > 100
 

@@ -1,5 +1,6 @@
 """Films of a running source: every image, unreduced, also where the viewer leaves frames out."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -9,6 +10,7 @@ from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.tap import Tap
 
 QUERY = FilmQuery(frame=0, captured_ns=0, what="open", sender="me", film="a", camera="b")
@@ -28,10 +30,8 @@ class EverySecond(FrameChoice):
 
 def test_every_image_is_filmed_at_the_calibrated_size() -> None:
     time, tap, images = FakeTime(ns=S), Tap(SIZE, 10.0), []
-    choice = EverySecond()
-    playback = live(time)
-    playback = type(playback)(**{**vars(playback), "choice": choice})
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, playback, opening([FakeCamera(time, 100)]), film=tap)
+    playback = replace(live(time), choice=EverySecond())
+    stream = camera_frames(Device(0), 10.0, SIZE, playback, opening([FakeCamera(time, 100)]), Fit(SIZE, WORKING), film=tap)
     first = list(islice(stream, 3))
     assert not images
     tap.open(QUERY, lambda image, captured_ns: images.append((image, captured_ns)))

@@ -1,6 +1,5 @@
 """Images rendered in advance: played on schedule, forwards and backwards."""
 
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
@@ -9,25 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.services.viewer.sources.test_sources import FakeTime, S
 from zenocap.common.errors import OpenError, SizeMismatch
 from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import Rendered, SpecError
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
+from zenocap.services.viewer.sources.resize import Fit
 
-S = 1_000_000_000
 SIZE = (4, 3)
-
-
-@dataclass
-class FakeTime:
-    ns: int
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, seconds: float) -> None:
-        self.ns += round(seconds * S)
 
 
 @pytest.fixture
@@ -47,7 +36,7 @@ def test_consecutive_indices_are_adjacent_forwards_and_backwards(step: int, coun
 
 def test_live_frames_are_in_time_and_late_ones_are_skipped(film: Path) -> None:
     time = FakeTime(10 * S)
-    frames = rendered_frames(Rendered(film, 10.0), 10.0, SIZE, SIZE, Playback(9 * S, time, sleep=time.sleep))
+    frames = rendered_frames(Rendered(film, 10.0), 10.0, Fit(SIZE, SIZE), Playback(9 * S, time, sleep=time.sleep))
     first = list(islice(frames, 3))
     assert [(f.frame, f.captured_ns) for f in first] == [(10, 10 * S), (11, 10 * S + S // 10), (12, 10 * S + S // 5)]
     assert [int(f.image[0, 0, 0]) for f in first] == [2, 3, 4]
@@ -57,13 +46,13 @@ def test_live_frames_are_in_time_and_late_ones_are_skipped(film: Path) -> None:
 
 def test_the_speed_of_the_motion_is_independent_of_the_rate(film: Path) -> None:
     time = FakeTime(0)
-    frames = rendered_frames(Rendered(film, 10.0), 20.0, SIZE, SIZE, Playback(0, time, sleep=time.sleep))
+    frames = rendered_frames(Rendered(film, 10.0), 20.0, Fit(SIZE, SIZE), Playback(0, time, sleep=time.sleep))
     assert [int(f.image[0, 0, 0]) for f in islice(frames, 6)] == [0, 0, 1, 1, 2, 2]
 
 
 def test_offline_playback_ends(film: Path) -> None:
     playback = Playback(0, FakeTime(0), live=False)
-    assert [f.frame for f in rendered_frames(Rendered(film, 10.0), 10.0, SIZE, SIZE, playback)] == [0, 1, 2, 3, 4]
+    assert [f.frame for f in rendered_frames(Rendered(film, 10.0), 10.0, Fit(SIZE, SIZE), playback)] == [0, 1, 2, 3, 4]
 
 
 def test_invalid_image_arrays_are_refused(tmp_path: Path, film: Path) -> None:
@@ -72,9 +61,9 @@ def test_invalid_image_arrays_are_refused(tmp_path: Path, film: Path) -> None:
     np.save(bad, np.zeros((2, 3)))
     for path in (bad, tmp_path / "none.npy", Path(__file__)):
         with pytest.raises(OpenError, match=path.name):
-            next(rendered_frames(Rendered(path, 10.0), 10.0, SIZE, SIZE, playback))
+            next(rendered_frames(Rendered(path, 10.0), 10.0, Fit(SIZE, SIZE), playback))
     with pytest.raises(SizeMismatch):
-        next(rendered_frames(Rendered(film, 10.0), 10.0, (8, 8), (8, 8), playback))
+        next(rendered_frames(Rendered(film, 10.0), 10.0, Fit((8, 8), (8, 8)), playback))
 
 
 @pytest.mark.parametrize(

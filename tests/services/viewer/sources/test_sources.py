@@ -30,6 +30,7 @@ from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.video import Thinning, video_frames
 
 SIZE, WORKING = (64, 48), (32, 24)
+FIT = Fit(SIZE, WORKING)
 S = 1_000_000_000
 
 
@@ -73,7 +74,7 @@ def level(frame: Frame) -> int:
 
 def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_time(tmp_path):
     path = write_video(tmp_path / "a.mp4", 6)
-    frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline(5 * S)))
+    frames = list(video_frames(VideoFile(path), 10.0, FIT, offline(5 * S)))
     assert [f.frame for f in frames] == list(range(6))
     assert [f.captured_ns for f in frames] == [5 * S + k * S // 10 for k in range(6)]
     assert [level(f) for f in frames] == list(range(6))
@@ -82,7 +83,7 @@ def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_ti
 
 def test_a_lower_rate_takes_the_first_frame_of_each_period_and_keeps_its_number(tmp_path):
     path = write_video(tmp_path / "a.mp4", 12, fps=30.0)
-    frames = list(video_frames(VideoFile(path), 15.0, SIZE, WORKING, offline()))
+    frames = list(video_frames(VideoFile(path), 15.0, FIT, offline()))
     assert [f.frame for f in frames] == [0, 2, 4, 6, 8, 10]
     assert [level(f) for f in frames] == [0, 2, 4, 6, 8, 10]
 
@@ -109,27 +110,23 @@ def test_thinning_follows_the_times_of_a_variable_rate():
 
 def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tmp_path):
     main, stretched = write_video(tmp_path / "a.mp4", 3), write_video(tmp_path / "s.mp4", 2, start=7)
-    frames = list(video_frames(VideoFile(main, stretched), 10.0, SIZE, WORKING, offline(S)))
+    frames = list(video_frames(VideoFile(main, stretched), 10.0, FIT, offline(S)))
     assert [(f.frame, f.initial, level(f)) for f in frames] == [
-        (0, True, 7),
-        (1, True, 8),
-        (0, False, 0),
-        (1, False, 1),
-        (2, False, 2),
-    ]
+        (0, True, 7), (1, True, 8), (0, False, 0), (1, False, 1), (2, False, 2),
+    ]  # fmt: skip
     assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (-2, -1, 0, 1, 2)]
 
 
 def test_a_file_is_paced_by_its_own_times_in_live_playback(tmp_path):
     path, time = write_video(tmp_path / "a.mp4", 4), FakeTime(ns=3 * S)
-    arrived = [time.now_ns() for _ in video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, 5 * S))]
+    arrived = [time.now_ns() for _ in video_frames(VideoFile(path), 10.0, FIT, live(time, 5 * S))]
     assert arrived == [5 * S + k * S // 10 for k in range(4)]
 
 
 def test_late_frames_are_skipped_in_live_playback(tmp_path):
     path, time = write_video(tmp_path / "a.mp4", 10), FakeTime()
     indices = []
-    for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time)):
+    for frame in video_frames(VideoFile(path), 10.0, FIT, live(time)):
         indices.append(frame.frame)
         if frame.frame == 2:
             time.ns += S // 2
@@ -143,7 +140,7 @@ def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_
         time, choice = FakeTime(), reduced(1, 2, 10.0)
         playback = replace(live(time), choice=choice)
         kept.append([])
-        for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, playback):
+        for frame in video_frames(VideoFile(path), 10.0, FIT, playback):
             kept[-1].append(frame.frame)
             time.ns += S // 2 if frame.frame == late_at else 0
         assert (choice.skipped, choice.late) == (10, 0 if late_at is None else 1)
@@ -153,7 +150,7 @@ def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_
 
 def test_frame_numbers_continue_in_a_looped_file(tmp_path):
     path, time = write_video(tmp_path / "a.mp4", 3), FakeTime()
-    frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 7))
+    frames = list(islice(video_frames(VideoFile(path), 10.0, FIT, live(time, loop=True)), 7))
     assert [(f.frame, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
     assert frames[-1].captured_ns == 6 * S // 10
 
@@ -168,7 +165,7 @@ def test_a_picture_goes_on_though_opening_it_takes_longer_than_a_frame_period(tm
             super().__init__(*arguments)
 
     monkeypatch.setattr(video, "VideoReader", SlowReader)
-    frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 30))
+    frames = list(islice(video_frames(VideoFile(path), 10.0, FIT, live(time, loop=True)), 30))
     assert {level(frame) for frame in frames} == {7}
     assert {later.captured_ns - one.captured_ns for one, later in pairwise(frames[1:])} == {S // 10}
     assert [later.frame - one.frame for one, later in pairwise(frames[1:])] == [1] * 28
@@ -178,13 +175,13 @@ def test_a_picture_goes_on_though_opening_it_takes_longer_than_a_frame_period(tm
 def test_missing_forbidden_and_invalid_video_files_are_refused(tmp_path, monkeypatch):
     source = VideoFile(tmp_path / "a.mp4")
     with pytest.raises(OpenError, match=r"a\.mp4: no such video file"):
-        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(video_frames(source, 10.0, FIT, offline()))
     source.path.write_bytes(b"no video")
     with pytest.raises(OpenError, match=r"a\.mp4: not a video that can be decoded: the file is damaged"):
-        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(video_frames(source, 10.0, FIT, offline()))
     monkeypatch.setattr(reader.os, "access", lambda path, mode: False)
     with pytest.raises(AccessDenied, match=r"a\.mp4: no permission to read this video file"):
-        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(video_frames(source, 10.0, FIT, offline()))
 
 
 def test_a_truncated_file_raises_an_error(tmp_path):
@@ -196,25 +193,25 @@ def test_a_truncated_file_raises_an_error(tmp_path):
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     with pytest.raises((EndedEarly, OpenError), match=r"a\.avi: "):
-        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
 
 
 def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_path):
     path = write_video(tmp_path / "a.mp4", 2, size=(64, 64))
     with pytest.raises(SizeMismatch, match=r"a\.mp4: images of 64 x 64 px, but the calibration is for 64 x 48 px"):
-        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
 
 
 def test_images_of_the_calibrated_shape_are_scaled(tmp_path):
     path = write_video(tmp_path / "a.mp4", 2, size=(128, 96))
-    frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+    frames = list(video_frames(VideoFile(path), 10.0, FIT, offline()))
     assert [(frame.image.shape, level(frame)) for frame in frames] == [((24, 32, 3), 0), ((24, 32, 3), 1)]
 
 
 def test_turned_images_are_refused(tmp_path):
     path = write_video(tmp_path / "a.mp4", 2, size=(48, 64))
     with pytest.raises(SizeMismatch, match="one of them is turned by 90 degrees"):
-        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
 
 
 @pytest.mark.parametrize(("real", "calibrated"), [((1080, 1920), (1088, 1920)), ((1088, 1920), (1080, 1920))])
@@ -226,7 +223,7 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
         image = np.zeros((real[1], real[0], 3), np.uint8)
         x, y = ((p + 0.5 - c / 2) * scale + r / 2 for p, c, r in zip(point, calibrated, real, strict=True))
         cv2.circle(image, (round(x), round(y)), 6, (255, 255, 255), -1)
-        seen = Fit("a", calibrated, working)(image)[..., 0] > 127
+        seen = Fit(calibrated, working)(image)[..., 0] > 127
         rows, columns = np.nonzero(seen)
         assert columns.mean() * 2 == pytest.approx(point[0], abs=1.5)
         assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
@@ -235,7 +232,7 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
 def test_pictures_are_ordered_by_number(tmp_path):
     for k in (2, 10, 1):
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
-    frames = list(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, offline(S)))
+    frames = list(image_frames(Images(tmp_path, "*.png"), 10.0, FIT, offline(S)))
     assert [(f.frame, level(f)) for f in frames] == [(0, 1), (1, 2), (2, 10)]
     assert [f.captured_ns for f in frames] == [S, S + S // 10, S + S // 5]
 
@@ -244,24 +241,24 @@ def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_pa
     for k in range(3):
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
     time = FakeTime(ns=S // 4)
-    frames = islice(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, live(time, loop=True)), 3)
+    frames = islice(image_frames(Images(tmp_path, "*.png"), 10.0, FIT, live(time, loop=True)), 3)
     assert [(f.frame, level(f)) for f in frames] == [(2, 2), (3, 0), (4, 1)]
 
 
 def test_unreadable_pictures_are_refused(tmp_path, monkeypatch):
     source = Images(tmp_path, "*.png")
     with pytest.raises(OpenError, match=r"\*\.png: no file matches"):
-        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(image_frames(source, 10.0, FIT, offline()))
     (tmp_path / "1.png").write_bytes(b"")
     with pytest.raises(EndedEarly, match=r"1\.png: picture 0 of 1 cannot be decoded"):
-        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(image_frames(source, 10.0, FIT, offline()))
 
     def refuse(self: Path) -> bytes:
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "read_bytes", refuse)
     with pytest.raises(AccessDenied, match=r"1\.png: no permission to read this picture"):
-        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+        next(image_frames(source, 10.0, FIT, offline()))
 
 
 class FakeCamera:
@@ -298,7 +295,7 @@ def opening(captures: list[FakeCamera]) -> device.Opener:
 def test_the_delay_of_a_camera_is_subtracted_from_its_times(source):
     def first(source):
         time = FakeTime()
-        return next(camera_frames(source, 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 3)])))
+        return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, 3)])))
 
     assert first(source).captured_ns == first(replace(source, delay_ns=0)).captured_ns - 80_000_000
 
@@ -306,7 +303,7 @@ def test_the_delay_of_a_camera_is_subtracted_from_its_times(source):
 def test_frames_of_a_camera_have_the_time_when_they_were_grabbed():
     time = FakeTime(ns=S)
     camera = FakeCamera(time, 50)
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
+    stream = camera_frames(Device(0), 10.0, SIZE, live(time), opening([camera]))
     frames = list(islice(stream, 3))
     assert [f.frame for f in frames] == [0, 1, 2]
     assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (2, 3, 4)]  # the first was the check
@@ -332,7 +329,7 @@ def test_frames_are_left_out_while_controls_settle_and_not_when_the_camera_is_ba
     time, controls, rate = FakeTime(ns=S), FakeControls(), SourceRate()
     captures = [FakeCamera(time, 40), FakeCamera(time, 50)]
     stream = camera_frames(
-        Device(0), 10.0, SIZE, WORKING, live(time), opening(captures), controls=controls, rate=rate
+        Device(0), 10.0, SIZE, live(time), opening(captures), controls=controls, rate=rate
     )  # fmt: skip
     frames = list(islice(stream, 12))
     assert frames[0].captured_ns - S == int((0.1 + device.SETTLING_S + 0.1) * S)
@@ -348,7 +345,7 @@ def test_frames_of_a_camera_have_the_time_of_its_buffer(monkeypatch):
     time, camera = FakeTime(ns=S), FakeCamera(FakeTime(), 50)
     camera.time = time
     camera.get = lambda propId: 7000.0 - 30.0  # ms
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
+    stream = camera_frames(Device(0), 10.0, SIZE, live(time), opening([camera]))
     assert next(stream).captured_ns == S + 2 * S // 10 - 30_000_000
 
 
@@ -384,9 +381,7 @@ def test_a_camera_with_a_stable_name_is_found_under_another_number(tmp_path, mon
 
 def test_frames_of_a_fast_camera_are_reduced_to_the_rate():
     time = FakeTime(ns=S)
-    frames = list(
-        islice(camera_frames(Device(0), 15.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 500, 60.0)])), 30)
-    )
+    frames = list(islice(camera_frames(Device(0), 15.0, SIZE, live(time), opening([FakeCamera(time, 500, 60.0)])), 30))
     gaps = np.diff([f.captured_ns for f in frames]) / S
     assert gaps.mean() == pytest.approx(1 / 15, rel=0.02)
     assert [f.frame for f in frames] == list(range(30))
@@ -397,7 +392,7 @@ def test_overloaded_viewers_keep_the_frames_of_the_same_times_of_cameras_that_st
     for start_ns in (S, 5 * S + 30_000_000):
         time = FakeTime(ns=start_ns)
         playback = replace(live(time), choice=reduced(1, 2, 10.0))
-        stream = camera_frames(Device(0), 10.0, SIZE, WORKING, playback, opening([FakeCamera(time, 200)]))
+        stream = camera_frames(Device(0), 10.0, SIZE, playback, opening([FakeCamera(time, 200)]))
         frames = [frame for frame in islice(stream, 50) if frame.captured_ns > 5.95 * S][:20]
         kept.append([frame.captured_ns for frame in frames])
         assert set(np.diff([frame.frame for frame in frames])) == {2}
@@ -408,7 +403,7 @@ def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():
     time, reports = FakeTime(ns=S), []
     unavailable = [FakeCamera(time, 0) for _ in range(6)]
     captures = [FakeCamera(time, 3), *unavailable, FakeCamera(time, 50)]
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time, reports=reports), opening(captures))
+    stream = camera_frames(Device(0), 10.0, SIZE, live(time, reports=reports), opening(captures))
     frames = list(islice(stream, 4))
     assert [f.frame for f in frames] == [0, 1, 2, 3]
     assert time.sleeps == [0.5, 1.0, 2.0, 4.0, 8.0, 10.0, 10.0]
@@ -419,14 +414,14 @@ def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():
 
 def test_a_camera_with_other_images_is_refused():
     time = FakeTime()
-    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 9, size=(128, 72))]))
+    stream = camera_frames(Device(0), 10.0, SIZE, live(time), opening([FakeCamera(time, 9, size=(128, 72))]))
     with pytest.raises(SizeMismatch, match="images of 128 x 72 px, but the calibration is for 64 x 48 px"):
         next(stream)
 
 
 def first(source: Device | Stream) -> Frame:
     time = FakeTime()
-    return next(camera_frames(source, 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 0)])))
+    return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, 0)])))
 
 
 def test_error_gives_the_reason_why_a_camera_does_not_open(monkeypatch):

@@ -79,13 +79,8 @@ def test_removing_the_head_is_symmetric(width: int) -> None:
 def test_front_lengths_of_a_drawn_figure() -> None:
     lengths = front_lengths(figure(), SCALE)
     expected = {
-        "arm_span": 100,
-        "arm_thickness": 6,
-        "head_width": 12,
-        "leg_width": 10,
-        "thigh_width": 10,
-        "torso_width": 30,
-    }
+        "arm_span": 100, "arm_thickness": 6, "head_width": 12, "leg_width": 10, "thigh_width": 10, "torso_width": 30,
+    }  # fmt: skip
     for name, px in expected.items():
         assert lengths[name] == pytest.approx(0.02 * px, abs=0.02 * 3), name
     assert lengths["height"] == pytest.approx(2.0, rel=0.04)  # without the toes, which are nearer

@@ -14,8 +14,9 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Alive
 from zenocap.common.codec import decode, encode
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.states import LearningBackground, MeasuringBody, Tracking
+from zenocap.services.viewer.states import LearningBackground
 from zenocap.services.viewer.two_view import step as viewer
+from zenocap.services.viewer.two_view.states import MeasuringBody, Tracking
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import posture_timeline
@@ -35,10 +36,6 @@ def played(count: int = COUNT, leave_out: dict[int, str] | None = None) -> Run:
 @pytest.fixture(scope="module")
 def complete_run() -> Run:
     return played()
-
-
-def tracked(run: Run) -> list[m.UniversalBap]:
-    return [message for message in run.published if isinstance(message, m.UniversalBap)]
 
 
 @pytest.mark.nightly
@@ -63,7 +60,7 @@ def test_the_background_is_learned_from_the_first_frames_without_messages() -> N
 
 def test_sightings_of_an_empty_scene_have_no_person() -> None:
     run = played(EMPTY_FRAMES + 2)
-    sightings = [message for message in run.published if isinstance(message, m.Sighting)]
+    sightings = run.of(m.Sighting)
     assert sightings
     assert not any(sighting.present for sighting in sightings)
     assert viewer.describe(run.viewers["1"]) == "waiting for a person"
@@ -71,7 +68,7 @@ def test_sightings_of_an_empty_scene_have_no_person() -> None:
 
 @pytest.mark.slow
 def test_after_the_initial_posture_every_frame_has_its_universal_bap(complete_run: Run) -> None:
-    baps = tracked(complete_run)
+    baps = complete_run.of(m.UniversalBap)
     frames = [bap.frame for bap in baps]
     assert frames[-1] == COUNT - 1
     assert np.all(np.diff(frames) == 1)
@@ -88,7 +85,7 @@ def test_the_position_is_near_that_of_the_simulated_person(complete_run: Run) ->
     subject = person(PERSON)
     script = posture_timeline(subject, POSTURE, SEED)
     off = []
-    for bap in tracked(complete_run):
+    for bap in complete_run.of(m.UniversalBap):
         pose = script.pose_at(bap.frame / FPS)
         assert pose is not None
         off.append(np.array(bap.position) - truth(subject, pose).joints["Hip"])
@@ -102,13 +99,13 @@ def test_every_message_is_valid(complete_run: Run) -> None:
 
 def test_only_assignments_of_complete_frame_sets_answer_a_frame(complete_run: Run) -> None:
     """One that waited for the frame of the other viewer in vain is late without overload."""
-    assignment = next(message for message in complete_run.published if isinstance(message, m.Assignment))
+    assignment = complete_run.of(m.Assignment)[0]
     frame = assignment.views["1"].frame
     assert viewer.answered_frame("1", assignment) == frame
     stale = {**assignment.views, "2": msgspec.structs.replace(assignment.views["2"], stale=True)}
     assert viewer.answered_frame("1", msgspec.structs.replace(assignment, views=stale)) is None
     assert viewer.answered_frame("3", assignment) is None
-    assert all(viewer.answered_frame("1", bap) is None for bap in tracked(complete_run))
+    assert all(viewer.answered_frame("1", bap) is None for bap in complete_run.of(m.UniversalBap))
 
 
 @pytest.mark.slow
@@ -132,7 +129,7 @@ def test_a_partial_bap_has_the_frame_and_view_of_its_assignment(complete_run: Ru
 def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> None:
     gap = range(50, 56)
     run = played(leave_out=dict.fromkeys(gap, "2"))
-    baps = {bap.frame: bap for bap in tracked(run)}
+    baps = {bap.frame: bap for bap in run.of(m.UniversalBap)}
     assert any(bap.stale == ["2"] for bap in baps.values())
     assert all(bap.stale in ([], ["2"]) for bap in baps.values())
     assert baps[COUNT - 1].stale == [], "the viewer is used again"
@@ -147,7 +144,7 @@ def test_an_assignment_for_another_frame_is_ignored() -> None:
     state, messages = viewer.step(setup, run.viewers["1"], frame)
     assert isinstance(state, Tracking)
     assert [type(message) for message in messages] == [m.Sighting]
-    last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
+    last = run.of(m.Assignment)[-1]
     assert last.views["1"].frame == 49
     after, answers = viewer.step(setup, state, envelope(last))
     assert answers == []
@@ -158,8 +155,8 @@ def test_an_assignment_for_another_frame_is_ignored() -> None:
 @pytest.mark.nightly
 def test_a_duplicate_assignment_is_answered_once() -> None:
     run = played(50)
-    published = run.process(film(COUNT)[50])
-    last = [message for message in published if isinstance(message, m.Assignment)][-1]
+    run.process(film(COUNT)[50])
+    last = run.of(m.Assignment)[-1]
     for id in VIEWERS:
         state, answers = viewer.step(viewer_setup(id), run.viewers[id], envelope(last))
         assert answers == []
@@ -169,24 +166,22 @@ def test_a_duplicate_assignment_is_answered_once() -> None:
 @pytest.mark.slow
 def test_a_person_who_leaves_and_returns_is_tracked_again() -> None:
     run = played(50)
+    count = len(run.of(m.UniversalBap))
     for k in range(50, 58):  # an empty scene, as at the start
         empty = {id: Frame(k, frame.captured_ns, film(COUNT)[k % 10][id].image) for id, frame in film(COUNT)[k].items()}
         published = run.process(empty)
         assert not any(message.present for message in published if isinstance(message, m.Sighting))
-        assert not tracked_in(published)
-    published = [message for k in range(58, 64) for message in run.process(film(COUNT)[k])]
+    assert len(run.of(m.UniversalBap)) == count
+    for frames in film(COUNT)[58:64]:
+        run.process(frames)
     assert all(isinstance(state, Tracking) for state in run.viewers.values())
-    assert len(tracked_in(published)) >= 5
-
-
-def tracked_in(published: list[m.Message]) -> list[m.UniversalBap]:
-    return [message for message in published if isinstance(message, m.UniversalBap)]
+    assert len(run.of(m.UniversalBap)) >= count + 5
 
 
 @pytest.mark.slow
 def test_a_restarted_viewer_uses_the_published_body() -> None:
     run = played(45)
-    universal = next(message for message in run.published if isinstance(message, m.UniversalBdp))
+    universal = run.of(m.UniversalBdp)[0]
     run.viewers["2"] = viewer.initial_state(viewer_setup("2"))
     run.viewers["2"], messages = viewer.step(viewer_setup("2"), run.viewers["2"], envelope(universal))
     assert messages == []
@@ -196,13 +191,13 @@ def test_a_restarted_viewer_uses_the_published_body() -> None:
     for frames in film(COUNT)[45:60]:
         run.process(frames)
     assert isinstance(run.viewers["2"], Tracking)
-    assert tracked(run)[-1].stale == []
+    assert run.of(m.UniversalBap)[-1].stale == []
 
 
 @pytest.mark.nightly
 def test_a_restarted_integrator_makes_the_viewers_measure_again() -> None:
     run = played(50)
-    last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
+    last = run.of(m.Assignment)[-1]
     restarted = built(m.Assignment, frame=last.frame, captured_ns=last.captured_ns, position=last.position, tracking=False)
     state, messages = viewer.step(viewer_setup("1"), run.viewers["1"], envelope(restarted))
     assert isinstance(state, MeasuringBody)
@@ -213,7 +208,7 @@ def test_other_events_change_no_state(complete_run: Run) -> None:
     setup = viewer_setup("1")
     health = m.Health(frame=0, captured_ns=1, service="viewer", id="2", state="", rate=0.0, stages_ms={}, counts={})
     states = [viewer.initial_state(setup), played(EMPTY_FRAMES).viewers["1"], complete_run.viewers["1"]]
-    foreign = next(message for message in complete_run.published if isinstance(message, m.Sighting))
+    foreign = complete_run.of(m.Sighting)[0]
     for state in states:
         for event in (envelope(health), envelope(foreign), Alive("viewer", "2", False, 5)):
             unchanged, messages = viewer.step(setup, state, event)
@@ -243,7 +238,7 @@ def test_the_health_text_asks_to_stretch_hanging_arms() -> None:
         run.process(film(COUNT)[k])
     assert viewer.describe(run.viewers["1"]) == "hold the T-pose, facing this camera"
     assert all(message.side == "side" for message in run.published if isinstance(message, m.PartialBdp))
-    assert not tracked(run)
+    assert not run.of(m.UniversalBap)
 
 
 @pytest.mark.slow
@@ -264,8 +259,8 @@ def test_tracking_starts_with_body_and_pose_in_any_order_or_without_a_pose(compl
     setup = viewer_setup("1")
     measuring = played(EMPTY_FRAMES + 2).viewers["1"]
     assert isinstance(measuring, MeasuringBody)
-    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
-    pose = tracked(complete_run)[0]
+    body = complete_run.of(m.UniversalBdp)[0]
+    pose = complete_run.of(m.UniversalBap)[0]
     placed = next(x for x in complete_run.published if isinstance(x, m.Assignment) and x.tracking)
     for order in ((body, pose), (pose, body), (body, placed)):
         state = measuring
@@ -277,7 +272,7 @@ def test_tracking_starts_with_body_and_pose_in_any_order_or_without_a_pose(compl
 @pytest.mark.slow
 def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> None:
     setup = viewer_setup("1")
-    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
+    body = complete_run.of(m.UniversalBdp)[0]
     run = played(EMPTY_FRAMES + 2)
     run.viewers["1"], _ = viewer.step(setup, run.viewers["1"], envelope(body))
     assert viewer.describe(run.viewers["1"]) == "waiting for the pose of the integrator"
@@ -294,17 +289,17 @@ def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
     for frames in film(COUNT)[50:52]:
         run.process(frames)
     assert all(isinstance(state, Tracking) for state in run.viewers.values())
-    assert tracked(run)[-1].frame == 51
+    assert run.of(m.UniversalBap)[-1].frame == 51
 
 
 def test_a_pose_of_another_anatomy_does_not_prevent_tracking(complete_run: Run) -> None:
     setup = viewer_setup("1")
     state = played(EMPTY_FRAMES + 2).viewers["1"]
-    body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
-    other_anatomy = msgspec.structs.replace(tracked(complete_run)[0], angles={"tail.x": 1.0})
+    body = complete_run.of(m.UniversalBdp)[0]
+    other_anatomy = msgspec.structs.replace(complete_run.of(m.UniversalBap)[0], angles={"tail.x": 1.0})
     with pytest.raises(ValueError, match=r"tail\.x"):
         viewer.step(setup, state, envelope(other_anatomy))
-    for message in (body, tracked(complete_run)[0]):
+    for message in (body, complete_run.of(m.UniversalBap)[0]):
         state, _ = viewer.step(setup, state, envelope(message))
     assert isinstance(state, Tracking)
 
@@ -331,5 +326,5 @@ def test_a_person_out_of_view_for_long_is_tracked_again_within_two_frames() -> N
     for frames in film(COUNT)[50:58]:
         later = {id: replace(frame, captured_ns=frame.captured_ns + away_ns) for id, frame in frames.items()}
         published += run.process(later)
-    assert len(tracked_in(published)) >= 6
+    assert sum(isinstance(message, m.UniversalBap) for message in published) >= 6
     assert all(isinstance(state, Tracking) for state in run.viewers.values())

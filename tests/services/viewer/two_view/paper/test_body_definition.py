@@ -7,12 +7,7 @@ import pytest
 
 from tests.support.two_view_scene import BDP, MODEL, NAVEL, directions, model_mask, rows
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.proportions import (
-    PAPER_FRONT_LENGTHS,
-    PAPER_SIDE_LENGTHS,
-    TORSO_SHARE,
-    body_from_paper_lengths,
-)
+from zenocap.common.body.proportions import PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS, TORSO_SHARE, body_from_paper_lengths
 from zenocap.services.viewer.two_view.paper.body_definition import fine_tuned, front_measures, side_lengths
 from zenocap.services.viewer.two_view.paper.projection import orthographic
 

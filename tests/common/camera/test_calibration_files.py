@@ -169,7 +169,8 @@ def test_a_crash_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["calibration.toml"]
 
 
-def storage(path: Path, values: dict[str, np.ndarray | float]) -> None:
+def storage(path: Path, values: dict[str, np.ndarray | float | str]) -> None:
+    """Write a file of OpenCV's FileStorage, YAML or XML by the suffix."""
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     for key, value in values.items():
         file.write(key, value)

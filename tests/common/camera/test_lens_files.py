@@ -3,11 +3,10 @@
 import re
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
-from tests.common.camera.test_calibration_files import GOOD, ROS
+from tests.common.camera.test_calibration_files import GOOD, ROS, storage
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.errors import UserError
@@ -16,17 +15,14 @@ MATRIX = np.array([[600.0, 0, 319.5], [0, 601.0, 239.5], [0, 0, 1]])
 
 
 def opencv_file(path: Path, capitals: bool = False, fisheye: int | None = None) -> Path:
-    """As OpenCV's calibration.cpp and camera_calibration.cpp write it, in YAML or XML by the suffix."""
-    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
-    file.write("calibration_time", "Mon Nov 23 2026")
-    file.write("image_width", 640)
-    file.write("image_height", 480)
+    """As OpenCV's calibration.cpp and camera_calibration.cpp write it."""
+    values = {"calibration_time": "Mon Nov 23 2026", "image_width": 640, "image_height": 480}
     if fisheye is not None:
-        file.write("fisheye_model", fisheye)
-    file.write("Camera_Matrix" if capitals else "camera_matrix", MATRIX)
+        values["fisheye_model"] = fisheye
+    values["Camera_Matrix" if capitals else "camera_matrix"] = MATRIX
     coefficients = np.array([[0.1, -0.2, 0.001, 0.002] + [0.01] * (not fisheye)]).T
-    file.write("Distortion_Coefficients" if capitals else "distortion_coefficients", coefficients)
-    file.release()
+    values["Distortion_Coefficients" if capitals else "distortion_coefficients"] = coefficients
+    storage(path, values)
     return path
 
 
@@ -87,13 +83,7 @@ def test_errors_name_file_and_key(tmp_path, old, new, text):
 def test_opencv_xml_in_easymocaps_layout_is_a_calibration(tmp_path):
     (tmp_path / "calibration.toml").write_text(GOOD)
     left = read_calibration(tmp_path / "calibration.toml")["left"]
-    for name, values in (
-        ("intri.xml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5))}),
-        ("extri.xml", {"Rot_left": left.rotation, "T_left": left.translation.reshape(3, 1)}),
-    ):
-        file = cv2.FileStorage(str(tmp_path / name), cv2.FILE_STORAGE_WRITE)
-        for key, value in values.items():
-            file.write(key, value)
-        file.release()
+    storage(tmp_path / "intri.xml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5))})
+    storage(tmp_path / "extri.xml", {"Rot_left": left.rotation, "T_left": left.translation.reshape(3, 1)})
     read = read_calibration(tmp_path / "extri.xml")["left"]
     np.testing.assert_allclose(read.centre, left.centre)

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from tests.common.bus.test_inbox import bap, sighting
 from tests.common.bus.test_local import bdp
 from tests.common.recording.test_writer import START_NS, envelope
 from tests.support.places import ROOT
+from tests.support.small_disk import small_disk
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import new_parts
@@ -190,28 +191,16 @@ def test_a_rig_file_sets_the_limits_of_parts(tmp_path: Path) -> None:
         load_rig(path)
 
 
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A disk of 64 KiB."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mount = shutil.which("mount")
-    options = ["-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)]
-    if mount is None or subprocess.run([mount, *options], capture_output=True).returncode:
-        pytest.skip("a small disk can be mounted by root only")
-    yield disk
-    subprocess.run(["umount", str(disk)], check=True)
-
-
 @pytest.mark.slow
-def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(small_disk: Path) -> None:
-    recording = parts(small_disk, PartLimits(bytes=20_000))
-    end = recorded(recording, sightings(6000))
-    assert end.failure is not None
-    assert "No space left on device" in end.failure
-    assert (end.messages + end.lost, recording.number) == (6000, len(list(small_disk.iterdir())))
-    found = [len(list(Take(path).messages())) for path in small_disk.iterdir()]
-    assert sum(found) >= end.messages > 1000
+def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", 64) as folder:
+        recording = parts(folder, PartLimits(bytes=20_000))
+        end = recorded(recording, sightings(6000))
+        assert end.failure is not None
+        assert "No space left on device" in end.failure
+        assert (end.messages + end.lost, recording.number) == (6000, len(list(folder.iterdir())))
+        found = [len(list(Take(path).messages())) for path in folder.iterdir()]
+        assert sum(found) >= end.messages > 1000
 
 
 @pytest.mark.nightly

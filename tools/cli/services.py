@@ -1,4 +1,4 @@
-"""Commands that run the services that take no images, and a router: integrator, tracker, recognizer, animator, router."""
+"""Commands of the services that take no images: integrator, tracker, recognizer, animator, router."""
 
 from __future__ import annotations
 

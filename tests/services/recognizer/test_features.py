@@ -126,6 +126,6 @@ def test_a_batch_of_poses_equals_single_poses_and_keeps_nan(anatomy: Anatomy, ki
 def test_error_names_an_invalid_shape_or_anatomy() -> None:
     with pytest.raises(ValueError, match=r"angles of shape \(3,\): allowed: \(\.\.\., 22\) of ten-parts"):
         features_of(TEN_PARTS, np.zeros(3))
-    unknown = Anatomy("spider", TEN_PARTS.joints, (), frozenset())
+    unknown = Anatomy("spider", TEN_PARTS.joints, ())
     with pytest.raises(ValueError, match="'spider': allowed: ten-parts, fourteen-parts"):
         features_of(unknown, TEN_PARTS.neutral)

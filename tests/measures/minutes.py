@@ -66,13 +66,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measured(cases: Sequence[str], rounds: int, *, load: bool) -> Iterator[Mapping[str, object]]:
-    """Run cases in clones of the last commit."""
+    """Run each case `rounds` times, in clones of the last commit."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True)
     for name in [name for name in cases if name in COLD] * rounds:
         with clone() as folder:
             yield {"commit": commit.stdout.strip(), **timed(name, COLD[name][0], folder, load=load)}
     warm = [name for name in cases if name in WARM]
-    if warm:
+    if warm and rounds:
         with clone() as folder:
             run(("make", "test"), folder)  # fills the caches
             for name in warm * rounds:

@@ -99,10 +99,12 @@ def test_a_failed_start_is_reported_and_later_requests_are_handled(
     rig.takes = 2
     rig.publish_request("record")
     until(lambda: "the disk is full" in caplog.text)
+    assert rig.control.counts()["log_on"] == 0
     rig.takes = 0
     rig.publish_request("record")
     until(lambda: rig.control.counts()["log_on"] == 1)
     rig.control.close()
+    assert [path.name for path in tmp_path.glob("*.mcap")] == ["1.mcap"]
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def inlet(pylsl: ModuleType, output: LslOutput):
     (found,) = pylsl.resolve_byprop("name", "zenocap-test", timeout=60)
     receiver = pylsl.StreamInlet(found)
     receiver.open_stream(timeout=60)
-    assert output.outlet.wait_for_consumers(10)
+    assert output.outlet.wait_for_consumers(60)
     return receiver
 
 

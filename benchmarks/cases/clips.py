@@ -37,7 +37,7 @@ from zenocap.common.formats.angle_series import angle_series, read_source
 from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.parameters import HELD_OUT_EVERY, MIN_FRAMES_PER_REGION
-from zenocap.services.tracker.states import Method, Options, Setup
+from zenocap.services.tracker.states import Method, Options, TrackerSetup
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 from zenocap.tools.teach.dataset.build_priors import PAPER as PAPER_SUFFIX
 
@@ -124,7 +124,7 @@ def film_of(one: Case) -> Film:
     return clip.of_views(tuple(f"cam{k:02d}" for k in RINGS[one.option("views", 7)]))
 
 
-def setup_of(one: Case, clip: Film) -> Setup:
+def setup_of(one: Case, clip: Film) -> TrackerSetup:
     method = cast(Method, one.option("method", "hybrid"))
     preset = PRESETS[one.option("preset", "default")]
     anatomy = ANATOMIES[preset.anatomy]
@@ -140,7 +140,7 @@ def setup_of(one: Case, clip: Film) -> Setup:
         filter=preset.filter if share < 0 else msgspec.structs.replace(preset.filter, prior_share=share),
     )
     prior = prior_named(prior_name(one, clip), anatomy) if method == "hybrid" else None
-    return Setup(anatomy, clip.cameras, clip.frame_ns, prior, options, one.option("height", 0.0) or None)
+    return TrackerSetup(anatomy, clip.cameras, clip.frame_ns, prior, options, one.option("height", 0.0) or None)
 
 
 def prior_name(one: Case, clip: Film) -> str:

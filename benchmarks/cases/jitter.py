@@ -20,7 +20,7 @@ from zenocap.common.body.pose_rotations import pose_rotations
 from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.states import Options, TrackerSetup
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 
 FIRST_PERSON = 108
@@ -62,7 +62,7 @@ def _track(one: Case, film: str) -> tuple[PoseTrack | None, Film]:
 
 
 def _tracked(clip: Film, *, both: bool) -> TrackedPath:
-    setup = Setup(ANATOMY, clip.cameras, clip.frame_ns, prior_named("general"), Options())
+    setup = TrackerSetup(ANATOMY, clip.cameras, clip.frame_ns, prior_named("general"), Options())
     path = track_clip(clip, setup)
     return both_ways(clip, setup, path) if both else path
 

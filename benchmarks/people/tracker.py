@@ -18,7 +18,7 @@ from zenocap.common.formats.angle_series import AngleSeries, angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 from zenocap.tools.takes.evaluate_angles import AngleError, compared
@@ -63,7 +63,7 @@ class TrackedPath:
         return self.poses[max(self.poses)][0]
 
 
-def track_clip(clip: Film, setup: Setup, empty: range = range(0)) -> TrackedPath:
+def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0)) -> TrackedPath:
     """Track every frame set of the clip.  empty: frames in which all views are empty."""
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []
@@ -87,7 +87,7 @@ def track_clip(clip: Film, setup: Setup, empty: range = range(0)) -> TrackedPath
     return TrackedPath(poses, tuple(lost), setup.anatomy, views, describe(state))
 
 
-def both_ways(clip: Film, setup: Setup, path: TrackedPath) -> TrackedPath:
+def both_ways(clip: Film, setup: TrackerSetup, path: TrackedPath) -> TrackedPath:
     """The poses of both directions, all with the last body.  path: of the forward pass, of all instants."""
     if not path.poses:
         return path

@@ -28,7 +28,7 @@ REST_ROWS = 5  # searched for a leap; chosen by hand
 
 
 @dataclass(frozen=True)
-class Motion:
+class FileMotion:
     """Poses of n consecutive frames of a file.
 
     rate: frames per second.  times_s: (n,) seconds: of a take and a C3D since frame 0, of a TRC its column Time, of a BVH
@@ -43,7 +43,7 @@ class Motion:
     known: Bools
 
 
-def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
+def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> FileMotion:
     """Motion in a file of the import formats or a take (.mcap) for an anatomy; its name is the file's stem.
 
     frames: frame numbers of the file, without step; default: all.  joints: see `read_centres`.  A rest pose at the
@@ -80,7 +80,7 @@ def c3d_centres(path: Path, joints: JointMap | None) -> Trajectories:
     return named_centres(read_c3d(path), path, UPS.index("z"), joints)
 
 
-def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> Motion:
+def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> FileMotion:
     rows = _rows(path, data.frames, frames)
     centres = {name: points[rows] for name, points in needed_centres(path, data).items()}
     rate = _rate(path, data.rate)
@@ -89,7 +89,7 @@ def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range 
         poses = poses_of_centres(path, anatomy, {name: points[rest:] for name, points in centres.items()})
     known = ~_in_gaps(centres, rate)
     known[:rest] = False
-    return Motion(path.stem, rate, data.times_s[rows], (*[None] * rest, *poses), known)
+    return FileMotion(path.stem, rate, data.times_s[rows], (*[None] * rest, *poses), known)
 
 
 def needed_centres(path: Path, data: Trajectories) -> dict[str, Floats]:
@@ -115,13 +115,13 @@ def _rest_rows(anatomy: Anatomy, poses: list[Pose], rate: float) -> int:
     return int(leaps[-1]) + 1 if len(leaps) else 0
 
 
-def _of_track(path: Path, track: PoseTrack, frames: range | None) -> Motion:
+def _of_track(path: Path, track: PoseTrack, frames: range | None) -> FileMotion:
     rows = _rows(path, track.frames, frames)
     known = track.known[rows]
     if not known.any():
         raise UserError(f"{path}: the person is lost in every frame of {frames or 'the take'}")
     poses = tuple(track.pose(int(row)) if has_pose else None for row, has_pose in zip(rows, known, strict=True))
-    return Motion(path.stem, _rate(path, track.rate), track.times_s[rows], poses, known)
+    return FileMotion(path.stem, _rate(path, track.rate), track.times_s[rows], poses, known)
 
 
 def _rows(path: Path, numbers: Ints, frames: range | None) -> Ints:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.pairs import Limits, Offset, Pairs, offsets_of, reach_s
+from zenocap.common.lags.pairs import Limits, Pairs, VideoOffset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 
 SKEW_US = "camera_skew_us"  # count in the integrator's health: largest delay between cameras that is not corrected
@@ -14,10 +14,10 @@ SKEW_US = "camera_skew_us"  # count in the integrator's health: largest delay be
 class CameraLags:
     """offsets: by viewer, seconds by which its images show later moments than the first certain one's at equal times."""
 
-    offsets: Mapping[str, Offset]
+    offsets: Mapping[str, VideoOffset]
 
     @property
-    def certain(self) -> dict[str, Offset]:
+    def certain(self) -> dict[str, VideoOffset]:
         return {viewer: one for viewer, one in self.offsets.items() if not one.reason}
 
     @property

@@ -75,7 +75,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Offset:
+class VideoOffset:
     """Time at which a camera's video begins, from that of the reference camera on.
 
     margin: of the evidence, see `Limits`.  error_s: standard error.  pairs: number of pairs that it was found from.
@@ -126,7 +126,7 @@ def peak_of(lags_s: Floats, values: Floats, limits: Limits) -> Peak:
     return Peak(float(lags_s[best]), float(values[best]), second, abs(float(lags_s[best])) > limits.max_lag_s)
 
 
-def offsets_of(names: Sequence[str], pairs: Pairs, limits: Limits, known: Mapping[str, float]) -> dict[str, Offset]:
+def offsets_of(names: Sequence[str], pairs: Pairs, limits: Limits, known: Mapping[str, float]) -> dict[str, VideoOffset]:
     """Offset of each camera, certain or not; the group of certain ones grows by one camera at a time.
 
     known: offsets in seconds of the first members of the group; empty to begin with the most certain pair.
@@ -152,10 +152,10 @@ def _from_reference(group: Mapping[str, float], reference: str) -> dict[str, flo
 
 def _grouped(
     names: Sequence[str], pairs: Pairs, limits: Limits, known: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, Offset], dict[str, float]]:
+) -> tuple[dict[str, float], dict[str, VideoOffset], dict[str, float]]:
     """Coarse offsets of the certain cameras, what is found of the others, and the margins of the certain ones."""
     group = dict(known)
-    found = {name: Offset(offset_s, 0.0, 0.0, 0.0, 0) for name, offset_s in group.items()}
+    found = {name: VideoOffset(offset_s, 0.0, 0.0, 0.0, 0) for name, offset_s in group.items()}
     if not group:
         group[_first(names, pairs, limits)] = 0.0
     margins: dict[str, float] = {}
@@ -166,12 +166,12 @@ def _grouped(
         name = max(peaks, key=lambda one: (peaks[one].is_certain(limits), peaks[one].margin))
         if not peaks[name].is_certain(limits):
             for other, peak in peaks.items():
-                found[other] = Offset(peak.lag_s, float("nan"), peak.margin, float("nan"), 0, _reason(peak, limits))
+                found[other] = VideoOffset(peak.lag_s, float("nan"), peak.margin, float("nan"), 0, _reason(peak, limits))
             break
         group[name], margins[name] = peaks[name].lag_s, peaks[name].margin
     for name in names:
         if name not in group and name not in found:
-            found[name] = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "nothing in common with the others")
+            found[name] = VideoOffset(float("nan"), float("nan"), 0.0, float("nan"), 0, "nothing in common with the others")
     return group, found, margins
 
 
@@ -214,7 +214,7 @@ def _adjusted(
     pairs: Pairs,
     margins: Mapping[str, float],
     limits: Limits,
-) -> dict[str, Offset]:
+) -> dict[str, VideoOffset]:
     """Offsets of the group by weighted least squares over the refined lags of all its pairs; `known` ones stay.
 
     Lags that contradict the others (loops that do not close) lose weight: Cauchy weights.
@@ -230,7 +230,7 @@ def _adjusted(
         if (lag := one.refined(group[b] - group[a])) is not None and abs(lag.lag_s - group[b] + group[a]) < limits.apart_s
     }
     if not free:
-        return {name: Offset(0.0, 0.0, 0.0, 0.0, 0, "no other camera is certain") for name in reference}
+        return {name: VideoOffset(0.0, 0.0, 0.0, 0.0, 0, "no other camera is certain") for name in reference}
     columns = {name: k for k, name in enumerate(free)}
     design, target = np.zeros((len(lags), len(free))), np.zeros(len(lags))
     for row, ((a, b), lag) in enumerate(lags.items()):
@@ -257,7 +257,9 @@ def _adjusted(
         error_s = scale * float(np.sqrt(covariance[k, k])) if own else float("nan")
         reason = "" if own and error_s <= limits.error_s else f"the offset is inexact: ± {1e3 * error_s:.0f} ms"
         residual = float(np.median([lag.residual for lag in own])) if own else float("nan")
-        adjusted[name] = Offset(float(solution[k]), error_s, margins.get(name, first_margin), residual, len(own), reason)
+        adjusted[name] = VideoOffset(
+            float(solution[k]), error_s, margins.get(name, first_margin), residual, len(own), reason
+        )
     best = max((one.margin for one in adjusted.values()), default=0.0)
     residual = float(np.median([lag.residual for lag in lags.values()])) if lags else float("nan")
-    return adjusted | {name: Offset(0.0, 0.0, best, residual, len(group) - 1) for name in reference}
+    return adjusted | {name: VideoOffset(0.0, 0.0, best, residual, len(group) - 1) for name in reference}

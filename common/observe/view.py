@@ -77,7 +77,7 @@ class RigView:
 
 
 @dataclass(frozen=True)
-class ServiceRow:
+class ObservedService:
     """One service as a user reads it.  latency_ms: age of its result, or of its frame, on completion; None without either.
 
     stage: its slowest stage, with the time.  lost: since its start.  offset_ms, error_ms: of its clock; None if unknown.
@@ -144,7 +144,7 @@ def status(view: RigView, service: ServiceKey, now_ns: int) -> Status:
     return "up" if known.health is not None else "starting"
 
 
-def rows(view: RigView, now_ns: int) -> tuple[ServiceRow, ...]:
+def rows(view: RigView, now_ns: int) -> tuple[ObservedService, ...]:
     """One row for each service, also the missing ones, in the order of the table of services."""
     keys = sorted({*view.services, *view.expected}, key=sort_key)
     return tuple(_row(view, key, status(view, key, now_ns)) for key in keys)
@@ -181,16 +181,16 @@ def is_restarted(before: Health, after: Health) -> bool:
     return processes[0] != processes[1] if None not in processes else after.frame <= before.frame
 
 
-def _row(view: RigView, key: ServiceKey, its_status: Status) -> ServiceRow:
+def _row(view: RigView, key: ServiceKey, its_status: Status) -> ObservedService:
     one = view.services.get(key)
     if one is None or one.health is None:
-        return ServiceRow(view.rig, *key, its_status)
+        return ObservedService(view.rig, *key, its_status)
     health = one.health
     ages = [health.stages_ms[stage] for stage in ("result_age", "frame_age") if stage in health.stages_ms]
     steps = {stage: ms for stage, ms in health.stages_ms.items() if stage.startswith("step_")}
     longest = max(steps, key=lambda stage: steps[stage], default=None)
     clock = health.clock_error_ns > 0
-    return ServiceRow(
+    return ObservedService(
         view.rig, *key, its_status, health.rate, one.rates, ages[0] if ages else None,
         f"{longest.removeprefix('step_')} {steps[longest]:.1f}" if longest else "",
         lost(health.counts), one.lately, health.counts.get("dropped_superseded", 0),

@@ -31,7 +31,7 @@ class Recorded:
 
 
 @dataclass
-class Losses:
+class UnreadableParts:
     """Unreadable content of a file.  bytes: of the file.  orphans: messages whose channel is lost.  spans_ns: log times.
 
     index: there is damage after the data, where no message is.  first: descriptions, at most MAX_DAMAGES.
@@ -94,11 +94,11 @@ class Take:
     library: str = ""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
-    losses: Losses = field(default_factory=Losses)
+    losses: UnreadableParts = field(default_factory=UnreadableParts)
 
     def messages(self) -> Iterator[Recorded]:
         """Iterate over the messages.  Raises UserError when the file is unreadable or no MCAP file; damage sets `cut`."""
-        self.cut, self.losses = None, Losses()
+        self.cut, self.losses = None, UnreadableParts()
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         count = 0

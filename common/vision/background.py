@@ -30,7 +30,7 @@ LIMIT_GAIN = 0.005  # change of the gain for which limits hold, of no effect on 
 LIMIT_SLACK = 1e-3  # share of the squared distance for rounding in the exact test, whose float32 sums are good to 1e-4
 
 
-class Limits(NamedTuple):
+class LevelLimits(NamedTuple):
     """Grey levels between which all channels of a pixel are less than `sigmas` from the model in all.
 
     low, high: (height, width, 3) uint8, inclusive.  gain: (3,) at which they hold, within LIMIT_GAIN.
@@ -52,19 +52,19 @@ class Background:
 
     mean: Floats32
     weight: Floats32
-    _limits: list[Limits] = field(default_factory=list, init=False, repr=False, compare=False)
+    _limits: list[LevelLimits] = field(default_factory=list, init=False, repr=False, compare=False)
 
     @property
     def size(self) -> tuple[int, int]:
         """(width, height) px."""
         return self.mean.shape[1], self.mean.shape[0]
 
-    def limits(self, gain: Floats32, sigmas: float) -> Limits:
+    def limits(self, gain: Floats32, sigmas: float) -> LevelLimits:
         """Limits that hold at this gain (3,) and distance; the last ones are kept."""
         kept = self._limits
         if not kept or kept[0].sigmas != sigmas or np.abs(gain - kept[0].gain).max() >= LIMIT_GAIN:
             share = np.float32(sigmas**2 / 3 * (1 - LIMIT_SLACK))
-            kept[:] = [Limits(*_limits(self.mean, self.weight, gain, share), gain, sigmas)]
+            kept[:] = [LevelLimits(*_limits(self.mean, self.weight, gain, share), gain, sigmas)]
         return kept[0]
 
     @property
@@ -183,7 +183,7 @@ def _ratios(mean: Floats32, frame: Image, person: Mask, step: int) -> tuple[Floa
     return ratios[:count], sampled
 
 
-def gain_and_limits(background: Background, frame: Image, sigmas: float, *, flicker: bool) -> tuple[Floats32, Limits]:
+def gain_and_limits(background: Background, frame: Image, sigmas: float, *, flicker: bool) -> tuple[Floats32, LevelLimits]:
     """Gain (3,) by which the model is multiplied for the comparison with a frame, and the limits at it.
 
     flicker: whether the gain is measured; else it is 1.  Raises ValueError for another shape.
@@ -222,7 +222,7 @@ def _moved(mean: Floats32, frame: Image, held: Mask, rate: np.float32) -> Floats
 
 @finite_kernel
 def _limits(mean: Floats32, weight: Floats32, gain: Floats32, share: np.float32) -> tuple[Image, Image]:
-    """low, high of `Limits`; share: of the squared distance for each channel.  low > high where no level is near."""
+    """low, high of `LevelLimits`; share: of the squared distance for each channel.  low > high where no level is near."""
     height, width = mean.shape[:2]
     low, high = np.empty(mean.shape, dtype=np.uint8), np.empty(mean.shape, dtype=np.uint8)
     least, most = np.empty(3 * width, dtype=np.float32), np.empty(3 * width, dtype=np.float32)

@@ -10,7 +10,7 @@ from zenocap.common.vision.mask_refinement import Edges, refined
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.regions import keep_person, person_labels
 from zenocap.common.vision.semantics import overrule
-from zenocap.common.vision.silhouette import Extents, Silhouette, SilhouetteOptions, describe
+from zenocap.common.vision.silhouette import Extents, PersonSilhouette, SilhouetteOptions, describe
 
 
 def extract(
@@ -19,7 +19,7 @@ def extract(
     options: SilhouetteOptions,
     previous: Extents | None = None,
     decided: Mask | None = None,
-) -> Silhouette | None:
+) -> PersonSilhouette | None:
     """Silhouette of the person in a frame (height, width, 3) uint8 BGR; None when no region is large enough.
 
     previous: last extents of the person, for the choice "nearest".  decided: see `common.vision.semantics`.
@@ -39,7 +39,7 @@ def extract(
 
 def clean(
     labels: Labels, options: SilhouetteOptions, previous: Extents | None = None, edges: Edges | None = None
-) -> Silhouette | None:
+) -> PersonSilhouette | None:
     """Silhouette in a label image (height, width) of `common.vision.foreground`; edges are trimmed when given."""
     kernel = 2 * round(max(0.0, options.crack * labels.shape[0] - 1) / 2) + 1
     if kernel > 1:

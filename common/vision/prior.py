@@ -15,7 +15,7 @@ from zenocap.common.jit import finite_kernel, finite_leaf_kernel, leaf_kernel
 from zenocap.common.vision.foreground import BACKGROUND, SHADOW, STRONG, UNSURE, WEAK
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.regions import find_regions, paint
-from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions, describe
+from zenocap.common.vision.silhouette import PersonSilhouette, SilhouetteOptions, describe
 
 # Logarithms of odds.  All constants are chosen by hand.
 STRONG_ODDS, WEAK_ODDS, FILLED_ODDS = 4.0, 2.0, 1.0  # of a pixel of the silhouette by label
@@ -43,13 +43,13 @@ def explained_share(labels: Labels, depth: Floats32) -> float:
 
 
 def with_prior(
-    silhouette: Silhouette,
+    silhouette: PersonSilhouette,
     labels: Labels,
     prediction: Prediction,
     since: Floats32,
     now_s: np.float32,
     options: SilhouetteOptions,
-) -> Silhouette | None:
+) -> PersonSilhouette | None:
     """The silhouette decided with the prior near the expected body; None when nothing is left.
 
     labels: (height, width) of `common.vision.foreground`.  since: (height, width) s, since when a pixel has not changed.

@@ -23,7 +23,7 @@ class Extents(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Silhouette:
+class PersonSilhouette:
     """Silhouette of one person.
 
     mask: (height, width) uint8 of 0 and 1, not empty.  area: pixels.  touches_border: the person may be cut off.
@@ -64,7 +64,7 @@ class SilhouetteOptions:
                 raise ValueError(f"{name}: {value}; allowed 0 <= {name} < 1")
 
 
-def describe(mask: Mask, smallest: float = 0.0, box: tuple[int, int, int, int] | None = None) -> Silhouette | None:
+def describe(mask: Mask, smallest: float = 0.0, box: tuple[int, int, int, int] | None = None) -> PersonSilhouette | None:
     """Extents and area of a mask (height, width) of 0 and 1; None below the area `smallest`, a share of the image.
 
     box: left, top, right, bottom (exclusive) px; the mask is known to be 0 outside of it.
@@ -79,4 +79,4 @@ def describe(mask: Mask, smallest: float = 0.0, box: tuple[int, int, int, int] |
     extents = Extents(left + int(columns[0]), left + int(columns[-1]), top + int(rows[0]), top + int(rows[-1]))
     border = extents.leftmost == 0 or extents.highest == 0
     border |= extents.rightmost == width - 1 or extents.lowest == height - 1
-    return Silhouette(mask, extents, area, border)
+    return PersonSilhouette(mask, extents, area, border)

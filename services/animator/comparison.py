@@ -11,7 +11,7 @@ from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import body_update, pose_update
 from zenocap.services.animator.parameters import MAX_UNMATCHED_NS
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 DISTANCE_DIGITS = 4  # after the point, metres
 
@@ -25,7 +25,7 @@ class TimedTrack:
     track: PoseTrack
 
 
-class Comparison:
+class TakeComparison:
     """The shown take `one`, and the take `other`, whose poses are moved by `shift_ns` onto the times of `one`.
 
     alignment: how, for the user.
@@ -54,7 +54,7 @@ class Comparison:
         track = self._other.track
         return pm.GhostUpdate(self._other.name, self.alignment, body_update("ghost", track.anatomy, track.bdp))
 
-    def at(self, actor: Actor, shift_ns: int) -> pm.GhostPoseUpdate | None:
+    def at(self, actor: ActorPose, shift_ns: int) -> pm.GhostPoseUpdate | None:
         """The second take at the time of a pose of the shown one.
 
         shift_ns: delay of the actor's capture time against the recorded one.  None for a pose that was not recorded at that
@@ -71,7 +71,7 @@ class Comparison:
         if other_row is None:
             return pm.GhostPoseUpdate(None, {})
         track = self._other.track
-        other = Actor(
+        other = ActorPose(
             int(track.frames[other_row]), int(self._other.captured_ns[other_row]), actor.received_ns, actor.source,
             track.anatomy, track.bdp, track.pose(other_row), tuple(track.lost[other_row].split()),
         )  # fmt: skip

@@ -19,7 +19,7 @@ from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, UNIVERSAL_BAP, Topic
-from zenocap.services.animator.comparison import Comparison, TimedTrack
+from zenocap.services.animator.comparison import TakeComparison, TimedTrack
 
 logger = logging.getLogger(__name__)
 
@@ -69,10 +69,10 @@ def read_track(path: Path, *, raw: bool = False, stopped: Stopped = lambda: Fals
 
 def compare(
     one: Path, other: Path, offset_s: float = 0.0, *, raw: bool = False, stopped: Stopped = lambda: False
-) -> Comparison:
+) -> TakeComparison:
     """Read two takes.  raw, errors: see `read_track`."""
     first, second = (read_track(path, raw=raw, stopped=stopped) for path in (one, other))
-    return Comparison(first, second, offset_s)
+    return TakeComparison(first, second, offset_s)
 
 
 class ComparisonReader:
@@ -81,11 +81,11 @@ class ComparisonReader:
     found: None until it is read.  problem: why it cannot be read, "" otherwise.
     """
 
-    def __init__(self, read: Callable[[Stopped], Comparison], on_found: Callable[[Comparison], None]) -> None:
+    def __init__(self, read: Callable[[Stopped], TakeComparison], on_found: Callable[[TakeComparison], None]) -> None:
         self._read, self._on_found = read, on_found
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="comparison", daemon=True)
-        self.found: Comparison | None = None
+        self.found: TakeComparison | None = None
         self.problem = ""
 
     def start(self) -> None:

@@ -11,16 +11,16 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import Topic, topic_at
 from zenocap.services.animator.parameters import MAX_OPENING_MESSAGES
-from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.states import AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 
 
-def opening_state(path: Path, topics: Collection[Topic], now_ns: int) -> State:
+def opening_state(path: Path, topics: Collection[Topic], now_ns: int) -> AnimatorState:
     """State after the messages of `topics` up to the first pose of a person, as if received at `now_ns`.
 
     Without actors when no person is found in the first MAX_OPENING_MESSAGES messages, or the file is damaged before.
     """
-    setup, state = Setup(), State()
+    setup, state = AnimatorSetup(), AnimatorState()
     try:
         for recorded in islice(Take(path).messages(), MAX_OPENING_MESSAGES):
             topic = topic_at(recorded.topic)

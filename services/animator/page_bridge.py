@@ -22,9 +22,9 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import Schedule, due_updates, recording_update
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import RECORD_PERIOD_NS, SAVING_NICENESS
-from zenocap.services.animator.playback import Playback, PlayFile
+from zenocap.services.animator.playback import PlayFile, TakePlayer
 from zenocap.services.animator.presence import Presence, observed, troubled
-from zenocap.services.animator.states import Actor, Source, State
+from zenocap.services.animator.states import ActorPose, AnimatorState, Source
 from zenocap.services.animator.take_feed import TakeFeed
 
 logger = logging.getLogger(__name__)
@@ -36,7 +36,7 @@ class PageBridge:
     def __init__(self, rig: Rig, bus: Bus, clock: Clock, outputs: OutputGroup) -> None:
         self._rig, self._bus, self._clock, self.outputs = rig, bus, clock, outputs
         self._source: Source = "tracker" if method_of(rig.method).poses is TRACKER_POSE else "two-view"
-        self._sent: Actor | None = None
+        self._sent: ActorPose | None = None
         self._feed: TakeFeed | None = None
         self._request_count = 0
         self._recorded_ns: int | None = None  # time of the last command that starts or stops the recording
@@ -50,7 +50,7 @@ class PageBridge:
         commands = [] if recognizer is None else [(one.posture, one.action.target) for one in recognizer.commands]
         feed = self._feed = TakeFeed(table, self._direct, self._on_drop, self._bus.wake, SAVING_NICENESS)
         feed.open(pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers, commands=commands))
-        feed.player = Playback(takes, feed.page.updates, self._clock, topics)
+        feed.player = TakePlayer(takes, feed.page.updates, self._clock, topics)
         logger.info("the page is at %s", feed.page.address)
 
     @property
@@ -82,7 +82,7 @@ class PageBridge:
         if isinstance(event, Envelope | Alive):
             self._presence = observed(self._presence, event, self._clock.elapsed_ns())
 
-    def show(self, state: State) -> None:
+    def show(self, state: AnimatorState) -> None:
         """Send a new state to outputs and pages."""
         actor = state.actors.get(self._source)
         if actor is not None and actor is not self._sent:

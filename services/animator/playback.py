@@ -33,7 +33,7 @@ from zenocap.services.animator.parameters import (
 )
 from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, free_port
-from zenocap.services.animator.states import Actor, Setup, State
+from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.services.animator.take_marks import postures_update, verdict_update
 
@@ -57,7 +57,7 @@ class PlayFile:
 PlayerCommand = pm.PlayTake | PlayFile | pm.ControlPlayer | StopPlayer
 
 
-class Playback:
+class TakePlayer:
     """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player.
 
     on_pose: called with every pose, and again when the shift is known better: by how much its capture time is later than
@@ -71,7 +71,7 @@ class Playback:
         clock: Clock,
         topics: tuple[Topic, ...],
         on_update: Callable[[pm.PlayerUpdate], None] = lambda update: None,
-        on_pose: Callable[[Actor, int], None] = lambda actor, shift_ns: None,
+        on_pose: Callable[[ActorPose, int], None] = lambda actor, shift_ns: None,
         *,
         raw: bool = False,
     ) -> None:
@@ -189,10 +189,10 @@ class Playback:
         self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float, start_ns: int | None
     ) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
-        setup, presence = Setup(), Presence(RigView(REPLAYED_RIG))
-        state, schedule = State(), Schedule()
+        setup, presence = AnimatorSetup(), Presence(RigView(REPLAYED_RIG))
+        state, schedule = AnimatorState(), Schedule()
         next_ns, published = 0, None
-        seen: dict[str, tuple[Actor, int]] = {}  # latest pose by source, and its shift
+        seen: dict[str, tuple[ActorPose, int]] = {}  # latest pose by source, and its shift
         while replay.running:
             event = bus.receive(PLAYER_WAIT_S)
             while event is not None:
@@ -245,7 +245,7 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
 
 
-def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int) -> list[EncodedUpdate]:
+def _place(actor: ActorPose, start_ns: int | None, shift_ns: int, shift_frames: int) -> list[EncodedUpdate]:
     """Place of a pose in its take; none where the start of the take is unknown.  shift: delay of the replay."""
     if start_ns is None:
         return []

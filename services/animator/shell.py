@@ -20,7 +20,7 @@ from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
-from zenocap.services.animator.states import TOPICS, Setup, State
+from zenocap.services.animator.states import TOPICS, AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import counts, describe, phase_of, step
 
 logger = logging.getLogger(__name__)
@@ -30,7 +30,7 @@ ID = "main"
 
 def animator_service(
     rig: Rig, health_text: Callable[[], str] = lambda: "", on_event: Callable[[Event[Never]], None] = lambda _: None
-) -> Service[Setup, State, Never]:
+) -> Service[AnimatorSetup, AnimatorState, Never]:
     """Return the service of a rig's animator.
 
     health_text: appended to its health.  on_event: is called with every event before the step, poses smoothed if the rig
@@ -38,14 +38,16 @@ def animator_service(
     """
     smoothing = animator_smoothing(rig.animator)
 
-    def observed_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
+    def observed_step(
+        setup: AnimatorSetup, state: AnimatorState, event: Event[Never]
+    ) -> tuple[AnimatorState, Sequence[Message]]:
         if isinstance(event, Envelope) and smoothing is not None:
             event = replace(event, message=smoothing.message(event.message))
         on_event(event)
         return step(setup, state, event)
 
     return Service(
-        "animator", ID, Setup(tuple(viewer.id for viewer in rig.viewers)), State, observed_step,
+        "animator", ID, AnimatorSetup(tuple(viewer.id for viewer in rig.viewers)), AnimatorState, observed_step,
         tuple(Subscription(topic) for topic in TOPICS), lambda state: f"{describe(state)}{health_text()}", counts, phase_of,
         watch_alive=True, tick_ns=TICK_NS, derives=False,
     )  # fmt: skip

@@ -18,11 +18,11 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.states import TOPICS, Actor
+from zenocap.services.animator.states import TOPICS, ActorPose
 from zenocap.services.animator.take_feed import TakeFeed
 
 if TYPE_CHECKING:  # loaded where they are needed: their imports take longer than those of the rest
-    from zenocap.services.animator.comparison import Comparison
+    from zenocap.services.animator.comparison import TakeComparison
     from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 
 logger = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ class TakePage:
         pictures: Pictures | None = None,
         *,
         raw: bool = False,
-        compared: "Callable[[Stopped], Comparison] | None" = None,
+        compared: "Callable[[Stopped], TakeComparison] | None" = None,
     ) -> None:
         self._reader: ComparisonReader | None = None
         if compared is not None:
@@ -78,13 +78,13 @@ class TakePage:
     def open(self) -> None:
         """Serve the page and start to play.  Raises UserError."""
         self._feed.open(_hello(self._take))
-        from zenocap.services.animator.playback import Playback  # takes most of a second, in which a page is loaded
+        from zenocap.services.animator.playback import TakePlayer  # takes most of a second, in which a page is loaded
 
         summary, updates = read_summary(self._take), self._feed.page.updates
         self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
             self._camera_feed = PictureFeed(self._pictures, summary.start_ns, updates)
-        self._feed.player = Playback(
+        self._feed.player = TakePlayer(
             self._take.parent, updates, RealClock(), TOPICS, self._on_update, self._on_pose, raw=self._raw
         )
         self._feed.player.send(pm.PlayTake(self._take.name))
@@ -137,7 +137,7 @@ class TakePage:
         if self._camera_feed is not None and update.take and not moves:
             self._camera_feed.show(update.position_s)
 
-    def _on_pose(self, actor: Actor, shift_ns: int) -> None:
+    def _on_pose(self, actor: ActorPose, shift_ns: int) -> None:
         """Pictures follow the poses while the take plays, so that both are of one time."""
         if self._dropped is not None:
             return
@@ -185,7 +185,7 @@ def show_take(
     pictures: Pictures | None = None,
     *,
     raw: bool = False,
-    compared: "Callable[[Stopped], Comparison] | None" = None,
+    compared: "Callable[[Stopped], TakeComparison] | None" = None,
 ) -> None:
     """Show a take until `stopped`.  on_open: called with the address of the page.  The others: see `TakePage`.
 

@@ -20,14 +20,14 @@ TOPICS = (
 
 
 @dataclass(frozen=True)
-class Setup:
+class AnimatorSetup:
     """Setup of the animator.  viewers: of the rig."""
 
     viewers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Actor:
+class ActorPose:
     """Pose of the virtual actor at one time.
 
     captured_ns: capture time on the integrator's clock.  received_ns: time of receipt on this machine's clock.
@@ -45,7 +45,7 @@ class Actor:
 
 
 @dataclass(frozen=True)
-class State:
+class AnimatorState:
     """Latest values; bodies and actors by source, the others by viewer; the latest commands, oldest first.
 
     now_ns: this machine's clock.  unusable: number of valid messages that could not be used: a body or pose of an unknown
@@ -55,7 +55,7 @@ class State:
 
     now_ns: int = 0
     bodies: Bodies = field(default_factory=lambda: NO_BODIES)
-    actors: Mapping[Source, Actor] = field(default_factory=dict)
+    actors: Mapping[Source, ActorPose] = field(default_factory=dict)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)
     previews: Mapping[str, m.Preview] = field(default_factory=dict)

@@ -9,14 +9,14 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import camera_of, points_of
 from zenocap.common.observe.bodies import posed
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
-from zenocap.services.animator.states import Actor, Setup, State
+from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the animator has no frames
 K = TypeVar("K")
 V = TypeVar("V")
 
 
-def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Message]]:
+def step(setup: AnimatorSetup, state: AnimatorState, event: Event) -> tuple[AnimatorState, list[m.Message]]:
     """Return the state after one event, and no messages.  Pure: the result depends on the arguments alone."""
     match event:
         case Tick(received_ns=now_ns):
@@ -31,22 +31,22 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Messag
             return state, []
 
 
-def phase_of(state: State) -> m.Phase:
+def phase_of(state: AnimatorState) -> m.Phase:
     """Phase of the animator, for its health."""
     return m.Phase.RUNNING if state.actors else m.Phase.WAITING_FOR_INPUT
 
 
-def describe(state: State) -> str:
+def describe(state: AnimatorState) -> str:
     """Health text of the animator."""
     return "showing " + " and ".join(state.actors) if state.actors else "waiting for a pose"
 
 
-def counts(state: State) -> Mapping[str, int]:
+def counts(state: AnimatorState) -> Mapping[str, int]:
     """Counters for the animator's health."""
     return {"unusable": state.unusable}
 
 
-def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
+def _is_admitted(setup: AnimatorSetup, state: AnimatorState, message: m.Message) -> bool:
     """Whether a message is shown: half of MAX_ENTRIES is for viewers that the rig does not name, the rest for its own."""
     viewer = getattr(message, "viewer", None)
     if viewer is None or viewer in setup.viewers:
@@ -57,7 +57,7 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 
-def _updated(state: State, message: m.Message, received_ns: int) -> State:
+def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> AnimatorState:
     """The state with the content of a message.  Raises ValueError for one that cannot be used."""
     match message:
         case m.UniversalBdp() | m.TrackerBdp() | m.UniversalBap() | m.TrackerPose():
@@ -89,7 +89,7 @@ def _updated(state: State, message: m.Message, received_ns: int) -> State:
             return state
 
 
-def _mark_lost(state: State) -> State:
+def _mark_lost(state: AnimatorState) -> AnimatorState:
     """Mark the two-view actor as lost: the integrator is measuring a new body, so its last pose is of the previous one."""
     actor = state.actors.get("two-view")
     if actor is None or "person" in actor.lost:
@@ -97,13 +97,13 @@ def _mark_lost(state: State) -> State:
     return replace(state, actors=_with(state.actors, "two-view", replace(actor, lost=("person",))))
 
 
-def _update_actor(state: State, message: m.Message, received_ns: int) -> State:
+def _update_actor(state: AnimatorState, message: m.Message, received_ns: int) -> AnimatorState:
     """Update the body of a source, or its pose.  Raises ValueError."""
     bodies, found = posed(state.bodies, message)
     if found is None:  # also a pose before its body: order across topics is not guaranteed
         return state if bodies is state.bodies else replace(state, bodies=bodies)
     bap, source = found.message, found.source
-    actor = Actor(bap.frame, bap.captured_ns, received_ns, source, found.anatomy, found.body, found.pose, found.lost)
+    actor = ActorPose(bap.frame, bap.captured_ns, received_ns, source, found.anatomy, found.body, found.pose, found.lost)
     return replace(state, actors=_with(state.actors, source, actor))
 
 

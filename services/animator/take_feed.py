@@ -15,7 +15,7 @@ from zenocap.services.animator.parameters import MAX_DROPPED_PIECE
 from zenocap.services.animator.save_job import SaveJob
 
 if TYPE_CHECKING:  # loaded by its users, once the page is served: its imports take most of a second
-    from zenocap.services.animator.playback import Playback
+    from zenocap.services.animator.playback import TakePlayer
 
 DROP_PATH = "/drop"
 
@@ -42,7 +42,7 @@ class TakeFeed:
             feeds=get_args(pm.Feed),
         )  # fmt: skip
         self.page = Page(table, content, direct, wake)
-        self.player: Playback | None = None
+        self.player: TakePlayer | None = None
         self.saving = SaveJob(lambda update: self.page.publish("saving", update), self.page.offered.offer, niceness)
 
     def open(self, hello: pm.HelloUpdate) -> None:

@@ -26,7 +26,7 @@ from zenocap.services.integrator.parameters import (
     SETTLE_NS,
 )
 from zenocap.services.integrator.rate_ladder import Ladder, lowered, raised
-from zenocap.services.integrator.rate_reports import TRACKER, Limit, Losses, RateSetup, RateState, losses, report
+from zenocap.services.integrator.rate_reports import TRACKER, Limit, LossShares, RateSetup, RateState, losses, report
 
 
 def step(setup: RateSetup, state: RateState, event: FrameLike | Envelope | Alive | Tick) -> tuple[RateState, list[Message]]:
@@ -114,7 +114,7 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
     return after, messages
 
 
-def _adjusted(setup: RateSetup, state: RateState, found: Losses, now_ns: int) -> RateState:
+def _adjusted(setup: RateSetup, state: RateState, found: LossShares, now_ns: int) -> RateState:
     worst = max(found.overrun.values(), default=0.0)
     suspected = max(worst, found.lost, found.dropped) > LOST
     # One stall loses many frame sets in one interval: only the share of overrun frames counts at once.

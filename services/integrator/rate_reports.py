@@ -71,7 +71,7 @@ class RateState:
 
 
 @dataclass(frozen=True)
-class Losses:
+class LossShares:
     """Losses between two decisions, as shares.
 
     overrun: by viewer, of its processed frames before which others were lost, or which were answered too late.
@@ -117,7 +117,7 @@ def with_instants(state: RateState, instants: Instants) -> RateState:
     return replace(state, since_instants=instants if restarted else before, instants=instants)
 
 
-def losses(state: RateState) -> Losses:
+def losses(state: RateState) -> LossShares:
     """Losses since the last decision."""
     overrun, processed = {}, {}
     for viewer, now in state.newest.items():
@@ -130,11 +130,11 @@ def losses(state: RateState) -> Losses:
     together = min(1.0, sum(overrun.values()))
     before_instants, instants = state.since_instants, state.instants
     if before_instants is None or instants is None:
-        return Losses(overrun, processed, together, 0.0)
+        return LossShares(overrun, processed, together, 0.0)
     incomplete = instants.incomplete - before_instants.incomplete
     number = incomplete + instants.complete - before_instants.complete
     if number < FEWEST_FRAMES:
-        return Losses(overrun, processed, together, 0.0)
+        return LossShares(overrun, processed, together, 0.0)
     # Instants that are incomplete for another reason, such as the network, are none of an overload.
     lost = min(together, incomplete / number)
-    return Losses(overrun, processed, lost, min(1.0, max(0, instants.dropped - before_instants.dropped) / number))
+    return LossShares(overrun, processed, lost, min(1.0, max(0, instants.dropped - before_instants.dropped) / number))

@@ -40,7 +40,7 @@ from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.log_control import LogControl
 from zenocap.services.integrator.parameters import DECISION_NS
 from zenocap.services.integrator.rate_reports import RateSetup
-from zenocap.services.integrator.states import Setup, State, integrator_setup
+from zenocap.services.integrator.states import IntegratorSetup, IntegratorState, integrator_setup
 from zenocap.services.integrator.step import awaits_recovery, counts, describe, initial_state, phase_of, step
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
@@ -48,12 +48,12 @@ ID = "main"
 LOSS = 3  # exit status: completed, but the log is incomplete
 
 
-def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
+def integrator_service(rig: Rig) -> Service[IntegratorSetup, IntegratorState, Never]:
     """Integrator of a rig.  Raises ValueError for cameras that do not suit the method."""
     return service_of(setup_of(recorded_rig(rig)))
 
 
-def service_of(setup: Setup) -> Service[Setup, State, Never]:
+def service_of(setup: IntegratorSetup) -> Service[IntegratorSetup, IntegratorState, Never]:
     """Service of the integrator of a method without a tracker."""
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
@@ -64,7 +64,7 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
     )  # fmt: skip
 
 
-def _recovers(state: State) -> tuple[Topic, ...]:
+def _recovers(state: IntegratorState) -> tuple[Topic, ...]:
     pose = (UNIVERSAL_BDP, UNIVERSAL_BAP) if awaits_recovery(state) else ()
     return (*pose, FRAME_RATE) if rate_control.awaits_recovery(state.rate) else pose
 
@@ -98,7 +98,7 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
     )  # fmt: skip
 
 
-def setup_of(rig: RecordedRig) -> Setup:
+def setup_of(rig: RecordedRig) -> IntegratorSetup:
     """Setup of the integrator from a rig, or from that recorded in a take.  Raises ValueError."""
     return integrator_setup(TEN_PARTS, rig.cameras(), rig.frame_ns(), rig.person_height, rig.added())
 

@@ -10,11 +10,13 @@ from zenocap.common.conversion import angles_of, bdp_of
 from zenocap.common.messages import Message, Sighting, UniversalBap, UniversalBdp
 from zenocap.common.synchronizer import FrameSet
 from zenocap.services.integrator.parameters import REMINDER_NS
-from zenocap.services.integrator.states import AssignedRootPose, Person, Setup, State
+from zenocap.services.integrator.states import AssignedRootPose, IntegratedPerson, IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import View
 
 
-def resume(setup: Setup, state: State, message: UniversalBdp | UniversalBap) -> tuple[State, list[Message]]:
+def resume(
+    setup: IntegratorSetup, state: IntegratorState, message: UniversalBdp | UniversalBap
+) -> tuple[IntegratorState, list[Message]]:
     """Recover the body, then the pose, that were published before a restart; the pose resumes tracking.
 
     Recovered messages are published again, for late joiners, for viewers that have lost them, and for the take.
@@ -28,7 +30,7 @@ def resume(setup: Setup, state: State, message: UniversalBdp | UniversalBap) -> 
             yaw, lean, roll = (float(pose.angles[setup.anatomy.index[f"navel.{axis}"]]) for axis in "yxz")
             views: dict[str, View] = dict(message.views)
             placed = AssignedRootPose(message.captured_ns, pose.position, yaw, lean, roll, False, views, ())
-            person = Person(bdp, pose, (placed,), standing_height(setup.anatomy, bdp))
+            person = IntegratedPerson(bdp, pose, (placed,), standing_height(setup.anatomy, bdp))
             return replace(state, person=person, views=views, bodies=(), problem=""), [message]
         case _:
             return state, []
@@ -52,14 +54,14 @@ def _is_usable(anatomy: Anatomy, message: UniversalBdp) -> bool:
     return True
 
 
-def note_answer(state: State, viewer: str, captured_ns: int) -> State:
+def note_answer(state: IntegratorState, viewer: str, captured_ns: int) -> IntegratorState:
     """Record that a viewer has published a partial BAP of this time."""
     if viewer not in state.sightings.viewers:
         return state
     return replace(state, answered={**state.answered, viewer: captured_ns})
 
 
-def republish_body(state: State, frames: FrameSet[Sighting]) -> tuple[State, list[Message]]:
+def republish_body(state: IntegratorState, frames: FrameSet[Sighting]) -> tuple[IntegratorState, list[Message]]:
     """Publish the universal BDP again if a viewer sees the person but has published no partial BAPs for REMINDER_NS.
 
     Such a viewer has restarted and does not have the body.

@@ -18,7 +18,7 @@ from zenocap.services.integrator.two_view.arbitrator import View
 
 
 @dataclass(frozen=True)
-class Setup:
+class IntegratorSetup:
     """Setup of the integrator.
 
     cameras: level view of each camera, by viewer id, in the order of the rig.  frame_ns: frame period.
@@ -43,8 +43,8 @@ def integrator_setup(
     frame_ns: int,
     height: float | None = None,
     additions: Additions = IMPROVED,
-) -> Setup:
-    """Setup of an integrator.  cameras: of each viewer, at its working size.  height, additions: see `Setup`.
+) -> IntegratorSetup:
+    """Setup of an integrator.  cameras: of each viewer, at its working size.  height, additions: see `IntegratorSetup`.
 
     Raises ValueError for other than two viewers, for a camera that looks straight up or down, and for one behind which the
     origin lies when the scaling factors, which relate to the origin, are in use.
@@ -58,7 +58,7 @@ def integrator_setup(
                 f"viewer {viewer}: the origin of the calibration is {camera.translation[2]:.2f} m before the camera: "
                 f"allowed: {LEAST_ORIGIN_M} m or more, the paper's scaling factors relate to it"
             )
-    return Setup(anatomy, levels, frame_ns, height, additions)
+    return IntegratorSetup(anatomy, levels, frame_ns, height, additions)
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class AssignedRootPose:
 
 
 @dataclass(frozen=True)
-class Person:
+class IntegratedPerson:
     """The tracked person.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
 
     height: of the navel in the T-pose, metres.  stance: theta_Z of the hips from straight down there, radians.
@@ -98,7 +98,7 @@ class Person:
 
 
 @dataclass(frozen=True)
-class State:
+class IntegratorState:
     """State of the integrator.
 
     sightings, baps, bdps: waiting for their pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
@@ -117,7 +117,7 @@ class State:
     bodies: tuple[tuple[PartialBdp, PartialBdp], ...] = ()
     last: Mapping[str, Sighting] = field(default_factory=dict)
     first: AssignedRootPose | None = None
-    person: Person | None = None
+    person: IntegratedPerson | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
     warnings: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""

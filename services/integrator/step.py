@@ -24,7 +24,7 @@ from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
 from zenocap.services.integrator.rate_reports import Instants, report, with_instants
 from zenocap.services.integrator.state_recovery import note_answer, republish_body, resume
-from zenocap.services.integrator.states import Setup, State
+from zenocap.services.integrator.states import IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.fusion import pose_person
 from zenocap.services.integrator.two_view.initialization import assign_first, define_body
@@ -32,20 +32,20 @@ from zenocap.services.integrator.two_view.root_pose import assign_pose
 from zenocap.services.integrator.two_view.validation import validate
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the integrator has no frames
-Result: TypeAlias = tuple[State, list[Message]]
+Result: TypeAlias = tuple[IntegratorState, list[Message]]
 T = TypeVar("T")
 
 
-def initial_state(setup: Setup) -> State:
+def initial_state(setup: IntegratorSetup) -> IntegratorState:
     viewers = tuple(setup.cameras)
     tolerance = setup.frame_ns // 2
     views: dict[str, View] = {viewers[0]: "facade", viewers[1]: "flank"}
-    return State(
+    return IntegratorState(
         Synchronizer(viewers, tolerance), Synchronizer(viewers, tolerance), Synchronizer(viewers, tolerance), views
     )
 
 
-def step(setup: Setup, state: State, event: Event) -> Result:
+def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result:
     """Process one event: (state, messages).  Pure."""
     if isinstance(event, Tick):
         return _decide_rate(setup, state, event)
@@ -81,25 +81,25 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return state, []
 
 
-def awaits_recovery(state: State) -> bool:
+def awaits_recovery(state: IntegratorState) -> bool:
     """True when a body and pose published before a restart would be recovered."""
     return state.person is None and not state.discard_recovered
 
 
-def phase_of(state: State) -> Phase:
+def phase_of(state: IntegratorState) -> Phase:
     """Phase of the integrator, for its health."""
     if state.person is None:
         return Phase.MEASURING_BODY if state.bodies else Phase.AWAITING_PERSON
     return Phase.TRACKING
 
 
-def describe(state: State) -> str:
+def describe(state: IntegratorState) -> str:
     """Health text of a state."""
     reduced = rate_control.describe(state.rate)
     return _describe_tracking(state) + (f"; {reduced}" if reduced else "")
 
 
-def _describe_tracking(state: State) -> str:
+def _describe_tracking(state: IntegratorState) -> str:
     if state.person is None:
         measured = f"measuring the body ({len(state.bodies)} of {INSTANTS_OF_BODY})" if state.bodies else ""
         return state.problem or measured or "waiting for the T-pose in both views"
@@ -108,13 +108,13 @@ def _describe_tracking(state: State) -> str:
     return "tracking" + (f", without viewer {' and '.join(missing)}" if missing else "") + warnings
 
 
-def counts(state: State) -> Mapping[str, int]:
+def counts(state: IntegratorState) -> Mapping[str, int]:
     """Sightings and partial BAPs and BDPs that were late, duplicate, out of order, unknown or unpaired."""
     kinds = (("sighting", state.sightings.counts), ("bap", state.baps.counts), ("bdp", state.bdps.counts))
     return {f"{name}_{what}": count for name, kind in kinds for what, count in kind.items()}
 
 
-def measure_again(state: State) -> State:
+def measure_again(state: IntegratorState) -> IntegratorState:
     """Drop person and body; on the next assignments the viewers measure the T-pose."""
     return replace(
         state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, published_body=None, answered={},
@@ -122,7 +122,7 @@ def measure_again(state: State) -> State:
     )  # fmt: skip
 
 
-def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:
+def _set_clock(setup: IntegratorSetup, state: IntegratorState, viewer: str, offset: Offset | None) -> IntegratorState:
     """Store the clock offset of a viewer and its warning."""
     if offset is None:
         return state
@@ -132,7 +132,7 @@ def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
-def _decide_rate(setup: Setup, state: State, tick: Tick) -> Result:
+def _decide_rate(setup: IntegratorSetup, state: IntegratorState, tick: Tick) -> Result:
     """Decide on the frame rate by the reports of the viewers and the completeness of what they publish."""
     instants = state.sightings.complete + state.sightings.incomplete
     # A viewer that is late with the limbs publishes a sighting and no partial BAP.
@@ -142,7 +142,7 @@ def _decide_rate(setup: Setup, state: State, tick: Tick) -> Result:
     return _follow(replace(state, rate=rate), messages)
 
 
-def _follow(state: State, messages: list[Message]) -> Result:
+def _follow(state: IntegratorState, messages: list[Message]) -> Result:
     """Pair the viewers' messages at the rate that was decided."""
     for message in messages:
         if isinstance(message, FrameRate):
@@ -154,14 +154,17 @@ def _follow(state: State, messages: list[Message]) -> Result:
     return state, messages
 
 
-def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:
+def _time(state: IntegratorState, message: Sighting | PartialBdp | PartialBap) -> int:
     """Capture time on the clock of the integrator, ns."""
     offset = state.offsets.get(message.viewer)
     return to_integrator_ns(message.captured_ns, offset) if offset else message.captured_ns
 
 
 def _for_each_frame_set(
-    setup: Setup, state: State, frame_sets: Sequence[FrameSet[T]], process: Callable[[Setup, State, FrameSet[T]], Result]
+    setup: IntegratorSetup,
+    state: IntegratorState,
+    frame_sets: Sequence[FrameSet[T]],
+    process: Callable[[IntegratorSetup, IntegratorState, FrameSet[T]], Result],
 ) -> Result:
     messages: list[Message] = []
     for frames in frame_sets:
@@ -170,7 +173,7 @@ def _for_each_frame_set(
     return state, messages
 
 
-def _assign(setup: Setup, state: State, frames: FrameSet[Sighting]) -> Result:
+def _assign(setup: IntegratorSetup, state: IntegratorState, frames: FrameSet[Sighting]) -> Result:
     state = replace(state, last={**state.last, **{v: s for v, s in frames.items.items() if s.present}})
     if state.person is None:
         return assign_first(setup, state, frames)

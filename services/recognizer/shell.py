@@ -29,7 +29,16 @@ from zenocap.services.recognizer.command_runner import CommandRunner
 from zenocap.services.recognizer.jit_warmup import load_compiled
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import parse_model, read_model
-from zenocap.services.recognizer.step import Setup, Source, State, counts, describe, initial_state, phase_of, step
+from zenocap.services.recognizer.step import (
+    RecognizerSetup,
+    RecognizerState,
+    Source,
+    counts,
+    describe,
+    initial_state,
+    phase_of,
+    step,
+)
 from zenocap.services.recognizer.stream import stream_setup
 
 logger = logging.getLogger(__name__)
@@ -39,34 +48,34 @@ FAILED = 1
 SOURCES: dict[Source, Topic] = {"integrator": UNIVERSAL_BAP, "tracker": TRACKER_POSE}
 
 
-def recognizer_service(rig: Rig, model: PostureModel) -> Service[Setup, State, Never]:
+def recognizer_service(rig: Rig, model: PostureModel) -> Service[RecognizerSetup, RecognizerState, Never]:
     """Recognizer service of a rig.  Raises ValueError for a rig without one."""
     return service_of(setup_of(recorded_rig(rig), model))
 
 
-def service_of(setup: Setup) -> Service[Setup, State, Never]:
+def service_of(setup: RecognizerSetup) -> Service[RecognizerSetup, RecognizerState, Never]:
     """Service of a recognizer."""
     topics = (Subscription(SOURCES[setup.source]),)
     initial = partial(initial_state, setup)
     return Service("recognizer", ID, setup, initial, step, topics, describe, counts, phase_of, result=Posture)
 
 
-def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:
+def setup_of(rig: RecordedRig, model: PostureModel) -> RecognizerSetup:
     """Setup of the recognizer of a rig or of a take's rig.  Raises ValueError for a rig without one."""
     if rig.recognizer is None:
         raise ValueError(f"rig {rig.name} has no recognizer")
     source = rig.recognizer.source
     stream = stream_setup(model, rig.recognizer.strictness)
-    return Setup(stream, source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
+    return RecognizerSetup(stream, source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
 
 
-def setup_for_poses(rig: Rig, model: PostureModel) -> Setup:
+def setup_for_poses(rig: Rig, model: PostureModel) -> RecognizerSetup:
     """Setup that recognizes the poses of a rig with a model; it needs no recognizer.  Raises ValueError."""
     recorded = recorded_rig(rig)
     if recorded.recognizer is not None:
         return setup_of(recorded, model)
     source: Source = method_of(recorded.method).pose_service
-    return Setup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else _anatomy(recorded))
+    return RecognizerSetup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else _anatomy(recorded))
 
 
 def model_of(rig: Rig) -> PostureModel:
@@ -107,7 +116,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
     if len(set(names)) < len(names):
         raise UserError(f"rigs {', '.join(names)}: allowed: rigs of different names")
     models: dict[Path | None, PostureModel] = {}
-    services: list[Service[Setup, State, Never]] = []
+    services: list[Service[RecognizerSetup, RecognizerState, Never]] = []
     for rig, _ in rigs:
         path = None if rig.recognizer is None else rig.recognizer.model
         model = models[path] = models.get(path) or model_of(rig)
@@ -148,7 +157,9 @@ def check_commands(rig: Rig, model: PostureModel) -> None:
         raise UserError(f"{rig.files[0] if rig.files else rig.name}: recognizer.{error}") from error
 
 
-def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
+def _run(
+    rig: Rig, options: ZenohOptions, service: Service[RecognizerSetup, RecognizerState, Never], stopped: Callable[[], bool]
+) -> int:
     clock = RealClock()
     commands: Sequence[PostureCommand] = rig.recognizer.commands if rig.recognizer is not None else ()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
@@ -164,14 +175,16 @@ def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never],
 
 
 def _observed(
-    name: str, service: Service[Setup, State, Never], on_posture: Callable[[Posture], None]
-) -> Service[Setup, State, Never]:
+    name: str, service: Service[RecognizerSetup, RecognizerState, Never], on_posture: Callable[[Posture], None]
+) -> Service[RecognizerSetup, RecognizerState, Never]:
     """The service with a log line for every posture that it publishes, which is passed to `on_posture`.
 
     Commands are triggered here and not in the step: recomputing or tracking a take performs none.
     """
 
-    def observed_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
+    def observed_step(
+        setup: RecognizerSetup, state: RecognizerState, event: Event[Never]
+    ) -> tuple[RecognizerState, Sequence[Message]]:
         state, messages = step(setup, state, event)
         for message in messages:
             if isinstance(message, Posture):

@@ -20,7 +20,7 @@ Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the recogniz
 
 
 @dataclass(frozen=True, eq=False)
-class Setup:
+class RecognizerSetup:
     """Setup of the recognizer.
 
     stream: setup of the model's stream.  source: service whose poses are read.  anatomy: of these poses.
@@ -32,7 +32,7 @@ class Setup:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class RecognizerState:
     """State of the recognizer.
 
     lost: the person is lost in the latest pose.  last: the latest event.  counts: see `counts`.
@@ -44,15 +44,15 @@ class State:
     counts: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
 
-Result: TypeAlias = tuple[State, list[Message]]
+Result: TypeAlias = tuple[RecognizerState, list[Message]]
 
 
-def initial_state(setup: Setup) -> State:
+def initial_state(setup: RecognizerSetup) -> RecognizerState:
     """State before the first pose."""
-    return State(initial_stream(setup.stream))
+    return RecognizerState(initial_stream(setup.stream))
 
 
-def step(setup: Setup, state: State, event: Event) -> Result:
+def step(setup: RecognizerSetup, state: RecognizerState, event: Event) -> Result:
     """Return the next state and the messages to publish.  Pure: depends on the arguments alone."""
     match event:
         case Envelope(message=UniversalBap(lost=lost) as bap) if setup.source == "integrator":
@@ -63,14 +63,14 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return state, []
 
 
-def phase_of(state: State) -> Phase:
+def phase_of(state: RecognizerState) -> Phase:
     """Phase of the recognizer, for its health."""
     if state.stream.last_ns < 0:
         return Phase.WAITING_FOR_INPUT
     return Phase.AWAITING_PERSON if state.lost else Phase.RUNNING
 
 
-def describe(state: State) -> str:
+def describe(state: RecognizerState) -> str:
     """Health text of the recognizer."""
     if state.stream.last_ns < 0:
         return "waiting for poses"
@@ -81,12 +81,12 @@ def describe(state: State) -> str:
     return f"running; last event: {state.last.label or 'unknown movement'}"
 
 
-def counts(state: State) -> Mapping[str, int]:
+def counts(state: RecognizerState) -> Mapping[str, int]:
     """Number of postures and unknown movements; of poses that were late, of another body, or first after a gap."""
     return state.counts
 
 
-def _pose(setup: Setup, state: State, pose: UniversalBap | TrackerPose, lost: bool) -> Result:
+def _pose(setup: RecognizerSetup, state: RecognizerState, pose: UniversalBap | TrackerPose, lost: bool) -> Result:
     try:
         features = _features(setup, pose, lost)
     except ValueError:
@@ -101,7 +101,7 @@ def _pose(setup: Setup, state: State, pose: UniversalBap | TrackerPose, lost: bo
     return _count(replace(state, last=posture), "unknown" if found.label is None else "postures"), [posture]
 
 
-def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Floats:
+def _features(setup: RecognizerSetup, pose: UniversalBap | TrackerPose, lost: bool) -> Floats:
     """Row (WIDTH,), NaN while the person is lost.  Raises ValueError for a pose of another anatomy."""
     if lost:
         return np.full(WIDTH, np.nan)
@@ -112,7 +112,7 @@ def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Flo
     return row
 
 
-def _message(setup: Setup, found: Recognition, pose: UniversalBap | TrackerPose) -> Posture:
+def _message(setup: RecognizerSetup, found: Recognition, pose: UniversalBap | TrackerPose) -> Posture:
     scores = found.classification
     labels = setup.stream.model.labels
     return Posture(
@@ -127,5 +127,5 @@ def _message(setup: Setup, found: Recognition, pose: UniversalBap | TrackerPose)
     )
 
 
-def _count(state: State, name: str) -> State:
+def _count(state: RecognizerState, name: str) -> RecognizerState:
     return replace(state, counts={**state.counts, name: state.counts.get(name, 0) + 1})

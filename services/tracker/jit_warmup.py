@@ -9,14 +9,14 @@ from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.services.tracker.tracking import describe, initial_state, track
 
 STATURE_M = 1.75
 PERSON_FRAMES, LIMB_FRAMES, EMPTY_FRAMES = 12, 3, 3
 
 
-def load_compiled(setup: Setup) -> str:
+def load_compiled(setup: TrackerSetup) -> str:
     """Track an average person in T-pose at the origin, then without the left arm, then frame sets without a person.
 
     Returns the health text before the frame sets without the arm, for which a limb is searched.
@@ -33,7 +33,7 @@ def load_compiled(setup: Setup) -> str:
     return state_text
 
 
-def _silhouette(setup: Setup, camera: Camera, body: Bdp, pose: Pose, shown: frozenset[str]) -> Mask:
+def _silhouette(setup: TrackerSetup, camera: Camera, body: Bdp, pose: Pose, shown: frozenset[str]) -> Mask:
     """Mask of the shown parts of the body, without those behind the camera."""
     width, height = camera.size
     mask = np.zeros((height, width), np.uint8)

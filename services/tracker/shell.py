@@ -38,7 +38,7 @@ from zenocap.services.tracker.filter.particles import REFINEMENTS
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.states import METHODS, Options, Setup, State, Turn
+from zenocap.services.tracker.states import METHODS, Options, TrackerSetup, TrackerState, Turn
 from zenocap.services.tracker.step import awaiting_person, counts, describe, initial_state, pending, phase_of, step
 
 logger = logging.getLogger(__name__)
@@ -47,7 +47,7 @@ Name = TypeVar("Name", bound=str)
 ID = "main"
 
 
-def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
+def tracker_service(rig: Rig) -> Service[TrackerSetup, TrackerState, Never]:
     """Service of a rig's tracker.  Raises ValueError for a method without one, UserError and OSError for its prior."""
     recorded = recorded_rig(rig)
     anatomy = anatomy_in(recorded)
@@ -55,7 +55,7 @@ def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
     return service_of(setup_of(recorded, prior))
 
 
-def service_of(setup: Setup) -> Service[Setup, State, Never]:
+def service_of(setup: TrackerSetup) -> Service[TrackerSetup, TrackerState, Never]:
     """Service of a tracker."""
     topics = (
         Subscription(SILHOUETTE, every=True),
@@ -75,12 +75,12 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
     )  # fmt: skip
 
 
-def _load(setup: Setup) -> None:
+def _load(setup: TrackerSetup) -> None:
     with compiling(logger, "tracker-service", "tracker"):
         load_compiled(setup)
 
 
-def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
+def setup_of(rig: RecordedRig, prior: Prior | None) -> TrackerSetup:
     """Setup of the tracker from a rig, or from that recorded in a take.  Raises ValueError."""
     if rig.tracker is None:
         raise ValueError(f"method {rig.method!r} has no tracker")
@@ -100,7 +100,9 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
         raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
     follow = rig.delays == "follow"
     delays_ns = {viewer.id: viewer.delay_ns for viewer in rig.viewers if viewer.delay_ns is not UNSET}
-    return Setup(anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns)
+    return TrackerSetup(
+        anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns
+    )
 
 
 def anatomy_in(rig: RecordedRig) -> Anatomy:

@@ -57,7 +57,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Setup:
+class TrackerSetup:
     """Setup of the tracker.
 
     cameras: by viewer, at the working size, in the rig's order.  frame_ns: frame period.  person_height: metres.
@@ -80,7 +80,7 @@ class Setup:
         return -((min(delays) - max(delays)) // self.frame_ns)
 
 
-def with_detail(setup: Setup, detail: float) -> Setup:
+def with_detail(setup: TrackerSetup, detail: float) -> TrackerSetup:
     """The setup with this share of its points and particles."""
     if detail == 1:
         return setup
@@ -206,7 +206,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class State:
+class TrackerState:
     """State of the tracker.
 
     track: of the person.  pairs: synchronizer of the silhouettes.  ready: frame sets that wait for a Tick.

@@ -44,19 +44,19 @@ from zenocap.services.tracker.parameters import (
     MISSING_FRAMES,
     POINTS_PERIOD_NS,
 )
-from zenocap.services.tracker.states import Outcome, Setup, State, with_detail
+from zenocap.services.tracker.states import Outcome, TrackerSetup, TrackerState, with_detail
 
 Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no frames
-Result: TypeAlias = tuple[State, list[Message]]
+Result: TypeAlias = tuple[TrackerState, list[Message]]
 
 
-def initial_state(setup: Setup) -> State:
+def initial_state(setup: TrackerSetup) -> TrackerState:
     """State before any event."""
     pairs: Synchronizer[Silhouette] = Synchronizer(tuple(setup.cameras), setup.frame_ns // 2, hold=setup.hold({}))
-    return State(tracking.initial_state(setup), pairs)
+    return TrackerState(tracking.initial_state(setup), pairs)
 
 
-def step(setup: Setup, state: State, event: Event) -> Result:
+def step(setup: TrackerSetup, state: TrackerState, event: Event) -> Result:
     """Process one event: (state, messages).  Pure: the result depends only on the arguments."""
     match event:
         case Tick() if state.ready:
@@ -83,24 +83,24 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return state, []
 
 
-def awaiting_person(state: State) -> bool:
+def awaiting_person(state: TrackerState) -> bool:
     """True when body and pose published before a restart would be recovered: no body yet, no measurement requested."""
     return tracking.awaiting_person(state.track) and not state.remeasure
 
 
-def pending(state: State) -> bool:
+def pending(state: TrackerState) -> bool:
     """True when a frame set waits for a Tick."""
     return bool(state.ready)
 
 
-def phase_of(state: State) -> Phase:
+def phase_of(state: TrackerState) -> Phase:
     """Phase of the tracker, for its health."""
     if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(_missing(state)) < MIN_VIEWS:
         return Phase.WAITING_FOR_INPUT
     return tracking.phase_of(state.track)
 
 
-def describe(state: State) -> str:
+def describe(state: TrackerState) -> str:
     """Health text of the tracker."""
     missing = _missing(state)
     if state.pairs.last_ns < 0:
@@ -112,11 +112,11 @@ def describe(state: State) -> str:
     return "; ".join([text, *state.findings, *state.warnings.values(), *state.calibrations.values()])
 
 
-def _missing(state: State) -> list[str]:
+def _missing(state: TrackerState) -> list[str]:
     return [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
 
 
-def counts(state: State) -> Mapping[str, int]:
+def counts(state: TrackerState) -> Mapping[str, int]:
     """Counts of silhouettes that were late, duplicate, out of order or damaged, and of frame sets incomplete or dropped.
 
     Whole and incomplete: frame sets with and without all views that are waited for.
@@ -126,7 +126,7 @@ def counts(state: State) -> Mapping[str, int]:
     return silhouettes | instants | dict(state.counts)
 
 
-def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> Result:
+def _resume(setup: TrackerSetup, state: TrackerState, previous: TrackerBdp | TrackerPose) -> Result:
     """Recover the body, then the pose, published before a restart, and publish them again."""
     try:
         match previous:
@@ -145,14 +145,14 @@ def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> R
     return state, []
 
 
-def _set_delays(setup: Setup, state: State, delays_ns: dict[str, int]) -> State:
+def _set_delays(setup: TrackerSetup, state: TrackerState, delays_ns: dict[str, int]) -> TrackerState:
     """Correct the capture times by these delays from now on."""
     pairs = replace(state.pairs, hold=setup.hold(delays_ns))
     track = state.track if delays_ns == state.delays_ns else tracking.with_other_times(state.track)
     return replace(state, delays_ns=delays_ns, pairs=pairs, track=track)
 
 
-def _synchronize(state: State, silhouette: Silhouette) -> State:
+def _synchronize(state: TrackerState, silhouette: Silhouette) -> TrackerState:
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
     captured_ns = max(0, captured_ns - state.delays_ns.get(silhouette.viewer, 0))
     pairs, frame_sets = push(state.pairs, silhouette.viewer, captured_ns, silhouette)
@@ -164,7 +164,7 @@ def _synchronize(state: State, silhouette: Silhouette) -> State:
     return replace(state, ready=ready[-MAX_QUEUED_FRAME_SETS:])
 
 
-def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Result:
+def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[Silhouette]) -> Result:
     """Track the person in one frame set."""
     masks: dict[str, Mask] = {}
     for viewer, camera in setup.cameras.items():  # in the rig's order, not that of arrival
@@ -222,7 +222,7 @@ def _pose_message(
     )  # fmt: skip
 
 
-def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State:
+def _set_clock(setup: TrackerSetup, state: TrackerState, viewer: str, health: Health) -> TrackerState:
     """Update a viewer's clock offset and the health text about it."""
     offset = offset_in(health)
     if offset is None:
@@ -233,7 +233,7 @@ def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
-def _compare_calibration(state: State, received: CameraInfo, configured: Camera) -> State:
+def _compare_calibration(state: TrackerState, received: CameraInfo, configured: Camera) -> TrackerState:
     """Update the health text about a viewer whose calibration differs from this rig file's."""
     configured_values = (configured.matrix, configured.rotation, configured.translation)
     received_values = (received.matrix, received.rotation, received.translation)
@@ -246,5 +246,5 @@ def _compare_calibration(state: State, received: CameraInfo, configured: Camera)
     return replace(state, calibrations=others if same else {**others, received.viewer: text})
 
 
-def _count(state: State, reason: str, number: int) -> State:
+def _count(state: TrackerState, reason: str, number: int) -> TrackerState:
     return replace(state, counts={**state.counts, reason: state.counts.get(reason, 0) + number}) if number else state

@@ -28,11 +28,11 @@ from zenocap.services.tracker.initialization.heading import check_reversed_headi
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
 from zenocap.services.tracker.parameters import HEADING_TOES, OTHER_POSTURES_PERIOD, RELOCALIZE_AFTER
-from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, Setup, TrackedPerson, Tracking, TrackState
+from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untested_lags, untrusted
 
 
-def initial_state(setup: Setup) -> TrackState:
+def initial_state(setup: TrackerSetup) -> TrackState:
     """Initial state: wait for a T-pose; with a known height, search for an average body at once."""
     views = initial_consistency(list(setup.cameras))
     if setup.person_height is None:
@@ -41,14 +41,14 @@ def initial_state(setup: Setup) -> TrackState:
     return TrackState(Lost(TrackedPerson.of(setup.anatomy, average, setup.person_height), None), views)
 
 
-def remeasure(setup: Setup) -> TrackState:
+def remeasure(setup: TrackerSetup) -> TrackState:
     """Initial state after a user's request to measure the body: wait for the T-pose."""
     state = initial_state(setup)
     return replace(state, phase=AwaitingPerson(t_pose_only=True)) if awaiting_person(state) else state
 
 
 def resume(
-    setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int, *, measured: bool = True
+    setup: TrackerSetup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int, *, measured: bool = True
 ) -> TrackState:
     """State after a restart: search for a person with known body and last pose.  measured: see `Outcome`."""
     person = known_person(setup, body)
@@ -57,7 +57,7 @@ def resume(
     return replace(state, phase=Lost(person, RootedPose.of(setup.anatomy, body, pose), seen_ns=captured_ns))
 
 
-def known_person(setup: Setup, body: Bdp) -> TrackedPerson:
+def known_person(setup: TrackerSetup, body: Bdp) -> TrackedPerson:
     """A person with a measured body."""
     knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
     stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
@@ -69,7 +69,9 @@ def with_other_times(state: TrackState) -> TrackState:
     return replace(state, consistency=untested_lags(state.consistency))
 
 
-def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:
+def track(
+    setup: TrackerSetup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]
+) -> tuple[TrackState, Outcome]:
     """Track the person in one frame set; returns the next state and the result.
 
     masks: by viewer, (height, width), not 0 on the person; of two or more views.
@@ -131,7 +133,7 @@ def describe(state: TrackState) -> str:
 
 
 def advance_phase(
-    setup: Setup, phase: AwaitingPerson | Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
+    setup: TrackerSetup, phase: AwaitingPerson | Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
 ) -> tuple[AwaitingPerson | Tracking | Lost, Outcome]:
     """Next phase and the result of one frame set."""
     match phase:
@@ -156,13 +158,13 @@ def advance_phase(
             return _follow(setup, phase, captured_ns, evidence, count)
 
 
-def _tries_other_postures(setup: Setup) -> bool:
+def _tries_other_postures(setup: TrackerSetup) -> bool:
     options = setup.options
     return options.filter.relocalization and options.filter.other_postures and options.method == "hybrid"
 
 
 def _follow(
-    setup: Setup, phase: Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
+    setup: TrackerSetup, phase: Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track a person with known sizes, or search for one."""
     if isinstance(phase, Lost):

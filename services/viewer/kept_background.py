@@ -17,7 +17,7 @@ from zenocap.common.rig.viewers import Viewer
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
 from zenocap.services.viewer.parameters import BACKGROUNDS, KEEP_S
-from zenocap.services.viewer.step import Segmenting, State
+from zenocap.services.viewer.step import Segmenting, SilhouetteState
 
 logger = logging.getLogger(__name__)
 
@@ -65,7 +65,7 @@ class BackgroundKeeper:
         self._writing: threading.Thread | None = None
         self._failure = ""
 
-    def __call__(self, state: State) -> None:
+    def __call__(self, state: SilhouetteState) -> None:
         if not isinstance(state, Segmenting) or not isinstance(state.scene.background, Adaptive):
             return
         self._model, now_s = state.scene.background, self._clock()

@@ -31,28 +31,28 @@ from zenocap.services.viewer.parameters import (
     UPDATE_MARGIN_ROWS,
     UPDATE_RATE,
 )
-from zenocap.services.viewer.states import LearningBackground, Scene, Setup
+from zenocap.services.viewer.states import LearningBackground, Segmentation, ViewerSetup
 
 Learning = TypeVar("Learning", bound=LearningBackground)
 OPTIONS, NEAREST = SilhouetteOptions(), SilhouetteOptions(choice="nearest")
 
 
-def learn(setup: Setup, state: Learning, image: Image | None) -> tuple[Learning, Scene | None]:
-    """Add an image of the scene, None for one that is not in the take; returns the `Scene` once there are enough.
+def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Learning, Segmentation | None]:
+    """Add an image of the scene, None for one that is not in the take; returns the `Segmentation` once there are enough.
 
     A background of an earlier run is taken up with the first image that it fits.
     """
     if setup.kept is not None and image is not None:
         model = taken_up(setup.kept, image, OPTIONS.foreground)
         if model is not None:
-            return state, Scene(model, restored=True)
+            return state, Segmentation(model, restored=True)
     state = replace(state, frames=(*state.frames, image))
     if len(state.frames) < learning_frames(setup.background):
         return state, None
-    return state, Scene(_background(setup, [image for image in state.frames if image is not None]))
+    return state, Segmentation(_background(setup, [image for image in state.frames if image is not None]))
 
 
-def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Adaptive | None:
+def _background(setup: ViewerSetup, images: list[Image]) -> Background | Mixture | Adaptive | None:
     if not images:
         return None
     match setup.background:
@@ -70,8 +70,8 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
 
 
 def segment(
-    setup: Setup, scene: Scene, frame: Frame, prediction: Prediction | None = None
-) -> tuple[Scene, Mask | None, list[Message]]:
+    setup: ViewerSetup, scene: Segmentation, frame: Frame, prediction: Prediction | None = None
+) -> tuple[Segmentation, Mask | None, list[Message]]:
     """Segment a frame: (scene, mask (height, width) or None without a person, preview and advice if they are due).
 
     prediction: expected image of the tracked body, for an adaptive background.
@@ -96,10 +96,12 @@ def segment(
     if faults is not None:
         messages.append(CameraAdvice(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, faults=faults))
     extents = silhouette.extents if silhouette else None
-    return Scene(background, extents, preview_ns, watch, scene.restored), mask, messages
+    return Segmentation(background, extents, preview_ns, watch, scene.restored), mask, messages
 
 
-def _decided(setup: Setup, scene: Scene, background: Background | Mixture | Adaptive, frame: Frame) -> Mask | None:
+def _decided(
+    setup: ViewerSetup, scene: Segmentation, background: Background | Mixture | Adaptive, frame: Frame
+) -> Mask | None:
     """What the network of `people = true` decides, (height, width) of `common.vision.semantics`; None without it."""
     if setup.people is None:
         return None
@@ -108,7 +110,7 @@ def _decided(setup: Setup, scene: Scene, background: Background | Mixture | Adap
     return decision(semantics, frame.image, frame.captured_ns, background.noise)
 
 
-def _preview_message(setup: Setup, frame: Frame) -> Preview:
+def _preview_message(setup: ViewerSetup, frame: Frame) -> Preview:
     """Small JPEG image for setting up a rig; published only on request, since images stay on the machine of the camera."""
     height, width = frame.image.shape[:2]
     scale = min(1.0, PREVIEW_PX / max(height, width))

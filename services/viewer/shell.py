@@ -36,22 +36,22 @@ from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Filming, Tap
 from zenocap.services.viewer.sources.video import median_picture
-from zenocap.services.viewer.states import Setup
-from zenocap.services.viewer.step import State, describe, initial_state, phase_of, step
+from zenocap.services.viewer.states import ViewerSetup
+from zenocap.services.viewer.step import SilhouetteState, describe, initial_state, phase_of, step
 
 Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | None], Service[object, object, Frame]]
 
 
 def silhouettes(
     rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[Setup, State, Frame]:
+) -> Service[ViewerSetup, SilhouetteState, Frame]:
     """Viewer of the methods with a tracker: `silhouette_service`."""
     return silhouette_service(viewer, people, kept)
 
 
 def silhouette_service(
     viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[Setup, State, Frame]:
+) -> Service[ViewerSetup, SilhouetteState, Frame]:
     """Service of one viewer of a rig with a tracker; publishes silhouettes only.
 
     people: the network that corrects the silhouettes, see `people_of`; None: without.
@@ -60,7 +60,7 @@ def silhouette_service(
     With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
     Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
-    setup = Setup(viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people, kept)
+    setup = ViewerSetup(viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people, kept)
     fed = (TRACKER_BDP, TRACKER_POSE) if viewer.feedback else ()
     return Service(
         "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(Subscription, (FRAME_RATE, *fed))),

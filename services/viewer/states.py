@@ -10,12 +10,12 @@ from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
-from zenocap.services.viewer.advice.watch import Watch
+from zenocap.services.viewer.advice.watch import AdviceWatch
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
 
 @dataclass(frozen=True)
-class Setup:
+class ViewerSetup:
     """camera: at the working size.  plate: (height, width, 3) of an image background, at the working size.
 
     people: network that corrects the silhouettes, or None; no value, for it works in a thread: only `segment` uses it.
@@ -38,7 +38,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Scene:
+class Segmentation:
     """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
@@ -50,7 +50,7 @@ class Scene:
     background: Background | Mixture | Adaptive | None
     extents: Extents | None = None
     preview_ns: int = -(10**18)
-    watch: Watch = field(default_factory=Watch)
+    watch: AdviceWatch = field(default_factory=AdviceWatch)
     restored: bool = False
 
 

@@ -11,7 +11,7 @@ from zenocap.common.messages import Message, Phase
 from zenocap.services.viewer.feedback import NO_FEEDBACK, Feedback, receive
 from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import LearningBackground, Scene, Setup
+from zenocap.services.viewer.states import LearningBackground, Segmentation, ViewerSetup
 
 Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 
@@ -27,19 +27,19 @@ class LearningWithFeedback(LearningBackground):
 class Segmenting:
     """State after the background is learnt.  present: a person was in the last frame.  feedback: of the tracker."""
 
-    scene: Scene
+    scene: Segmentation
     present: bool = False
     feedback: Feedback = NO_FEEDBACK
 
 
-State = LearningWithFeedback | Segmenting
+SilhouetteState = LearningWithFeedback | Segmenting
 
 
-def initial_state(setup: Setup) -> State:
+def initial_state(setup: ViewerSetup) -> SilhouetteState:
     return LearningWithFeedback()
 
 
-def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
+def step(setup: ViewerSetup, state: SilhouetteState, event: Event) -> tuple[SilhouetteState, list[Message]]:
     """Process one event: (state, messages).  Pure."""
     match state, event:
         case LearningWithFeedback(), Frame(image=image):
@@ -56,7 +56,7 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
             return state, []
 
 
-def phase_of(state: State) -> Phase:
+def phase_of(state: SilhouetteState) -> Phase:
     """Phase of the viewer, for its health."""
     match state:
         case LearningWithFeedback():
@@ -65,7 +65,7 @@ def phase_of(state: State) -> Phase:
             return Phase.SEGMENTING if present else Phase.AWAITING_PERSON
 
 
-def describe(state: State) -> str:
+def describe(state: SilhouetteState) -> str:
     """Health text of a state."""
     match state:
         case LearningWithFeedback(frames=frames):

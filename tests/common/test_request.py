@@ -12,7 +12,7 @@ from zenocap.common import messages as m
 from zenocap.common.topics import REQUEST, service_at
 from zenocap.services.integrator import step as integrator
 from zenocap.services.tracker import step as tracker
-from zenocap.services.viewer.two_view.states import MeasuringBody, Tracking
+from zenocap.services.viewer.two_view.states import MeasuringBody, TrackingBody
 
 MEASURE = m.Request(frame=0, captured_ns=EPOCH_NS, what="measure")
 FRAMES = 46  # the T-pose is over, the arms move down
@@ -23,7 +23,7 @@ def measured() -> Run:
     for frames in film(FRAMES):
         run.process(frames)
     assert len(messages_of_kind(run.published, m.UniversalBdp)) == 1
-    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in run.viewers.values())
     return run
 
 
@@ -45,7 +45,7 @@ def test_the_body_is_measured_again_after_a_measure_request() -> None:
     assert measuring
     bodies = messages_of_kind(run.published, m.UniversalBdp)
     assert len(bodies) == 2
-    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in run.viewers.values())
 
 
 @pytest.mark.nightly

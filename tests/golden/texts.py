@@ -28,7 +28,7 @@ from zenocap.common.topics import service_at
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.presence import Presence
 from zenocap.services.animator.presence import observed as presence_after
-from zenocap.services.animator.states import Setup, State
+from zenocap.services.animator.states import AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.tools.operate.metrics.observations import Observations
 from zenocap.tools.operate.monitor.display import as_json
@@ -148,8 +148,8 @@ def spans_text(path: Path) -> str:
 def page_text(path: Path) -> str:
     """Of the updates of the live page by key: number and SHA-256."""
     expected = services(path)
-    setup = Setup(tuple(id for service, id in expected if service == "viewer"))
-    presence, state, schedule = Presence(RigView(rig_of(path), expected)), State(), Schedule()
+    setup = AnimatorSetup(tuple(id for service, id in expected if service == "viewer"))
+    presence, state, schedule = Presence(RigView(rig_of(path), expected)), AnimatorState(), Schedule()
     digests: dict[str, tuple[int, hashlib._Hash]] = {}
     for event in events(path):
         for one in (event, Tick(event.received_ns)):

@@ -15,7 +15,7 @@ from zenocap.common.conversion import bdp_of
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.services.viewer.two_view import step as viewer
-from zenocap.services.viewer.two_view.states import Tracking, TwoViewSetup
+from zenocap.services.viewer.two_view.states import TrackingBody, TwoViewSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import posture_timeline
@@ -81,11 +81,11 @@ def test_matchings_of_a_search_are_those_of_equation_2() -> None:
 def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, used: bool) -> None:
     run = tracked(additions)
     state = run.viewers["1"]
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
     setup = run.setups["1"]
     state, (sighting,) = viewer.step(setup, state, replace(film(COUNT)[-1]["1"], frame=COUNT))
     assert isinstance(sighting, m.Sighting)
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
     assert state.assignment is not None
     answers = [scaled(state.assignment, COUNT, factor) for factor in (1.0, 1.3)]
     scores = [partial_bap(setup, state, answer).score for answer in answers]
@@ -96,7 +96,7 @@ def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, 
 def test_lost_person_is_searched_at_the_depth_of_the_factor(additions: Additions) -> None:
     run = tracked(additions)
     state = run.viewers["1"]
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
     assert state.assignment is not None
     last = film(COUNT)[-1]["1"]
     moved = replace(last, frame=COUNT, image=np.roll(last.image, 40, axis=1))
@@ -117,7 +117,7 @@ def scaled(assignment: m.Assignment, frame: int, factor: float) -> m.Assignment:
     return structs.replace(assignment, views=views)
 
 
-def partial_bap(setup: TwoViewSetup, state: Tracking, answer: m.Assignment) -> m.PartialBap:
+def partial_bap(setup: TwoViewSetup, state: TrackingBody, answer: m.Assignment) -> m.PartialBap:
     _, (message,) = viewer.step(setup, state, envelope(answer))
     assert isinstance(message, m.PartialBap)
     return message

@@ -25,14 +25,14 @@ from zenocap.common.topics import topic_of
 from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page_bridge import PageBridge
-from zenocap.services.animator.states import TOPICS, Setup, State
+from zenocap.services.animator.states import TOPICS, AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.services.viewer.shell import camera_info
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp, truth
 from zenocap.simulation.motion.timeline import MotionTimeline, motion_timeline
 
-SETUP = Setup(("1", "2"))
+SETUP = AnimatorSetup(("1", "2"))
 EXPECTED = (("viewer", "1"), ("viewer", "2"), ("integrator", "main"))
 
 
@@ -127,7 +127,7 @@ class StandIn:
         self.rig = rig or demo_rig("two-view")
         self.clock = clock or RealClock()
         self.bus = LocalNetwork(self.rig.name, self.clock).bus()
-        self.state = State()
+        self.state = AnimatorState()
         self.bridge = PageBridge(self.rig, self.bus, self.clock, OutputGroup(()))
         self.bridge.open(page, takes, TOPICS)
         self.frame = 0

@@ -11,7 +11,7 @@ from zenocap.common.body.segments import LIMBS, YAW_OFFSETS
 from zenocap.common.conversion import angles_by_name
 from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
-from zenocap.services.integrator.states import State
+from zenocap.services.integrator.states import IntegratorState
 
 SETUP = integrator_setup()
 HEIGHT = 1.75
@@ -52,7 +52,7 @@ def partial_bap(viewer: str, frame: int, pose: Floats) -> m.PartialBap:
     )  # fmt: skip
 
 
-def play(state: State, *messages: m.Message) -> tuple[State, list[m.Message]]:
+def play(state: IntegratorState, *messages: m.Message) -> tuple[IntegratorState, list[m.Message]]:
     published: list[m.Message] = []
     for message in messages:
         state, more = integrator.step(SETUP, state, envelope(message))
@@ -60,7 +60,7 @@ def play(state: State, *messages: m.Message) -> tuple[State, list[m.Message]]:
     return state, published
 
 
-def measured() -> tuple[State, list[m.Message]]:
+def measured() -> tuple[IntegratorState, list[m.Message]]:
     """State with a person tracked after the T-pose."""
     state, published = integrator.initial_state(SETUP), []
     for frame in range(INSTANTS_OF_BODY):

@@ -15,7 +15,7 @@ from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.localization import detect_t_pose
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import T_POSE_HOLD
-from zenocap.services.tracker.states import Options, Outcome, Setup, TrackState
+from zenocap.services.tracker.states import Options, Outcome, TrackerSetup, TrackState
 from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
@@ -39,9 +39,9 @@ def ring(count: int, size: tuple[int, int] = SIZE) -> dict[str, Camera]:
     }
 
 
-def setup(cameras: Mapping[str, Camera], person_height: float | None = None, seed: int = 0) -> Setup:
+def setup(cameras: Mapping[str, Camera], person_height: float | None = None, seed: int = 0) -> TrackerSetup:
     options = Options(particles=6, points=300, seed=seed)
-    return Setup(FOURTEEN_PARTS, cameras, FRAME_NS, None, options, person_height)
+    return TrackerSetup(FOURTEEN_PARTS, cameras, FRAME_NS, None, options, person_height)
 
 
 @lru_cache
@@ -93,14 +93,14 @@ def shown(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> 
     return seen(cameras, list(rendered_masks(cameras, seed, pose).values()))
 
 
-def fit_of(setup: Setup, evidence: Evidence) -> TPoseFit | str:
+def fit_of(setup: TrackerSetup, evidence: Evidence) -> TPoseFit | str:
     """The T-pose in the evidence of one frame set."""
     weights = residual_weights(setup, T_POSE_HOLD)
     return fit_t_poses(setup.anatomy, [evidence], [detect_t_pose(evidence.rays)], weights)
 
 
 def played(
-    setup: Setup, seed: int, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
+    setup: TrackerSetup, seed: int, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
 ) -> tuple[TrackState, list[Outcome], list[str]]:
     """Final state, outcomes and health texts of tracking a simulated person, in frame sets from number `start` on."""
     state = initial_state(setup) if state is None else state

@@ -13,7 +13,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Phase
-from zenocap.services.tracker.states import Options, Outcome, Setup
+from zenocap.services.tracker.states import Options, Outcome, TrackerSetup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 
@@ -33,8 +33,8 @@ def cameras(count: int) -> dict[str, Camera]:
     return {str(k): look(f"cam{k}", at, middle).resized(SIZE) for k, at in enumerate(centres, start=1)}
 
 
-def tracker_setup(count: int = 3) -> Setup:
-    return Setup(TEN_PARTS, cameras(count), FRAME_NS, None, Options())
+def tracker_setup(count: int = 3) -> TrackerSetup:
+    return TrackerSetup(TEN_PARTS, cameras(count), FRAME_NS, None, Options())
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,13 @@ class StandInTrack:
     corrected: int = 0
 
 
-def initial_state(setup: Setup) -> StandInTrack:
+def initial_state(setup: TrackerSetup) -> StandInTrack:
     return StandInTrack()
 
 
-def track(setup: Setup, state: StandInTrack, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[StandInTrack, Outcome]:
+def track(
+    setup: TrackerSetup, state: StandInTrack, captured_ns: int, masks: Mapping[str, Mask]
+) -> tuple[StandInTrack, Outcome]:
     """Measures the body in the first frame set with a person; loses the person when all views are empty."""
     views = tuple(viewer for viewer, mask in masks.items() if mask.any())
     if any(mask.all() for mask in masks.values()):

@@ -61,7 +61,7 @@ def _render(posture: str) -> Bytes:
     return np.array([[camera.render(pose, k) for k, pose in enumerate(poses)] for camera in cameras])
 
 
-def integrator_setup(height: float | None = None, additions: Additions = IMPROVED) -> integrator_states.Setup:
+def integrator_setup(height: float | None = None, additions: Additions = IMPROVED) -> integrator_states.IntegratorSetup:
     cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
     return integrator_states.integrator_setup(TEN_PARTS, cameras, FRAME_NS, height, additions=additions)
 

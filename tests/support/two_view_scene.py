@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_directions
 from zenocap.common.camera.level_view import level_view
-from zenocap.services.viewer.two_view.body_fit import BodyFit, BodyModel, body_model, camera_rows
+from zenocap.services.viewer.two_view.body_fit import BodyFit, PersonSizes, body_model, camera_rows
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 
@@ -50,7 +50,7 @@ def directions(**named: float) -> Floats:
 
 def model_mask(
     camera: Floats, limbs: Floats, position: Floats = NAVEL, torso: Floats | None = None, size: tuple[int, int] = SMALL,
-    model: BodyModel = MODEL,
+    model: PersonSizes = MODEL,
 ) -> Mask:  # fmt: skip
     """The model's own silhouette, as of a perfect match."""
     fit = BodyFit(model, camera, np.zeros((size[1], size[0]), np.uint8))

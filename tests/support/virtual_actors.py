@@ -10,7 +10,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.body.proportions import t_pose_angles
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 from zenocap.services.tracker.body.average_body import body_of_height
 
 BODIES: dict[str, tuple[Anatomy, Bdp]] = {
@@ -23,27 +23,27 @@ PLACES = arrays(np.float64, 3, elements=st.floats(-2, 2))
 
 def actor_of(
     name: str, angles: Floats, position: Floats | None = None, *, frame: int = 0, lost: tuple[str, ...] = ()
-) -> Actor:
+) -> ActorPose:
     """Frame k is captured k 60ths of a second after START_NS."""
     anatomy, bdp = BODIES[name]
     captured_ns = START_NS + frame * 1_000_000_000 // 60
     place = np.array([0.0, 1.0, 0.0]) if position is None else position
     source = "two-view" if anatomy is TEN_PARTS else "tracker"
-    return Actor(frame, captured_ns, captured_ns, source, anatomy, bdp, Pose(place, angles), lost)
+    return ActorPose(frame, captured_ns, captured_ns, source, anatomy, bdp, Pose(place, angles), lost)
 
 
-def stretched(name: str, *, frame: int = 0, lost: tuple[str, ...] = ()) -> Actor:
+def stretched(name: str, *, frame: int = 0, lost: tuple[str, ...] = ()) -> ActorPose:
     """An actor in T-pose, upright and with both arms sideways, facing Z."""
     return actor_of(name, t_pose_angles(BODIES[name][0]), frame=frame, lost=lost)
 
 
-def posed(name: str, shares: Floats, position: Floats, *, frame: int = 0, lost: tuple[str, ...] = ()) -> Actor:
+def posed(name: str, shares: Floats, position: Floats, *, frame: int = 0, lost: tuple[str, ...] = ()) -> ActorPose:
     """An actor with every joint angle at the given fraction of its range."""
     low, high = BODIES[name][0].limits.T
     return actor_of(name, low + np.resize(shares, len(low)) * (high - low), position, frame=frame, lost=lost)
 
 
-def centres_of(actor: Actor) -> dict[str, Floats]:
+def centres_of(actor: ActorPose) -> dict[str, Floats]:
     """Joint centres by name, metres, world."""
     rows = joint_centres(actor.anatomy, actor.body, actor.pose)
     return {marker.name: row for marker, row in zip(actor.anatomy.markers, rows, strict=True)}

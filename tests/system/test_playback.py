@@ -19,7 +19,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import topic_of
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
+from zenocap.services.animator.playback import PlayFile, StopPlayer, TakePlayer
 from zenocap.services.animator.states import TOPICS
 
 pytestmark = pytest.mark.nightly
@@ -59,8 +59,8 @@ def page() -> Page:
 
 
 @pytest.fixture
-def playback(tmp_path: Path, page: Page) -> Iterator[Playback]:
-    one = Playback(tmp_path, page, RealClock(), TOPICS)
+def playback(tmp_path: Path, page: Page) -> Iterator[TakePlayer]:
+    one = TakePlayer(tmp_path, page, RealClock(), TOPICS)
     yield one
     one.close()
 
@@ -78,7 +78,7 @@ def take(path: Path, of_another_version: Callable[[int], bool]) -> None:
     recording.close()
 
 
-def test_a_take_of_another_version_is_reported_and_shows_nothing(tmp_path: Path, page: Page, playback: Playback) -> None:
+def test_a_take_of_another_version_is_reported_and_shows_nothing(tmp_path: Path, page: Page, playback: TakePlayer) -> None:
     take(tmp_path / "later.mcap", lambda k: True)
     playback.send(pm.PlayTake("later.mcap"))
     page.wait_until(lambda: bool(page.problems()))
@@ -87,7 +87,7 @@ def test_a_take_of_another_version_is_reported_and_shows_nothing(tmp_path: Path,
 
 
 def test_readable_messages_of_a_take_are_shown_beside_those_of_another_version(
-    tmp_path: Path, page: Page, playback: Playback
+    tmp_path: Path, page: Page, playback: TakePlayer
 ) -> None:
     take(tmp_path / "mixed.mcap", lambda k: k > 5 and k % 2 == 0)
     playback.send(pm.PlayTake("mixed.mcap"))
@@ -109,7 +109,7 @@ class StartingReplay:
 
 
 def test_the_first_pose_is_shown_before_the_replay_publishes(
-    tmp_path: Path, page: Page, playback: Playback, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, page: Page, playback: TakePlayer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("zenocap.services.animator.playback.ReplayProcess", StartingReplay)
     take(tmp_path / "walk.mcap", lambda k: False)
@@ -122,12 +122,12 @@ def test_the_first_pose_is_shown_before_the_replay_publishes(
     assert pose["frame"] == moving(COUNT).frames[0]
 
 
-def test_a_missing_take_is_reported(page: Page, playback: Playback) -> None:
+def test_a_missing_take_is_reported(page: Page, playback: TakePlayer) -> None:
     playback.send(pm.PlayTake("gone.mcap"))
     page.wait_until(lambda: page.problems() == ["gone.mcap: no such take"])
 
 
-def test_another_take_follows_without_a_state_of_no_take(tmp_path: Path, page: Page, playback: Playback) -> None:
+def test_another_take_follows_without_a_state_of_no_take(tmp_path: Path, page: Page, playback: TakePlayer) -> None:
     """Pages go back to the live rig when no take is played."""
     (tmp_path / "dropped").mkdir()
     for path in (tmp_path / "a.mcap", tmp_path / "dropped" / "b.mcap"):

@@ -15,7 +15,7 @@ from zenocap.tools.option_groups import option
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable
     from zenocap.tools.setup.page.camera import LiveCamera
-    from zenocap.tools.setup.page.page import LivePage, Mode
+    from zenocap.tools.setup.page.page import LivePage, PageMode
 
 DEFAULT_PORT = 8090  # beside 8080 of the rig's page
 
@@ -73,8 +73,8 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
 def run_page(
     texts: Sequence[str], images: ImageArguments, table: PageTable, program: str,
-    make_mode: Callable[[Sequence[LiveCamera], int], Mode], *, loop: bool = True,
-) -> Mode:  # fmt: skip
+    make_mode: Callable[[Sequence[LiveCamera], int], PageMode], *, loop: bool = True,
+) -> PageMode:  # fmt: skip
     """Open the cameras and serve their page until Ctrl-C or the end of the mode, which is returned.  Raises UserError.
 
     texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.

@@ -13,7 +13,7 @@ from zenocap.tools.cli.options import RawOption, one_line_errors
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.services.animator.comparison import Comparison
+    from zenocap.services.animator.comparison import TakeComparison
 
 DEFAULT_PORT = 8080
 MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
@@ -88,7 +88,7 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
             )  # fmt: skip
 
 
-def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Callable[[], bool]], Comparison]:
+def _comparison(take: Path, beside: Path, given: ShowArguments) -> Callable[[Callable[[], bool]], TakeComparison]:
     """Function that reads both takes, until its argument is true.  Raises UserError."""
     from zenocap.services.animator.comparison_reader import compare
     from zenocap.services.animator.show import check_take

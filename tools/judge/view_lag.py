@@ -12,7 +12,7 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.delays import limits_of, silhouette_lags
-from zenocap.common.lags.pairs import Offset
+from zenocap.common.lags.pairs import VideoOffset
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
@@ -51,7 +51,7 @@ def view_lags(evidence: TakeEvidence) -> ViewLags | None:
     return lags_of(found.certain, period_s)
 
 
-def lags_of(offsets: Mapping[str, Offset], period_s: float) -> ViewLags | None:
+def lags_of(offsets: Mapping[str, VideoOffset], period_s: float) -> ViewLags | None:
     """Lags against the views that agree within a frame period.  offsets: by view, certain ones."""
     if len(offsets) < 2:
         return None

@@ -32,7 +32,7 @@ from zenocap.services.tracker.both_ways.fusion import SECTIONS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.takes.take_writer import TakeWriter
 from zenocap.tools.takes.track import Tracked, TrackedFrameSet, track
@@ -94,7 +94,7 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
 
 
 def with_both_ways(
-    take: Path, rig: str, setup: Setup, open_take: Callable[[Path], Recording], watch: Watch = lambda *_: None,
+    take: Path, rig: str, setup: TrackerSetup, open_take: Callable[[Path], Recording], watch: Watch = lambda *_: None,
     jobs: int = 1,
 ) -> tuple[int, m.Verdict]:  # fmt: skip
     """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
@@ -122,7 +122,9 @@ def with_both_ways(
     return recording.statistics.messages, verdict
 
 
-def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None, jobs: int = 1) -> Mapping[int, FusedPose]:
+def both_ways(
+    take: Path, rig: str, setup: TrackerSetup, watch: Watch = lambda *_: None, jobs: int = 1
+) -> Mapping[int, FusedPose]:
     """Poses from both directions by capture time, for every pose of the forward pass in a take.  rig: its name.
 
     jobs: number of cores to use, on which the poses do not depend.  Empty when the person was never tracked.  Raises
@@ -135,7 +137,7 @@ def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None
     return two_passes(setup, body, forward, _scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
 
 
-def both_ways_message(setup: Setup, forward: m.TrackerPose, found: FusedPose) -> m.BothWaysPose:
+def both_ways_message(setup: TrackerSetup, forward: m.TrackerPose, found: FusedPose) -> m.BothWaysPose:
     """Message of a pose from both directions.  forward: of the same frame."""
     x, y, z = found.pose.position.tolist()
     shares = dict(zip(SECTIONS, np.round(found.shares, 3).tolist(), strict=True))
@@ -150,7 +152,7 @@ def both_ways_message(setup: Setup, forward: m.TrackerPose, found: FusedPose) ->
     )  # fmt: skip
 
 
-def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp | None]:
+def _forward_poses(take: Path, setup: TrackerSetup) -> tuple[Sequence[ForwardPose], Bdp | None]:
     """Poses by capture time, and the last body."""
     poses: dict[int, ForwardPose] = {}
     views: dict[tuple[str, ...], tuple[str, ...]] = {}  # equal ones are stored once
@@ -165,7 +167,7 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
     return [poses[captured_ns] for captured_ns in sorted(poses)], body
 
 
-def _scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:
+def _scenes_backwards(take: Path, rig: str, setup: TrackerSetup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:
     """Yield every pose, the last first, with the masks of the views that it used, by viewer.
 
     Raises UserError for a file without silhouettes, or without the index that is needed to read it backwards.
@@ -188,7 +190,7 @@ def _scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[Forw
             waiting[silhouette.viewer, silhouette.captured_ns] = silhouette
 
 
-def _silhouettes_backwards(take: Path, rig: str, setup: Setup) -> Iterator[m.Silhouette]:
+def _silhouettes_backwards(take: Path, rig: str, setup: TrackerSetup) -> Iterator[m.Silhouette]:
     """Silhouettes, the last first; a chunk of the file is in memory at a time."""
     keys = [SILHOUETTE.at(rig, viewer=viewer) for viewer in setup.cameras]
     with take.open("rb") as file:

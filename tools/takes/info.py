@@ -17,18 +17,18 @@ from zenocap.common.recording.take_account import refused_of
 from zenocap.common.topics import topic_at
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.verdict import USED, verdict_of
-from zenocap.tools.takes.take_health import HealthTally, RateTally, Reduced, ServiceHealth
+from zenocap.tools.takes.take_health import HealthTally, RateTally, ReducedRate, ServiceHealth
 from zenocap.tools.takes.take_part import TakePart
 from zenocap.tools.takes.take_statistics import (
-    Channel,
+    ChannelStatistics,
     ChannelTally,
     Commands,
     CommandTally,
     Frames,
     FrameTally,
     Pairs,
+    PoseStatistics,
     Recognized,
-    Tracked,
     chunk_counts,
 )
 
@@ -85,13 +85,13 @@ class Info:
     cut: str | None
     library: str
     chunks: dict[str, int]
-    channels: tuple[Channel, ...]
+    channels: tuple[ChannelStatistics, ...]
     frames: tuple[Frames, ...]
     pairs: Pairs | None
     height_ratio: float | None
-    reduced: Reduced | None  # None when all frames were processed
+    reduced: ReducedRate | None  # None when all frames were processed
     delays: m.CameraDelays | None  # the last ones found of the cameras
-    tracked: Tracked | None
+    tracked: PoseStatistics | None
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
     commands: Commands | None
     health: tuple[ServiceHealth, ...]
@@ -134,7 +134,7 @@ def info(
         library=take.library,
         chunks=chunk_counts(path),
         channels=tuple(
-            Channel(
+            ChannelStatistics(
                 key=key,
                 schema=schema,
                 encoding=encoding,
@@ -197,7 +197,7 @@ class _Tally:
         self.account = Account()
         self.pairs = Pairs()
         self.height_ratio: float | None = None
-        self.tracked = Tracked()
+        self.tracked = PoseStatistics()
         self.recognized = Recognized()
         self.commands = CommandTally()
         self.rate = RateTally()

@@ -10,7 +10,7 @@ from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.judge.text import EVIDENCE, part_lines, verdict_lines
 from zenocap.tools.takes.info import AccountLine, Info
 from zenocap.tools.takes.take_health import ServiceHealth
-from zenocap.tools.takes.take_statistics import Channel, Frames
+from zenocap.tools.takes.take_statistics import ChannelStatistics, Frames
 
 LABEL = 12
 WIDTH = 100
@@ -150,7 +150,7 @@ def _account(lines: Sequence[AccountLine]) -> Iterator[str]:
         yield from _wrapped("not counted", parts)
 
 
-def _channels(channels: Sequence[Channel]) -> Iterator[str]:
+def _channels(channels: Sequence[ChannelStatistics]) -> Iterator[str]:
     """Table of channels, grouped by the first two parts of the keys where that is shorter."""
     if not channels:
         return

@@ -15,15 +15,13 @@ from zenocap.common.rig.two_view import Additions
 from zenocap.common.runtime.service import Service, Stepper, new_pose_service
 from zenocap.services.integrator import shell as integrator_shell
 from zenocap.services.recognizer import shell as recognizer_shell
-from zenocap.services.recognizer.step import Setup as RecognizerSetup
-from zenocap.services.recognizer.step import State as RecognizerState
+from zenocap.services.recognizer.step import RecognizerSetup, RecognizerState
 from zenocap.services.tracker import shell as tracker_shell
-from zenocap.services.tracker.states import Setup as TrackerSetup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.services.viewer.shell import camera_info, people_of, service_of
 from zenocap.services.viewer.two_view import step as viewer
-from zenocap.services.viewer.two_view.states import State as ViewerState
-from zenocap.services.viewer.two_view.states import TwoViewSetup
+from zenocap.services.viewer.two_view.states import TwoViewSetup, TwoViewState
 
 Stepped: TypeAlias = Stepper[object, object, SegmentedFrame]
 
@@ -80,7 +78,7 @@ def _integrator(rig: RecordedRig) -> object:
     return integrator_shell.service_of(integrator_shell.setup_of(rig))
 
 
-def _viewer(recorded: RecordedViewer, additions: Additions) -> Service[TwoViewSetup, ViewerState, SegmentedFrame]:
+def _viewer(recorded: RecordedViewer, additions: Additions) -> Service[TwoViewSetup, TwoViewState, SegmentedFrame]:
     # Only the number of learning frames matters: silhouettes come from the take.
     background = FirstFrames(recorded.learning_frames)
     setup = TwoViewSetup(recorded.id, recorded.pinhole(), background, additions=additions)

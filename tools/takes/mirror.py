@@ -26,7 +26,7 @@ from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.tools.takes.both_ways import WRITING, with_both_ways
 from zenocap.tools.takes.members import tracker_setup
 from zenocap.tools.takes.retrack import retrack, take_like
@@ -71,7 +71,7 @@ class _ShownPoses:
         """Directions by capture time, in its order, only while the person is tracked."""
         return {captured_ns: one for captured_ns, one in sorted((self.forward | self.better).items()) if one is not None}
 
-    def add(self, setup: Setup, message: m.Message) -> None:
+    def add(self, setup: TrackerSetup, message: m.Message) -> None:
         match message:
             case m.CameraInfo(captured_ns=captured_ns):
                 self.start_ns = captured_ns if self.start_ns is None else min(self.start_ns, captured_ns)
@@ -136,7 +136,7 @@ def mirror(
     return Mirrored(after.poses, messages, since[0], since[1] if until_ns is not None else None, shown.both_ways, back_s)
 
 
-def _read(take: Take) -> tuple[_ShownPoses, RecordedRig, Setup]:
+def _read(take: Take) -> tuple[_ShownPoses, RecordedRig, TrackerSetup]:
     """The poses of a take, its rig and the set-up of its tracker.  Raises UserError for a take that cannot be mirrored."""
     shown, rig, setup = _ShownPoses(), None, None
     for recorded in take.messages():
@@ -169,14 +169,14 @@ def _rig_of(take: Take) -> RecordedRig:
     return rig
 
 
-def _setup_of(rig: RecordedRig, take: Take) -> Setup:
+def _setup_of(rig: RecordedRig, take: Take) -> TrackerSetup:
     try:
         return tracker_setup(rig, take.path, take.attachments)
     except ValueError as error:
         raise UserError(f"{take.path}: {error}") from error
 
 
-def _front(setup: Setup, body: Bdp, pose: m.TrackerPose | m.BothWaysPose) -> Floats:
+def _front(setup: TrackerSetup, body: Bdp, pose: m.TrackerPose | m.BothWaysPose) -> Floats:
     """(3,) unit vector along which the pelvis faces."""
     front: Floats = RootedPose.of(setup.anatomy, body, pose_of(setup.anatomy, pose)).rotation[:, 2]
     return front

@@ -15,7 +15,7 @@ from mcap.writer import Writer
 
 from zenocap.common.errors import UserError
 from zenocap.common.recording.mcap_records import ChunkEnd, Damage
-from zenocap.common.recording.reader import Losses, items_of
+from zenocap.common.recording.reader import UnreadableParts, items_of
 from zenocap.common.recording.writer import LIBRARY, RecordingError
 
 MAX_GAPS = 1000  # listed one by one
@@ -45,7 +45,7 @@ class Recovered:
     attachments: int = 0
     start_ns: int | None = None
     end_ns: int | None = None
-    losses: Losses = field(default_factory=Losses)
+    losses: UnreadableParts = field(default_factory=UnreadableParts)
     gaps: list[UnreadableRange] = field(default_factory=list)
 
     @property

@@ -57,7 +57,7 @@ class HealthTally:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class ReducedRate:
     """Frame rate of an overloaded rig.  seconds: below the rate of the rig, fps; lowest_fps: the lowest; reason: its text.
 
     thinned_s: seconds with fewer points and particles of the tracker.
@@ -94,11 +94,11 @@ class RateTally:
         if share < 1 and (self.lowest is None or share < share_of(self.lowest).value):
             self.lowest = message
 
-    def reduced(self, end_ns: int) -> Reduced | None:
+    def reduced(self, end_ns: int) -> ReducedRate | None:
         """The reduction up to the end of the take; None when every frame was processed in full detail."""
         reduced_ns = self.reduced_ns + (0 if self.since_ns is None else max(0, end_ns - self.since_ns))
         thinned_ns = self.thinned_ns + (0 if self.thin_ns is None else max(0, end_ns - self.thin_ns))
         if not reduced_ns and not thinned_ns:
             return None
         lowest = self.fps if self.lowest is None else self.fps * share_of(self.lowest).value
-        return Reduced(reduced_ns / 1e9, self.fps, lowest, describe(self.lowest), thinned_ns / 1e9)
+        return ReducedRate(reduced_ns / 1e9, self.fps, lowest, describe(self.lowest), thinned_ns / 1e9)

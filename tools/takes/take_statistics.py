@@ -15,7 +15,7 @@ MAX_LATENCIES = 10_000  # of the latest commands
 
 
 @dataclass(frozen=True)
-class Channel:
+class ChannelStatistics:
     """One channel.  key: of the messages.  rate: per second between the first and the last; 0 for a single one.
 
     gap_s: longest time between two messages, which began gap_at_s after the take's start.
@@ -135,7 +135,7 @@ class Pairs:
 
 
 @dataclass
-class Tracked:
+class PoseStatistics:
     """Poses of the tracker.  lost: poses without a person.  views: number of poses by number of views.
 
     both_ways, both_ways_lost: number of poses of both passes, and those without a person.

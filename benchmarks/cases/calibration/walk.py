@@ -19,11 +19,11 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import outline_of
-from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.states import Options, TrackerSetup
 from zenocap.simulation.body.person import person
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of
 from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration, apart_m, calibrated_films, calibrated_walk
-from zenocap.tools.setup.calibration.walk.delays import Timing, series_of
+from zenocap.tools.setup.calibration.walk.delays import SilhouetteSeries, series_of
 from zenocap.tools.setup.calibration.walk.parameters import PER_S
 from zenocap.tools.setup.calibration.walk.report import verdict
 from zenocap.tools.setup.sync.take import delays_between
@@ -81,7 +81,7 @@ def run_tracker(one: Case) -> Figures:
     moved = replace(clip, cameras=aligned({each.camera.name: each.camera for each in found.cameras}, clip.cameras))
     figures = {}
     for name, film in (("true cameras", clip), ("found cameras", moved)):
-        path = track_clip(film, Setup(ANATOMY, film.cameras, film.frame_ns, None, Options()))
+        path = track_clip(film, TrackerSetup(ANATOMY, film.cameras, film.frame_ns, None, Options()))
         figures[name] = tracking_errors(path, film.truth, film.motion_from)["mean"]
     return figures
 
@@ -136,7 +136,7 @@ def timed(seed: int, views: int, delay_s: float, fps: float, seconds: float = 20
         late = np.clip(times + delay_s * (k == 1), 0.0, one.motion.duration_s)
         outlines = [outline_of(own, mask, time_s) for mask, time_s in zip(one.film(name, late), times, strict=True)]
         series[name] = series_of(times, hulls_of(own, outlines))
-    timing = Timing(series, np.arange(0.0, times[-1], 1.0 / PER_S))
+    timing = SilhouetteSeries(series, np.arange(0.0, times[-1], 1.0 / PER_S))
     return calibrated_films(one.cameras, timing, one.person.height), one
 
 

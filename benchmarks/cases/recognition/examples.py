@@ -11,7 +11,7 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.features import DEFAULT, Kind
 from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.simulation.motion.timeline import MotionTimeline
 from zenocap.tools.teach.dataset.batch import PEOPLE, generate_takes, people, posture_takes, take_path
 from zenocap.tools.teach.dataset.generate import Method, dataset_rig, generate_take
@@ -39,7 +39,9 @@ def _postures(method: Method, person: int, kind: Kind, size: Size | None) -> lis
         for one in wanted:
             take, line = take_path(folder, method, one), one.timeline()
             if take.is_file():
-                row = Row(0, take, line.motion_from_s, line.duration_s, one.posture, str(person), str(one.repetition))
+                row = ManifestRow(
+                    0, take, line.motion_from_s, line.duration_s, one.posture, str(person), str(one.repetition)
+                )
                 found += _read(folder, [row], kind)
     return found
 
@@ -51,7 +53,7 @@ def session_take(method: str, script: MotionTimeline, seed: int, folder: Path) -
     return take
 
 
-def _read(place: Path, rows: list[Row], kind: Kind) -> list[Example]:
+def _read(place: Path, rows: list[ManifestRow], kind: Kind) -> list[Example]:
     missing: list[str] = []
     try:
         return examples_of(place, rows, kind, missing=missing)

@@ -17,7 +17,7 @@ from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate
 from zenocap.services.recognizer.training.example_files import examples_of, read_features, span
 from zenocap.services.recognizer.training.examples import CLASSIFIERS, Classifier, Example, TrainingSettings, resample
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.train import train
 
 # Windows of a stride in every walk; a take is held out at a time.
@@ -38,18 +38,18 @@ UNTRAINED_WINDOW_S = 1.5
 MOTIONS = SHARED / "motions"
 
 
-def rows(motions: Path) -> Iterator[Row]:
+def rows(motions: Path) -> Iterator[ManifestRow]:
     """The manifest of the six kinds.  person: a take, or a span of the take where there is only one."""
     for name, until in WALKS.items():
         starts = np.arange(LEAD_S, until - STRIDE_S + 1e-6, STEP_S)
         for number, start in enumerate(starts.tolist()):
-            yield Row(0, motions / f"{name}.bvh", start, start + STRIDE_S, "walk", name, str(number))
+            yield ManifestRow(0, motions / f"{name}.bvh", start, start + STRIDE_S, "walk", name, str(number))
     for kind, (name, edges, each) in REPEATED.items():
         for number, (start, end) in enumerate(pairwise(edges)):
             person = f"{name}, span {number // each + 1}"
-            yield Row(0, motions / f"{name}.bvh", start, end, kind, person, str(number % each))
+            yield ManifestRow(0, motions / f"{name}.bvh", start, end, kind, person, str(number % each))
     for kind, name, start, end in SINGLE_EXAMPLES:
-        yield Row(0, motions / f"{name}.bvh", start, end, kind, name, "0")
+        yield ManifestRow(0, motions / f"{name}.bvh", start, end, kind, name, "0")
 
 
 def real_examples() -> list[Example]:

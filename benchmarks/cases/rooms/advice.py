@@ -20,11 +20,11 @@ from benchmarks.people.films import size_of
 from tests.support.stored import stored
 from zenocap.common.messages import AdviceCode, CameraAdvice
 from zenocap.common.rig.sources import parse_background
-from zenocap.services.viewer.advice.watch import Watch, watched
+from zenocap.services.viewer.advice.watch import AdviceWatch, watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import ADVICE_WINDOW_S
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import LearningBackground, Setup
+from zenocap.services.viewer.states import LearningBackground, ViewerSetup
 
 FIRST_SEED = 200  # nothing was chosen on these
 CALM = "no fault"  # films without a fault by their nature
@@ -51,9 +51,9 @@ class Second:
 
 def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) -> Iterator[Second]:
     """Reports of a viewer of a film, from the first one that counts."""
-    setup = Setup("cam01", film.camera(scene), parse_background(background, Path()))
+    setup = ViewerSetup("cam01", film.camera(scene), parse_background(background, Path()))
     state, place = LearningBackground(), None
-    truly, true_codes, lost = Watch(), frozenset[AdviceCode](), list[tuple[float, float]]()
+    truly, true_codes, lost = AdviceWatch(), frozenset[AdviceCode](), list[tuple[float, float]]()
     for number, shot in enumerate(shots):
         if place is None:
             state, place = learn(setup, state, shot.image)

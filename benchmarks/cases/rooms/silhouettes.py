@@ -18,7 +18,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import LearningBackground, Setup
+from zenocap.services.viewer.states import LearningBackground, ViewerSetup
 
 SETTLED_S = 2.0  # after the person came into view
 UNUSABLE = 0.6  # overlap
@@ -76,7 +76,7 @@ def run_timed(one: Case) -> Figures:
 def frame_errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> dict[str, float]:
     background, _, people = method.partition("+")
     segmenter = LatePeople(load_network(), threaded=False) if people else None
-    setup = Setup("cam01", scene.camera, parse_background(background, Path()), people=segmenter)
+    setup = ViewerSetup("cam01", scene.camera, parse_background(background, Path()), people=segmenter)
     state, place = LearningBackground(), None
     found, edges, times = [], [], []
     for number, shot in enumerate(film):

@@ -25,7 +25,7 @@ from zenocap.common.session.session import Session
 from zenocap.common.topics import TOPICS, topic_of
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
-from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.states import Options, TrackerSetup
 from zenocap.services.viewer.frame import SegmentedFrame
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.skeleton import Bones
@@ -143,7 +143,7 @@ def tracker_messages(scene: Scene, seed: int) -> list[m.Message]:
     """Messages of the cameras and of the tracker on the silhouettes, and after each pose that of both directions."""
     rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "hybrid")
     forward = list(_forward(rig, scene, seed))
-    setup = Setup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=seed))
+    setup = TrackerSetup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=seed))
     return list(_both_ways(setup, scene, forward))
 
 
@@ -173,7 +173,7 @@ def silhouette(view: str, frame: int, captured_ns: int, mask: Mask) -> m.Silhoue
     return m.Silhouette(frame=frame, captured_ns=captured_ns, viewer=view, size=SIZE, region=region, data=data)
 
 
-def _both_ways(setup: Setup, scene: Scene, forward: Sequence[m.Message]) -> Iterator[m.Message]:
+def _both_ways(setup: TrackerSetup, scene: Scene, forward: Sequence[m.Message]) -> Iterator[m.Message]:
     """The messages of the forward pass, and after each pose that of both directions."""
     poses = [one for one in forward if isinstance(one, m.TrackerPose)]
     bodies = [one for one in forward if isinstance(one, m.TrackerBdp)]

@@ -20,7 +20,7 @@ from tests.support.simulated_cameras import paper_cameras
 from tests.support.video_file import write_video
 from zenocap.common.arrays import Bytes, Floats, Image
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
+from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
 from zenocap.common.rig.rig import load_rig
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -110,7 +110,7 @@ def begins(offset_s: float, rng: np.random.Generator) -> tuple[dict[str, float],
     return starts, float(rng.uniform(earliest_s, min(starts.values()) + LENGTH_S - BEFORE_END_S))
 
 
-def found_in(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> Offset:
+def found_in(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> VideoOffset:
     """Offset of the second video."""
     changes = {}
     for view, start_s in starts.items():
@@ -120,7 +120,7 @@ def found_in(film: Film, starts: Mapping[str, float], light: Light, on_s: float)
     return offsets_of(list(starts), pairs, replace(FLASH_LIMITS, max_lag_s=MAX_S), {})["2"]
 
 
-def found_in_files(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> Offset:
+def found_in_files(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> VideoOffset:
     """The same, of video files and by the command's function."""
     with TemporaryDirectory(prefix="zenocap-") as place:
         folder = Path(place)

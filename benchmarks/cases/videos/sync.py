@@ -16,7 +16,7 @@ from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
+from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
 from zenocap.tools.setup.sync.sound import RATE, SOUND_LIMITS, SoundPair
 
@@ -37,7 +37,7 @@ class Score:
     errors: list[float] = field(default_factory=list)
     uncertain: int = 0
 
-    def add(self, found: Mapping[str, Offset], truth: Mapping[str, float]) -> None:
+    def add(self, found: Mapping[str, VideoOffset], truth: Mapping[str, float]) -> None:
         first = next((name for name in truth if not found[name].reason), None)
         for name in list(truth)[1:]:
             if found[name].reason or first == name or first is None:
@@ -145,7 +145,7 @@ def cut(outlines: Outlines, shift_s: float) -> tuple[dict[str, list[Outline]], d
     return shifted, truth
 
 
-def of_silhouettes(cameras: Mapping[str, Camera], outlines: Outlines) -> dict[str, Offset]:
+def of_silhouettes(cameras: Mapping[str, Camera], outlines: Outlines) -> dict[str, VideoOffset]:
     pairs = silhouette_pairs(cameras, outlines, reach_s(MAX_S))
     return offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=MAX_S), {})
 

@@ -17,7 +17,7 @@ from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.prior import explained_share, with_prior
 from zenocap.common.vision.relight import relit
 from zenocap.common.vision.semantics import NOT_PERSON, PERSON, overrule
-from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions
+from zenocap.common.vision.silhouette import PersonSilhouette, SilhouetteOptions
 
 AGREEMENT_RATE = 0.2  # per frame, of the running mean of that share; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
@@ -35,7 +35,7 @@ def follow(
     options: SilhouetteOptions,
     decided: Mask | None = None,
     prediction: Prediction | None = None,
-) -> tuple[Adaptive, Silhouette | None]:
+) -> tuple[Adaptive, PersonSilhouette | None]:
     """Silhouette of the person in a frame (height, width, 3) uint8 BGR, and the model after it.
 
     time_s: of the frame, on any clock.  decided: (height, width) of `common.vision.semantics`: what is surely no person is
@@ -103,7 +103,7 @@ def _agreeing(model: Adaptive, labels: Labels, prediction: Prediction | None) ->
     return replace(model, agreement=before + AGREEMENT_RATE * (share - before))
 
 
-def _widened(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:
+def _widened(shape: tuple[int, ...], silhouette: PersonSilhouette | None) -> Mask:
     """(height, width) 1 on the silhouette and around it, where nothing is learnt."""
     held = np.zeros(shape, np.uint8)
     if silhouette is not None:
@@ -114,7 +114,7 @@ def _widened(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:
     return held
 
 
-def _halo(frame: Image, background: Background, gain: Floats32, silhouette: Silhouette) -> float:
+def _halo(frame: Image, background: Background, gain: Floats32, silhouette: PersonSilhouette) -> float:
     """Noise around the upper part of a silhouette in units of the model's, 1 to HALO_MAX; 1 without enough pixels.
 
     The ring from HALO_INNER_PX to HALO_OUTER_PX around it shows the room: distances from the model follow a chi

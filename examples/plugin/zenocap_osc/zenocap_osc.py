@@ -6,7 +6,7 @@ from zenocap.common.rig.animator import Host, OutputTable, Port
 from zenocap.common.rig.outputs import OutputKind
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramOutput
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 
 class OscTable(OutputTable, frozen=True, kw_only=True):
@@ -23,7 +23,7 @@ class OscOutput(DatagramOutput):
         super().__init__("animator.osc", table.host, table.port)
         self._root = table.root
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         """x, y and z of each joint (m), unless the person is lost."""
         if "person" in actor.lost:
             return

@@ -9,23 +9,22 @@ from zenocap.common.rig.two_view import IMPROVED
 from zenocap.common.runtime.service import Service
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.services.integrator.shell import integrator_service
-from zenocap.services.integrator.states import Setup, State
+from zenocap.services.integrator.states import IntegratorSetup, IntegratorState
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.two_view.shell import two_view
-from zenocap.services.viewer.two_view.states import State as ViewerState
-from zenocap.services.viewer.two_view.states import TwoViewSetup
+from zenocap.services.viewer.two_view.states import TwoViewSetup, TwoViewState
 
 ADDITIONS = IMPROVED - {"tilt"}
 
 
 def viewer(
     rig: Rig, one: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[TwoViewSetup, ViewerState, Frame]:
+) -> Service[TwoViewSetup, TwoViewState, Frame]:
     return two_view(replace(rig, additions=ADDITIONS), one, people, kept)
 
 
-def pose(rig: Rig) -> Service[Setup, State, Never]:
+def pose(rig: Rig) -> Service[IntegratorSetup, IntegratorState, Never]:
     return integrator_service(replace(rig, additions=ADDITIONS))
 
 

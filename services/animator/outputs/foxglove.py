@@ -25,7 +25,7 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS
-from zenocap.services.animator.states import Actor, Source
+from zenocap.services.animator.states import ActorPose, Source
 
 logger = logging.getLogger(__name__)
 
@@ -109,7 +109,7 @@ class FoxgloveOutput:
         for converted in found:
             self._log(converted, envelope.received_ns)
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         """Select the source; its poses have been received as messages."""
         self._source = actor.source
 

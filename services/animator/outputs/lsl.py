@@ -19,7 +19,7 @@ from zenocap.common.rig.animator import LslTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.parameters import MAX_LSL_AGE_NS
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 LOG_CONFIG = "[log]\nlevel = -2\n"  # of LSL's own log: fatal errors only
 THIS_MACHINE_CONFIG = "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n[ports]\nIPv6 = disable\n"
@@ -51,7 +51,7 @@ class LslOutput:
     def receive(self, envelope: Envelope) -> None:
         pass
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         outlet = self.outlet
         if outlet is None or self._anatomy is not actor.anatomy:
             outlet = self.outlet = self._lsl.StreamOutlet(self._info(actor.anatomy))

@@ -9,7 +9,7 @@ from typing import Protocol
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.services.animator.parameters import QUIET_DATAGRAMS
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 logger = logging.getLogger(__name__)
 
@@ -30,7 +30,7 @@ class Output(Protocol):
         """Handle a message of the rig; called before `send` with the actor derived from it."""
         ...
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         """Send a new pose, or that the person is lost.  posture: the recognized one, None for none."""
         ...
 

@@ -13,7 +13,7 @@ from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.table import attribute
 from zenocap.services.animator.outputs.output import Output, OutputError
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 logger = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ class OutputGroup:
             with self._errors_counted(output):
                 output.receive(envelope)
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         """Pass a pose to all outputs.  posture: the recognized one, None for none."""
         for output in self._outputs:
             with self._errors_counted(output):

@@ -13,7 +13,7 @@ from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.outputs.ros_messages import RosBody, no_markers
 from zenocap.services.animator.parameters import MAX_ROS_AGE_NS
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 NODE = "zenocap"
 TF, MARKERS = 0, 1  # indices of the topics
@@ -50,7 +50,7 @@ class RosOutput:
     def receive(self, envelope: Envelope) -> None:
         pass
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         now_ns = self._clock.now_ns()
         stamp_ns = actor.captured_ns if 0 <= now_ns - actor.captured_ns <= MAX_ROS_AGE_NS else now_ns
         if "person" in actor.lost:

@@ -10,7 +10,7 @@ from zenocap.common.conversion import angles_by_name
 from zenocap.common.rig.animator import UdpTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramOutput
-from zenocap.services.animator.states import Actor, Source
+from zenocap.services.animator.states import ActorPose, Source
 
 METRES_DIGITS, RADIANS_DIGITS = 4, 5  # after the point
 
@@ -36,7 +36,7 @@ class PoseLine(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 _encode = msgspec.json.Encoder().encode
 
 
-def pose_line(rig: str, actor: Actor, posture: str | None) -> bytes:
+def pose_line(rig: str, actor: ActorPose, posture: str | None) -> bytes:
     """Return the JSON line of one pose, newline included."""
     lost = "person" in actor.lost
     position: Point | None = None
@@ -64,7 +64,7 @@ class UdpOutput(DatagramOutput):
         super().__init__("animator.udp", table.host, table.port)
         self._rig = rig
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         self._sender.send(pose_line(self._rig, actor, posture))
 
 

@@ -23,7 +23,7 @@ from zenocap.common.rig.animator import VmcTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 OUR_WORLD_TO_UNITY = MATRICES["unity"]
 
@@ -67,7 +67,7 @@ class VmcOutput(DatagramOutput):
         self._bone_headers: list[bytes] = []
         self._start_ns: int | None = None
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         if self._humanoid is None or self._body is not actor.body:
             self._humanoid, self._body = Humanoid(actor.anatomy, actor.body), actor.body
             self._bone_headers = [BONE_HEADER + osc_string(name) for name in self._humanoid.names]

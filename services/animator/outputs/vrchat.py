@@ -24,7 +24,7 @@ from zenocap.common.rig.animator import TRACKERS, VrchatTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramOutput
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 OUR_WORLD_TO_UNITY = MATRICES["unity"]
 HEAD = "head"
@@ -84,7 +84,7 @@ class VrchatOutput(DatagramOutput):
         self._headers = headers
         self._sends_heading = table.head == "position-and-yaw"
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         if "person" in actor.lost:
             return
         if self._trackers is None or self._body is not actor.body:

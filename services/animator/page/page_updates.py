@@ -17,7 +17,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import change_text, found_text
 from zenocap.common.conversion import silhouette_mask
 from zenocap.common.observe.losses import described
-from zenocap.common.observe.view import ServiceRow, rows
+from zenocap.common.observe.view import ObservedService, rows
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
@@ -32,7 +32,7 @@ from zenocap.services.animator.parameters import (
 )
 from zenocap.services.animator.presence import Presence, condition, silent_ns
 from zenocap.services.animator.setup_guide import Finding, measure_silhouette, silhouette_findings
-from zenocap.services.animator.states import Actor, Source, State
+from zenocap.services.animator.states import ActorPose, AnimatorState, Source
 
 POSITION_DIGITS, SHAPE_DIGITS, QUATERNION_DIGITS, DEGREE_DIGITS, PIXEL_DIGITS = 3, 4, 4, 1, 1  # after the point
 NEVER_NS = -(1 << 62)
@@ -44,16 +44,16 @@ V = TypeVar("V")
 class Schedule:
     """Last updates and their times, by a monotonic clock.  silhouettes, actors: those of the last view updates."""
 
-    state: State = field(default_factory=State)
+    state: AnimatorState = field(default_factory=AnimatorState)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
-    actors: Mapping[Source, Actor] = field(default_factory=dict)
+    actors: Mapping[Source, ActorPose] = field(default_factory=dict)
     views_ns: int = NEVER_NS
     services_ns: int = NEVER_NS
     checks_ns: int = NEVER_NS
 
 
 def due_updates(
-    schedule: Schedule, state: State, presence: Presence, pages: int, now_ns: int
+    schedule: Schedule, state: AnimatorState, presence: Presence, pages: int, now_ns: int
 ) -> tuple[Schedule, list[EncodedUpdate]]:
     """Return the updates that are due, and the schedule after them.  pages: number of open pages.  now_ns: monotonic."""
     if state is schedule.state:
@@ -73,13 +73,13 @@ def due_updates(
     return Schedule(state, silhouettes, actors, views_ns, services_ns, checks_ns), updates
 
 
-def _views_changed(schedule: Schedule, state: State) -> bool:
+def _views_changed(schedule: Schedule, state: AnimatorState) -> bool:
     """True for a new pose to draw into the silhouettes, or for a new silhouette while no poses arrive."""
     posed = any(state.now_ns - actor.received_ns < POSE_WAIT_NS for actor in state.actors.values())
     return state.actors is not schedule.actors if posed else state.silhouettes is not schedule.silhouettes
 
 
-def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
+def changes(before: AnimatorState, after: AnimatorState) -> Iterator[EncodedUpdate]:
     """Yield updates of bodies, poses, points, cameras, postures, commands, previews and advice that differ between states.
 
     Commands are also sent after the initial state, so that a page knows which of them are old.
@@ -111,13 +111,13 @@ def _new(before: Mapping[K, V], after: Mapping[K, V]) -> Iterator[tuple[K, V]]:
     return ((key, value) for key, value in after.items() if before.get(key) is not value)
 
 
-def view_updates(state: State) -> Iterator[EncodedUpdate]:
+def view_updates(state: AnimatorState) -> Iterator[EncodedUpdate]:
     """Yield each viewer's latest silhouette with the model's outlines."""
     for viewer, silhouette in state.silhouettes.items():
         yield encoded(f"view/{viewer}", _view_update(state, viewer, silhouette))
 
 
-def services_update(state: State, presence: Presence, pages: int, now_ns: int) -> EncodedUpdate:
+def services_update(state: AnimatorState, presence: Presence, pages: int, now_ns: int) -> EncodedUpdate:
     """Return the status of all services and of the log."""
     recording, written = _recording(presence)
     reduced = reduced_text(state.frame_rate, state.detail)
@@ -138,7 +138,7 @@ def recording_update(presence: Presence) -> EncodedUpdate:
     return encoded("recording", pm.RecordingUpdate(*_recording(presence)))
 
 
-def checks_update(state: State, presence: Presence) -> EncodedUpdate:
+def checks_update(state: AnimatorState, presence: Presence) -> EncodedUpdate:
     """Return the set-up checks before the body is measured, by viewer, and the next step for the rig."""
     health = presence.view.health
     viewers = dict.fromkeys((*(id for service, id in presence.services if service == "viewer"), *state.silhouettes))
@@ -168,7 +168,7 @@ def body_update(source: str, anatomy: Anatomy, bdp: Bdp) -> pm.BodyUpdate:
     )  # fmt: skip
 
 
-def pose_update(actor: Actor) -> pm.PoseUpdate:
+def pose_update(actor: ActorPose) -> pm.PoseUpdate:
     """Return the pose of an actor, with the places of its capsules and joint centres."""
     placed = placed_capsules(actor.anatomy, actor.body, actor.pose)
     return pm.PoseUpdate(
@@ -187,7 +187,7 @@ def _camera_update(viewer: str, camera: Camera) -> pm.CameraUpdate:
     return pm.CameraUpdate(viewer, camera.name, camera.size, _flat(camera.centre, SHAPE_DIGITS), _flat(world, SHAPE_DIGITS))
 
 
-def _view_update(state: State, viewer: str, silhouette: m.Silhouette) -> pm.ViewUpdate:
+def _view_update(state: AnimatorState, viewer: str, silhouette: m.Silhouette) -> pm.ViewUpdate:
     camera = state.cameras.get(viewer)
     outlines: dict[str, list[pm.PartOutline]] = {}
     if camera is not None and camera.size == silhouette.size:
@@ -219,7 +219,7 @@ def _command_row(result: m.CommandResult) -> pm.CommandRow:
     )  # fmt: skip
 
 
-def _service_row(presence: Presence, row: ServiceRow, now_ns: int) -> pm.ServiceRow:
+def _service_row(presence: Presence, row: ObservedService, now_ns: int) -> pm.ServiceRow:
     service = row.service, row.id
     health = presence.view.health.get(service)
     return pm.ServiceRow(
@@ -238,7 +238,7 @@ def _background_finding(health: m.Health | None) -> Finding:
     return "background", "good", "learned"
 
 
-def _silhouette_findings(state: State, viewer: str) -> list[Finding]:
+def _silhouette_findings(state: AnimatorState, viewer: str) -> list[Finding]:
     silhouette = state.silhouettes.get(viewer)
     if silhouette is None:
         return [("person", "wait", "no silhouette yet")]
@@ -254,7 +254,7 @@ def _silhouette_findings(state: State, viewer: str) -> list[Finding]:
     return found
 
 
-def _initial_side(state: State, viewer: str) -> Literal["front", "side"] | None:
+def _initial_side(state: AnimatorState, viewer: str) -> Literal["front", "side"] | None:
     """Return the side of the T-pose that a view shows; None once the body is known, or without an assignment."""
     assignment = state.assignment
     if assignment is None or assignment.tracking or viewer not in assignment.views:

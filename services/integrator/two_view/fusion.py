@@ -19,12 +19,14 @@ from zenocap.common.body.segments import (
 from zenocap.common.conversion import angles_by_name, angles_of
 from zenocap.common.messages import Message, PartialBap, UniversalBap
 from zenocap.common.synchronizer import FrameSet
-from zenocap.services.integrator.states import AssignedRootPose, Person, Setup, State
+from zenocap.services.integrator.states import AssignedRootPose, IntegratedPerson, IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.initialization import point
 from zenocap.services.integrator.two_view.integration import ViewedLimbs, exchange_evidence, integrate_limbs, select_angles
 
 
-def pose_person(setup: Setup, state: State, frames: FrameSet[PartialBap]) -> tuple[State, list[Message]]:
+def pose_person(
+    setup: IntegratorSetup, state: IntegratorState, frames: FrameSet[PartialBap]
+) -> tuple[IntegratorState, list[Message]]:
     """Universal BAP of one frame set.  Without one viewer the other decides alone; the missing one is listed as stale."""
     person = state.person
     placed = _placed(setup, person, frames.captured_ns) if person else None
@@ -60,7 +62,11 @@ def pose_person(setup: Setup, state: State, frames: FrameSet[PartialBap]) -> tup
 
 
 def _selected(
-    setup: Setup, person: Person, placed: AssignedRootPose, baps: Mapping[str, PartialBap], before: Floats
+    setup: IntegratorSetup,
+    person: IntegratedPerson,
+    placed: AssignedRootPose,
+    baps: Mapping[str, PartialBap],
+    before: Floats,
 ) -> Floats:
     """(angles,) each from the view that determines it; `before` (angles,): all others."""
     by_view = {bap.view: angles_of(setup.anatomy, bap.angles, before) for bap in baps.values()}
@@ -68,14 +74,14 @@ def _selected(
     return select_angles(facade, flank, limbs_of(setup.anatomy), placed.squatting, person.stance)
 
 
-def _placed(setup: Setup, person: Person, captured_ns: int) -> AssignedRootPose | None:
+def _placed(setup: IntegratorSetup, person: IntegratedPerson, captured_ns: int) -> AssignedRootPose | None:
     """Assignment that partial BAPs of this time answer, or None."""
     near = [p for p in person.placed if abs(p.captured_ns - captured_ns) <= setup.frame_ns // 2]
     return near[-1] if near else None
 
 
 def _viewed(
-    setup: Setup, placed: AssignedRootPose, torso: Floats, person: Person, viewer: str, bap: PartialBap
+    setup: IntegratorSetup, placed: AssignedRootPose, torso: Floats, person: IntegratedPerson, viewer: str, bap: PartialBap
 ) -> ViewedLimbs:
     angles = angles_of(setup.anatomy, bap.angles, person.pose.angles)
     ray = placed.position - setup.cameras[viewer].centre

@@ -15,12 +15,14 @@ from zenocap.common.messages import Assignment, Message, PartialBdp, Sighting, U
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.synchronizer import FrameSet
 from zenocap.services.integrator.parameters import HEIGHTS_AGREE, INSTANTS_OF_BODY, STANDS_STILL
-from zenocap.services.integrator.states import AssignedRootPose, Person, Setup, State
+from zenocap.services.integrator.states import AssignedRootPose, IntegratedPerson, IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.perspective import Ray, intersection_depths, scaling_factor
 
 
-def assign_first(setup: Setup, state: State, frame_set: FrameSet[Sighting]) -> tuple[State, list[Message]]:
+def assign_first(
+    setup: IntegratorSetup, state: IntegratorState, frame_set: FrameSet[Sighting]
+) -> tuple[IntegratorState, list[Message]]:
     """First assignment, for measuring: position and front viewer of a person without a body."""
     sightings = {viewer: sighting for viewer, sighting in frame_set.items.items() if sighting.present}
     if len(sightings) < len(setup.cameras):
@@ -47,7 +49,9 @@ def assign_first(setup: Setup, state: State, frame_set: FrameSet[Sighting]) -> t
     return state, [assignment(setup, placed, frames, tracking=False)]
 
 
-def define_body(setup: Setup, state: State, frame_set: FrameSet[PartialBdp]) -> tuple[State, list[Message]]:
+def define_body(
+    setup: IntegratorSetup, state: IntegratorState, frame_set: FrameSet[PartialBdp]
+) -> tuple[IntegratorState, list[Message]]:
     """Universal BDP, once both viewers have measured a standing person in INSTANTS_OF_BODY frame sets."""
     fronts = [partial for partial in frame_set.items.values() if partial.side == "front"]
     sides = [partial for partial in frame_set.items.values() if partial.side == "side"]
@@ -73,13 +77,19 @@ def define_body(setup: Setup, state: State, frame_set: FrameSet[PartialBdp]) -> 
 
 
 def _begin(
-    setup: Setup, state: State, placed: AssignedRootPose, bdp: Bdp, ratio: float, angles: Floats, frame: int
-) -> tuple[State, list[Message]]:
+    setup: IntegratorSetup,
+    state: IntegratorState,
+    placed: AssignedRootPose,
+    bdp: Bdp,
+    ratio: float,
+    angles: Floats,
+    frame: int,
+) -> tuple[IntegratorState, list[Message]]:
     """Start tracking a person with this body and these joint angles at the assigned position."""
     angles = angles.copy()
     angles[setup.anatomy.index["navel.y"]] = placed.yaw
     pose = Pose(placed.position, angles)
-    person = Person(bdp, pose, (placed,), float(placed.position[1]))
+    person = IntegratedPerson(bdp, pose, (placed,), float(placed.position[1]))
     body = UniversalBdp(frame=frame, captured_ns=placed.captured_ns, body=body_of(setup.anatomy, bdp), ratio=ratio)
     messages: list[Message] = [
         body,
@@ -98,7 +108,13 @@ def facing(camera: Camera) -> float:
 
 
 def assignment(
-    setup: Setup, placed: AssignedRootPose, frames: dict[str, int], *, tracking: bool, arms: int = 0, legs: int = 0
+    setup: IntegratorSetup,
+    placed: AssignedRootPose,
+    frames: dict[str, int],
+    *,
+    tracking: bool,
+    arms: int = 0,
+    legs: int = 0,
 ) -> Assignment:
     """Assignment message.  frames: frame number of each viewer, of its last sighting if stale.  arms, legs: hypotheses."""
     return Assignment(

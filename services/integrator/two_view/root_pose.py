@@ -32,7 +32,7 @@ from zenocap.services.integrator.parameters import (
     VIEWS_SETTLED_NS,
     WALKING_M_S,
 )
-from zenocap.services.integrator.states import AssignedRootPose, Person, Setup, State
+from zenocap.services.integrator.states import AssignedRootPose, IntegratedPerson, IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import Claim, View, arbitrate
 from zenocap.services.integrator.two_view.initialization import assignment, facing
 from zenocap.services.integrator.two_view.integration import (
@@ -45,7 +45,9 @@ from zenocap.services.integrator.two_view.integration import (
 from zenocap.services.integrator.two_view.perspective import Ray, intersection_depths, position_of
 
 
-def assign_pose(setup: Setup, state: State, frames: FrameSet[Sighting]) -> tuple[State, list[Message]]:
+def assign_pose(
+    setup: IntegratorSetup, state: IntegratorState, frames: FrameSet[Sighting]
+) -> tuple[IntegratorState, list[Message]]:
     """Assignment of one frame set.  A viewer without a sighting keeps its part, marked stale."""
     person = state.person
     sightings = {viewer: sighting for viewer, sighting in frames.items.items() if sighting.present}
@@ -81,7 +83,9 @@ def assign_pose(setup: Setup, state: State, frames: FrameSet[Sighting]) -> tuple
     return replace(state, person=person, views=views, asked_ns=asked_ns), [answer]
 
 
-def _position(setup: Setup, state: State, person: Person, sightings: Mapping[str, Sighting]) -> Floats:
+def _position(
+    setup: IntegratorSetup, state: IntegratorState, person: IntegratedPerson, sightings: Mapping[str, Sighting]
+) -> Floats:
     """(3,) navel: intersection of both rays, or the ray of one viewer at the last depth.  [Two-view Eq. 3]"""
     by_viewer = {viewer: Ray(setup.cameras[viewer], sighting.x, sighting.y) for viewer, sighting in sightings.items()}
     rays = list(by_viewer.values())
@@ -102,7 +106,11 @@ def _position(setup: Setup, state: State, person: Person, sightings: Mapping[str
 
 
 def _torso(
-    setup: Setup, person: Person, sightings: Mapping[str, Sighting], position: Floats, views: Mapping[str, View]
+    setup: IntegratorSetup,
+    person: IntegratedPerson,
+    sightings: Mapping[str, Sighting],
+    position: Floats,
+    views: Mapping[str, View],
 ) -> tuple[float, float, float]:
     """Yaw, lean, roll, radians: from the tilts of both viewers about their axes and the turn with the best score."""
     index, angles = setup.anatomy.index, person.pose.angles
@@ -128,7 +136,7 @@ def _torso(
     return _wrapped(yaw), lean, float(np.clip(roll, *limits[index["navel.z"]]))
 
 
-def _backwards(person: Person, captured_ns: int, position: Floats) -> float:
+def _backwards(person: IntegratedPerson, captured_ns: int, position: Floats) -> float:
     """Recent distance walked backwards, metres.  People mostly face their walking direction; silhouettes do not show it."""
     # Paper (added): 5.2 (4) leaves the facing direction open; here the walking direction corrects it.
     last = person.placed[-1]
@@ -141,7 +149,7 @@ def _backwards(person: Person, captured_ns: int, position: Floats) -> float:
     return max(0.0, walked - forward) if abs(forward) > WALKING_M_S * seconds else walked
 
 
-def _turned_round(setup: Setup, pose: Pose) -> Pose:
+def _turned_round(setup: IntegratorSetup, pose: Pose) -> Pose:
     """The same pose turned by 180 degrees, with left and right limbs exchanged."""
     directions = limb_directions(setup.anatomy, pose.angles)[[1, 0, 3, 2]] * np.array([-1.0, 1.0, -1.0])
     angles = pose.angles.copy()
@@ -151,19 +159,19 @@ def _turned_round(setup: Setup, pose: Pose) -> Pose:
     return Pose(pose.position, limb_angles(setup.anatomy, directions, angles))
 
 
-def _toes(person: Person, sightings: Mapping[str, Sighting]) -> Mapping[str, float]:
+def _toes(person: IntegratedPerson, sightings: Mapping[str, Sighting]) -> Mapping[str, float]:
     """Smoothed distance of the feet from the shins by viewer, metres."""
     before = person.toes
     return {viewer: TOES_MEMORY * before.get(viewer, 0.0) + (1 - TOES_MEMORY) * s.toes for viewer, s in sightings.items()}
 
 
-def _toes_agreement(setup: Setup, toes: Mapping[str, float], yaw: float) -> float:
+def _toes_agreement(setup: IntegratorSetup, toes: Mapping[str, float], yaw: float) -> float:
     """Reach of the feet in the facing direction of this yaw, metres; negative for the opposite direction."""
     front = np.array([np.sin(yaw), 0.0, np.cos(yaw)])
     return float(sum(reach * (setup.cameras[viewer].rotation[0] @ front) for viewer, reach in toes.items()))
 
 
-def _turned_to(setup: Setup, person: Person, yaw: float, views: Mapping[str, View]) -> float:
+def _turned_to(setup: IntegratorSetup, person: IntegratedPerson, yaw: float, views: Mapping[str, View]) -> float:
     """Yaw on the axis of the facade viewer after a turn: front or back, whichever is nearer, by the feet if visible."""
     # Paper (added): 5.2 (4) states that a silhouette does not distinguish front from back; here the feet decide.
     facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
@@ -177,14 +185,16 @@ def _turned_to(setup: Setup, person: Person, yaw: float, views: Mapping[str, Vie
     return min((front, front + pi), key=cost)
 
 
-def _off_axis(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:
+def _off_axis(setup: IntegratorSetup, yaw: float, views: Mapping[str, View]) -> float:
     """Angle of the body from the axis of the facade viewer, front or back to it, in [-pi/2, pi/2]."""
     facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
     off = _wrapped(yaw - facing(setup.cameras[facade]))
     return off - pi * round(off / pi)
 
 
-def _views(setup: Setup, state: State, sightings: Mapping[str, Sighting], position: Floats) -> dict[str, View]:
+def _views(
+    setup: IntegratorSetup, state: IntegratorState, sightings: Mapping[str, Sighting], position: Floats
+) -> dict[str, View]:
     """Facade and flank by arbitration; unchanged without one viewer or for a torso that leans."""
     person = state.person
     if person is None or len(sightings) < len(setup.cameras):

@@ -40,7 +40,7 @@ class HeldOutResult:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ValidationOutcome:
     """Results by one protocol.  people: their number.  answers: one per example that could be tested, in order."""
 
     protocol: Protocol
@@ -85,7 +85,7 @@ class Outcome:
 
 def cross_validate(
     examples: Sequence[Example], settings: TrainingSettings, protocol: Protocol, report: Report = no_report
-) -> Outcome:
+) -> ValidationOutcome:
     """Classify every example with a model trained on the others that the protocol allows.
 
     A posture of one person only (with the paper's protocol: of one example) cannot be tested, but is a possible result for
@@ -101,7 +101,7 @@ def cross_validate(
     if not answers:
         needed = "two people or more that perform" if protocol == "subjects" else "two examples or more of"
         raise UserError(f"{len(ready.examples)} examples by {people} people: allowed: {needed} one posture at least")
-    return Outcome(protocol, ready.labels, people, tuple(answers))
+    return ValidationOutcome(protocol, ready.labels, people, tuple(answers))
 
 
 def held_out_results(

@@ -19,7 +19,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.motion_rows import rows_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, LEAST_ROWS, Example, fill_gaps, gaps
-from zenocap.services.recognizer.training.manifest import Row, relative, summarized
+from zenocap.services.recognizer.training.manifest import ManifestRow, relative, summarized
 from zenocap.services.recognizer.training.parameters import LEAST_BACKGROUND_S
 
 EXACT_S = 1e-6
@@ -43,7 +43,7 @@ class Features:
 @grouped_warnings()
 def examples_of(
     manifest: Path,
-    rows: Sequence[Row],
+    rows: Sequence[ManifestRow],
     kind: Kind,
     report: Callable[[int, int, str], None] = lambda done, of, text: None,
     missing: list[str] | None = None,
@@ -97,7 +97,7 @@ def examples_of(
     return examples
 
 
-def _background(motion: Features, row: Row, name: str) -> list[Example]:
+def _background(motion: Features, row: ManifestRow, name: str) -> list[Example]:
     """Stretches of a row without gaps, of LEAST_BACKGROUND_S or more."""
     known = np.isfinite(motion.features).all(axis=1)
     known &= motion.times_s >= (motion.times_s[0] if row.start is None else row.start) - EXACT_S

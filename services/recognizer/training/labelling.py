@@ -16,7 +16,7 @@ from zenocap.services.recognizer.model import PostureModel, classify
 from zenocap.services.recognizer.motion_rows import ANGLES
 from zenocap.services.recognizer.training.example_files import Features, span
 from zenocap.services.recognizer.training.examples import resample
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.parameters import (
     END_SPEED,
     HELD_SHARE,
@@ -190,7 +190,7 @@ def suggestions_in(model: PostureModel, motion: Features, candidates: Sequence[C
     return suggestions
 
 
-def is_labelled(rows: Sequence[Row], source: Path, one: Candidate) -> bool:
+def is_labelled(rows: Sequence[ManifestRow], source: Path, one: Candidate) -> bool:
     """True when a row of the same source covers more than half of a candidate."""
     for row in rows:
         if row.source.resolve() == source.resolve():
@@ -200,10 +200,12 @@ def is_labelled(rows: Sequence[Row], source: Path, one: Candidate) -> bool:
     return False
 
 
-def add_rows(rows: Sequence[Row], source: Path, person: str, labelled: Sequence[tuple[Candidate, str]]) -> list[Row]:
+def add_rows(
+    rows: Sequence[ManifestRow], source: Path, person: str, labelled: Sequence[tuple[Candidate, str]]
+) -> list[ManifestRow]:
     """Append a row per labelled candidate; repetitions of a posture by a person are numbered consecutively."""
     made = list(rows)
     for one, posture in labelled:
         done = sum(row.posture == posture and row.person == person for row in made)
-        made.append(Row(0, source, round(one.start_s, 3), round(one.end_s, 3), posture, person, str(done + 1)))
+        made.append(ManifestRow(0, source, round(one.start_s, 3), round(one.end_s, 3), posture, person, str(done + 1)))
     return made

@@ -26,7 +26,7 @@ VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?
 
 
 @dataclass(frozen=True)
-class Row:
+class ManifestRow:
     """One example.  line: in the manifest.  source: a motion file, or a rig file or clip folder to be tracked first.
 
     start, end: seconds from the start of the source; None: its start and end.
@@ -72,7 +72,7 @@ def summarized(errors: Sequence[str]) -> list[str]:
     return lines
 
 
-def read_manifest(path: Path) -> list[Row]:
+def read_manifest(path: Path) -> list[ManifestRow]:
     """Read the rows of a manifest, in order; sources are relative to its folder.
 
     Cells are separated by commas, semicolons or tabs; the first line names the columns in any order.
@@ -84,7 +84,7 @@ def read_manifest(path: Path) -> list[Row]:
     if not first.strip():
         raise UserError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
     columns = _columns(path, names)
-    rows: list[Row] = []
+    rows: list[ManifestRow] = []
     counts = Counter[tuple[str, str]]()
     for number, cells in lines:
         rows += _rows(_ManifestLine(path, number, columns, cells, wrong), counts)
@@ -96,7 +96,7 @@ def read_manifest(path: Path) -> list[Row]:
     return rows
 
 
-def write_manifest(path: Path, rows: Iterable[Row]) -> None:
+def write_manifest(path: Path, rows: Iterable[ManifestRow]) -> None:
     """Write a manifest atomically; sources inside its folder are written relative to it.  Raises OSError."""
     base = path.parent.resolve()
     with atomic_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as file:
@@ -169,7 +169,7 @@ class _ManifestLine:
                 self.refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
 
 
-def _rows(line: _ManifestLine, counts: Counter[tuple[str, str]]) -> list[Row]:
+def _rows(line: _ManifestLine, counts: Counter[tuple[str, str]]) -> list[ManifestRow]:
     """The example of a line, or those of its label table; none where something is wrong."""
     before, labels = len(line.wrong), line.cell(LABELS)
     if len(line.cells) > len(line.columns):
@@ -194,13 +194,13 @@ def _rows(line: _ManifestLine, counts: Counter[tuple[str, str]]) -> list[Row]:
     for begin, until, label in spans:
         counts[label, person] += 1
         repetition = line.cell("repetition") or str(counts[label, person])
-        rows.append(Row(line.number, source, begin, until, label, person, repetition))
+        rows.append(ManifestRow(line.number, source, begin, until, label, person, repetition))
     return rows
 
 
-def _repeated(path: Path, rows: Sequence[Row]) -> list[str]:
+def _repeated(path: Path, rows: Sequence[ManifestRow]) -> list[str]:
     """Errors of rows with the same span of the same source as an earlier row."""
-    first: dict[tuple[Path, float | None, float | None], Row] = {}
+    first: dict[tuple[Path, float | None, float | None], ManifestRow] = {}
     wrong = []
     for row in rows:
         earlier = first.setdefault((row.source.resolve(), row.start, row.end), row)

@@ -16,7 +16,7 @@ from zenocap.services.tracker.filter.filter_step import residual_weights, start_
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
-from zenocap.services.tracker.states import AwaitingPerson, Lost, Setup, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Lost, TrackerSetup, Tracking
 from zenocap.services.tracker.tracking import advance_phase, known_person
 
 FIRST_COUNT = 1 << 40  # of frame sets, for the random seeds: the forward pass never counts so far
@@ -43,7 +43,7 @@ class Decided:
         self._turns, self._start_ns = sorted(turns), start_ns
 
     @staticmethod
-    def of(setup: Setup, start_ns: int) -> "Decided":
+    def of(setup: TrackerSetup, start_ns: int) -> "Decided":
         """Decisions in a set-up.  start_ns: capture time of the first pose."""
         options = setup.options
         at_start = options.front is not None or options.heading is not None
@@ -59,7 +59,7 @@ class Decided:
         return self._start_ns is not None and captured_ns - self._start_ns < DECIDED_NS
 
 
-def evidence_in(setup: Setup, masks: Mapping[str, Mask]) -> Evidence:
+def evidence_in(setup: TrackerSetup, masks: Mapping[str, Mask]) -> Evidence:
     """Evidence of the views that the forward pass has used.  masks: by viewer, (height, width), not 0 on the person."""
     contours, silhouettes = extract_outlines(
         [masks.get(viewer) for viewer in setup.cameras], list(setup.cameras.values()), setup.options.points
@@ -67,13 +67,13 @@ def evidence_in(setup: Setup, masks: Mapping[str, Mask]) -> Evidence:
     return evidence_of(contours, silhouettes)[0]
 
 
-def with_fixed_body(setup: Setup) -> Setup:
+def with_fixed_body(setup: TrackerSetup) -> TrackerSetup:
     """The set-up of the backward pass: the sizes of the body stay those of the end of the forward pass."""
     fixed = msgspec.structs.replace(setup.options.filter, shape_estimation=False)
     return replace(setup, options=replace(setup.options, filter=fixed))
 
 
-def begin(setup: Setup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence) -> Backward:
+def begin(setup: TrackerSetup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence) -> Backward:
     """State at the last pose of the forward pass, captured at `captured_ns`, with its own evidence."""
     person, last = known_person(setup, body), RootedPose.of(setup.anatomy, body, pose)
     person = replace(person, expected_support=support_fraction(person.model, evidence, last))
@@ -82,7 +82,9 @@ def begin(setup: Setup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evide
     return Backward(phase, captured_ns)
 
 
-def step_back(setup: Setup, state: Backward, captured_ns: int, evidence: Evidence) -> tuple[Backward, RootedPose | None]:
+def step_back(
+    setup: TrackerSetup, state: Backward, captured_ns: int, evidence: Evidence
+) -> tuple[Backward, RootedPose | None]:
     """State and pose of the next earlier frame set; no pose while the person is searched for."""
     phase, outcome = advance_phase(setup, state.phase, state.start_ns - captured_ns, evidence, FIRST_COUNT + state.count)
     assert not isinstance(phase, AwaitingPerson), "a measured body is never forgotten"

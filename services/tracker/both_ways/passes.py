@@ -14,7 +14,7 @@ from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.initialization.decisions import faces
 from zenocap.services.tracker.parameters import MIN_VIEWS
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 
 BACKWARDS, CHOOSING = "tracking backwards", "choosing the better poses"
 Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
@@ -43,7 +43,7 @@ class FusedPose:
 
 
 def two_passes(
-    setup: Setup, body: Bdp, forward: Sequence[ForwardPose], backwards: Iterable[SceneMasks],
+    setup: TrackerSetup, body: Bdp, forward: Sequence[ForwardPose], backwards: Iterable[SceneMasks],
     watch: Watch = lambda *_: None, jobs: int = 1,
 ) -> Mapping[int, FusedPose]:  # fmt: skip
     """Poses from both directions by capture time, one for each of the forward pass.
@@ -77,7 +77,7 @@ def two_passes(
 
 
 def _both_poses(
-    setup: Setup, body: Bdp, backwards: Iterable[SceneMasks], watch: Callable[[int], None], lookahead: Lookahead,
+    setup: TrackerSetup, body: Bdp, backwards: Iterable[SceneMasks], watch: Callable[[int], None], lookahead: Lookahead,
     decided: Decided,
 ) -> dict[int, TwoPoses]:  # fmt: skip
     """Poses of both directions by capture time; the backward pass begins with the first of `backwards`."""
@@ -96,14 +96,14 @@ def _both_poses(
     return found
 
 
-def _seen(setup: Setup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Evidence | None]]:
+def _seen(setup: TrackerSetup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Evidence | None]]:
     """Yield the poses with their evidence, None where too few views have a mask."""
     for one, masks in backwards:
         yield one, None if len(masks) < MIN_VIEWS else evidence_in(setup, masks)
 
 
 def _backward_poses(
-    setup: Setup, body: Bdp, seen: Iterable[tuple[ForwardPose, Evidence | None]], decided: Decided
+    setup: TrackerSetup, body: Bdp, seen: Iterable[tuple[ForwardPose, Evidence | None]], decided: Decided
 ) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Evidence | None]]:
     """Yield capture time, forward and backward pose, None where there is none, and evidence of each frame set."""
     state: Backward | None = None

@@ -62,11 +62,11 @@ from zenocap.services.tracker.parameters import (
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.resampling import at_rate
 from zenocap.services.tracker.prior.sampling import prior_distances
-from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 
 def start_tracking(
-    setup: Setup, person: TrackedPerson, pose: RootedPose, captured_ns: int, error: float
+    setup: TrackerSetup, person: TrackedPerson, pose: RootedPose, captured_ns: int, error: float
 ) -> tuple[Tracking, Outcome]:
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
@@ -77,7 +77,7 @@ def start_tracking(
 
 
 def filter_step(
-    setup: Setup, phase: Tracking, captured_ns: int, evidence: Evidence, rng: np.random.Generator
+    setup: TrackerSetup, phase: Tracking, captured_ns: int, evidence: Evidence, rng: np.random.Generator
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track the person in one scene; the track is lost after LOST_FRAMES misfits in a row."""
     if evidence.rays.shape[1] < MIN_TRACKING_RAYS:
@@ -132,7 +132,7 @@ class _Found(NamedTuple):
     limb_support: Floats | None
 
 
-def _velocity(setup: Setup, phase: Tracking, periods: float) -> Floats:
+def _velocity(setup: TrackerSetup, phase: Tracking, periods: float) -> Floats:
     """(6 + d,) predicted change of the pose since the last frame, `periods` frame periods ago."""
     # Paper (added): V-A does not predict by the velocity.
     if not setup.options.filter.velocity_prediction:
@@ -141,13 +141,13 @@ def _velocity(setup: Setup, phase: Tracking, periods: float) -> Floats:
     return velocity
 
 
-def _prior(setup: Setup) -> Prior | None:
+def _prior(setup: TrackerSetup) -> Prior | None:
     """The prior that the method uses, at the rig's frame rate."""
     return None if setup.prior is None or setup.options.method != "hybrid" else at_rate(setup.prior, 1e9 / setup.frame_ns)
 
 
 def _find_particles(
-    setup: Setup, phase: Tracking, periods: float, velocity: Floats, evidence: Evidence, rng: np.random.Generator
+    setup: TrackerSetup, phase: Tracking, periods: float, velocity: Floats, evidence: Evidence, rng: np.random.Generator
 ) -> _Found:
     """Propose particles, refine them on the scene, and search a limb that has lost its rays."""
     options, person, prior = setup.options, phase.person, _prior(setup)
@@ -175,12 +175,12 @@ def _find_particles(
     return _Found(out, errors, draws.kinds, limb_support)
 
 
-def _searches_limbs(setup: Setup) -> bool:
+def _searches_limbs(setup: TrackerSetup) -> bool:
     """The baselines have one way to find a pose."""
     return setup.options.filter.limb_search and setup.options.method == "hybrid"
 
 
-def _costs(setup: Setup, phase: Tracking, found: _Found, expected: RootedPose) -> tuple[Floats, Floats]:
+def _costs(setup: TrackerSetup, phase: Tracking, found: _Found, expected: RootedPose) -> tuple[Floats, Floats]:
     """(n,) distances of the particles from the prior, radians, and their costs, m^2."""
     prior, distances = _prior(setup), np.zeros(len(found.errors))
     if prior is not None:
@@ -193,7 +193,7 @@ def _costs(setup: Setup, phase: Tracking, found: _Found, expected: RootedPose) -
     return distances, found.errors + departures / (2.0 * LIKELIHOOD_INFORMATION)
 
 
-def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:
+def _motion(setup: TrackerSetup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:
     """(6 + d,) velocity of the pose per second, and whether a part jumped: a corrected limb has not moved."""
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     if not _searches_limbs(setup):
@@ -203,7 +203,7 @@ def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: in
 
 
 def _update_shape(
-    setup: Setup, person: TrackedPerson, rays: Floats32, pose: RootedPose
+    setup: TrackerSetup, person: TrackedPerson, rays: Floats32, pose: RootedPose
 ) -> tuple[TrackedPerson, Bdp | None]:
     """Person with the shape estimate updated by a new posture; and the body when it changed."""
     if not is_new_posture(person.shape, pose):
@@ -216,7 +216,7 @@ def _update_shape(
     return replace(person, body=body, model=model_of(setup.anatomy, body), shape=shape), body
 
 
-def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, evidence: Evidence, expected: RootedPose) -> RootedPose:
+def _estimate(setup: TrackerSetup, phase: Tracking, cloud: Cloud, evidence: Evidence, expected: RootedPose) -> RootedPose:
     """Pose of the heaviest particle; with Gauss-Newton refined on all rays and held near the prediction."""
     # Paper (open): how the pose of a frame follows from the particles; the heaviest, an approximation of the MAP.
     k = int(np.argmax(cloud.weights))
@@ -244,7 +244,7 @@ def _squared_mahalanobis(cloud: Cloud, expected: RootedPose) -> Floats:
     return departures
 
 
-def _empty_frame(setup: Setup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
+def _empty_frame(setup: TrackerSetup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
     """Keep the particles through a frame without a person; the track is lost after LOST_EMPTY_FRAMES."""
     misfits_in_row = phase.misfits_in_row + 1
     if misfits_in_row >= LOST_EMPTY_FRAMES and setup.options.filter.relocalization:
@@ -252,7 +252,7 @@ def _empty_frame(setup: Setup, phase: Tracking) -> tuple[Tracking | Lost, Outcom
     return replace(phase, misfits_in_row=misfits_in_row), no_pose(setup, lost=True)
 
 
-def residual_weights(setup: Setup, levels: Sequence[float], thin: int = 1) -> Weights:
+def residual_weights(setup: TrackerSetup, levels: Sequence[float], thin: int = 1) -> Weights:
     """Weights of residuals for the options.
 
     levels: standard deviations of position (m), orientation and coordinates (rad) about the target.  thin: step between
@@ -268,7 +268,7 @@ def _per_coordinate(d: int, levels: Sequence[float]) -> Floats:
     return np.repeat(levels, [3, 3, d])
 
 
-def _outcome(setup: Setup, pose: RootedPose, cloud: Cloud, error: float) -> Outcome:
+def _outcome(setup: TrackerSetup, pose: RootedPose, cloud: Cloud, error: float) -> Outcome:
     likelihood, effective = float(np.exp(-error * LIKELIHOOD_INFORMATION)), float(1.0 / np.sum(cloud.weights**2))
     return Outcome(None, pose.pose(setup.anatomy), _spread(setup.anatomy, cloud), likelihood, effective, False, ())
 
@@ -295,6 +295,6 @@ def _deviation(values: Floats, weights: Floats) -> Floats:
     return deviation
 
 
-def no_pose(setup: Setup, *, lost: bool) -> Outcome:
+def no_pose(setup: TrackerSetup, *, lost: bool) -> Outcome:
     """Result of a frame set without a pose."""
     return Outcome(None, None, np.zeros(len(setup.anatomy.angles) + 3), 0.0, 0.0, lost, ())

@@ -30,11 +30,11 @@ from zenocap.services.tracker.parameters import (
     START_STATURE_PERCENTILE,
     START_SUPPORT,
 )
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 
 def start_in_any_posture(
-    setup: Setup, phase: AwaitingPerson, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: AwaitingPerson, captured_ns: int, evidence: Evidence
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
     """Start tracking an average body once a person is in view for START_AFTER_NS; tried again every START_RETRY_NS."""
     no_result = no_pose(setup, lost=False)
@@ -65,13 +65,15 @@ def start_in_any_posture(
     return tracking, replace(outcome, body=person.body)
 
 
-def average_person(setup: Setup, stature: float, column: Column) -> TrackedPerson:
+def average_person(setup: TrackerSetup, stature: float, column: Column) -> TrackedPerson:
     """Person of average proportions.  stature: metres.  column: where the person is."""
     person = TrackedPerson.of(setup.anatomy, average_body(setup.anatomy, stature), stature)
     return replace(person, heading_known=False, detail=detail_at(setup, column.centre), measuring=AwaitingPerson())
 
 
-def _facing_where_feet_point(setup: Setup, person: TrackedPerson, pose: RootedPose, evidence: Evidence) -> RootedPose:
+def _facing_where_feet_point(
+    setup: TrackerSetup, person: TrackedPerson, pose: RootedPose, evidence: Evidence
+) -> RootedPose:
     """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
     weights, model = residual_weights(setup, PARTICLE_HOLD), person.model
     postures = (*search_postures(setup.anatomy), pose)

@@ -21,12 +21,12 @@ from zenocap.services.tracker.filter.filter_step import residual_weights, start_
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES
-from zenocap.services.tracker.states import Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import Outcome, TrackedPerson, TrackerSetup, Tracking
 
 OPPOSITE = {"R": "L", "L": "R"}
 
 
-def decided_front(setup: Setup, place: Floats) -> Floats | None:
+def decided_front(setup: TrackerSetup, place: Floats) -> Floats | None:
     """(3,) horizontal unit vector along which a person at `place` (3,) faces at the start; None without a decision."""
     options = setup.options
     if options.heading is not None:
@@ -43,7 +43,7 @@ def faces(pose: RootedPose, front: Floats) -> bool:
     return float(pose.rotation[:, 2] @ front) >= 0.0
 
 
-def opposite_pose(setup: Setup, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> RootedPose:
+def opposite_pose(setup: TrackerSetup, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> RootedPose:
     """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
     postures = (*search_postures(setup.anatomy), pose, exchanged_limbs(setup.anatomy, person.body, pose))
     return reversed_pose(setup, person.model, evidence, pose, postures)
@@ -59,7 +59,7 @@ def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose
 
 
 def start_as_decided(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """The first pose of a track facing as the user decides: itself, or the opposite one."""
     front = decided_front(setup, phase.estimate.position)
@@ -76,7 +76,7 @@ def by_decision(phase: Tracking, captured_ns: int) -> Tracking:
 
 
 def turned_as_decided(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """The track turned round where a take is tracked again with the opposite heading from this frame set on."""
     for turn in setup.options.turns:
@@ -97,7 +97,7 @@ def least_toes(phase: Tracking, captured_ns: int) -> float:
 
 
 def _turned(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     person = phase.person
     pose = opposite_pose(setup, person, evidence, phase.estimate)

@@ -35,7 +35,7 @@ from zenocap.services.tracker.parameters import (
     TOES_RATE,
     TOES_REFUSED,
 )
-from zenocap.services.tracker.states import Outcome, Setup, Tracking
+from zenocap.services.tracker.states import Outcome, TrackerSetup, Tracking
 
 
 def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedPose, stature: float) -> float | None:
@@ -77,7 +77,7 @@ def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
 
 
 def check_reversed_heading(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
@@ -92,7 +92,7 @@ def check_reversed_heading(
 
 
 def reversed_pose(
-    setup: Setup, model: BodyModel, evidence: Evidence, pose: RootedPose, postures: Sequence[RootedPose]
+    setup: TrackerSetup, model: BodyModel, evidence: Evidence, pose: RootedPose, postures: Sequence[RootedPose]
 ) -> RootedPose:
     """Best pose near the present one with the opposite heading; postures: to start from."""
     weights, back = residual_weights(setup, PARTICLE_HOLD), pose.rotation @ np.diag([-1.0, 1.0, -1.0])

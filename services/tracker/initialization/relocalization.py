@@ -44,7 +44,7 @@ from zenocap.services.tracker.parameters import (
     SEARCH_PASSES,
     SEARCH_RESIDUAL_LIMIT_M,
 )
-from zenocap.services.tracker.states import Lost, Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
@@ -69,7 +69,7 @@ def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
 
 
 def best_pose_anywhere(
-    setup: Setup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence
+    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence
 ) -> RootedPose | None:
     """Best pose in a scene, from common postures and the last one, in every heading; None without a column.
 
@@ -130,7 +130,7 @@ def refined(model: BodyModel, evidence: Evidence, start: RootedPose, weights: We
 
 
 def check_elsewhere(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose when a search of the whole scene finds a better one."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
@@ -145,7 +145,7 @@ def check_elsewhere(
 
 
 def check_other_postures(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
+    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one found from common postures near it, when that fits better."""
     person, weights, present = phase.person, residual_weights(setup, PARTICLE_HOLD), phase.estimate
@@ -171,7 +171,7 @@ def check_other_postures(
     return phase, replace(replaced, body=outcome.body)
 
 
-def search(setup: Setup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:
+def search(setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:
     """Search the whole scene for the measured body, and start tracking when it is found."""
     if phase.rest or evidence.rays.shape[1] < MIN_TRACKING_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)

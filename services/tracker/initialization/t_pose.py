@@ -49,7 +49,7 @@ from zenocap.services.tracker.parameters import (
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
 )
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 # A fit starts with short arms: rays at the end of an arm pull a shorter one out, but a longer one is not pushed back.
 SHORT_ARMS = np.array([-START_SHORT * SPREADS[k] if name == "arm" else 0.0 for k, name in enumerate(SIZE_NAMES)])
@@ -187,7 +187,7 @@ def _without_clutter(anatomy: Anatomy, first: FittedBody, samples: Sequence[FitS
 
 
 def await_person(
-    setup: Setup,
+    setup: TrackerSetup,
     phase: AwaitingPerson,
     captured_ns: int,
     evidence: Evidence,
@@ -228,7 +228,7 @@ def await_person(
     return tracking, replace(outcome, body=measured.body)
 
 
-def detail_at(setup: Setup, centre: Floats) -> float:
+def detail_at(setup: TrackerSetup, centre: Floats) -> float:
     """`TrackedPerson.detail` at a place (2,) on the ground, mean of all views."""
     found = []
     for camera in setup.cameras.values():

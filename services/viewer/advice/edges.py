@@ -22,7 +22,7 @@ SHARP_PX = 2.0  # width of a sharp edge, where none stands still
 
 
 @dataclass(frozen=True)
-class Outline:
+class EdgeOutline:
     """Edges of a person in some rows.  rows: (n,).  sides: (2, n) first and last column of the silhouette, -1 for none.
 
     widths: (2, n) px, NaN where the contrast is too low.  height: of the person, px.
@@ -71,7 +71,7 @@ def room_edge_px(room: Floats32) -> float | None:
     return float(np.quantile(known, SHARPEST)) if len(known) else None
 
 
-def outline_of(image: Image, room: Floats32, gain: float, mask: Mask, top: int, bottom: int) -> Outline:
+def outline_of(image: Image, room: Floats32, gain: float, mask: Mask, top: int, bottom: int) -> EdgeOutline:
     """Edges of a silhouette (height, width) of rows `top` to `bottom`; gain: of the green of the image over the room."""
     rows = np.unique(np.linspace(top, bottom, ADVICE_ROWS).astype(np.int64))
     sides = _sides(mask, rows)
@@ -84,7 +84,7 @@ def outline_of(image: Image, room: Floats32, gain: float, mask: Mask, top: int, 
         place = rows[inside, None], columns[inside, None] + steps
         profiles = image[(*place, GREEN)].astype(np.float64) - gain * room[(*place, GREEN)]
         widths[side, inside] = widths_of(profiles)
-    return Outline(rows, sides, widths, float(bottom - top + 1))
+    return EdgeOutline(rows, sides, widths, float(bottom - top + 1))
 
 
 def _sides(mask: Mask, rows: Ints) -> Ints:
@@ -95,7 +95,7 @@ def _sides(mask: Mask, rows: Ints) -> Ints:
     return np.asarray(np.where(some, np.stack([first, last]), -1), dtype=np.int64)
 
 
-def moved_since(outline: Outline, mask: Mask) -> Blur:
+def moved_since(outline: EdgeOutline, mask: Mask) -> Blur:
     """The edges of an image with how far they have moved in the next one, whose silhouette is `mask`."""
     sides = _sides(mask, outline.rows)
     moved = np.abs(sides - outline.sides).astype(np.float64)

@@ -47,7 +47,7 @@ class PersonSample:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class ReducedSurroundings:
     """Reduced surroundings of a person.
 
     difference: from the room in its present light (h, w, 3), levels.  distance: the same in sigmas of the noise, (h, w).
@@ -81,7 +81,7 @@ def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:
     return np.asarray(np.clip(now / np.maximum(empty, 1.0), *GAIN_RANGE), dtype=np.float32)
 
 
-def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int, bottom: int) -> Reduced:
+def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int, bottom: int) -> ReducedSurroundings:
     """The person of rows `top` to `bottom` with what is around and below, about ADVICE_PERSON_PX tall."""
     height = bottom - top + 1
     step = max(1, round(height / ADVICE_PERSON_PX))
@@ -91,10 +91,10 @@ def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int
     place = np.s_[max(0, top - step) : bottom + below : step, left:right:step]
     difference = np.asarray(image[place] - gain * room.mean[place], dtype=np.float32)
     distance = np.sqrt((np.square(difference) * room.weight[place]).sum(axis=2))
-    return Reduced(difference, distance, np.ascontiguousarray(mask[place]))
+    return ReducedSurroundings(difference, distance, np.ascontiguousarray(mask[place]))
 
 
-def person_sample(time_s: float, found: Reduced, mask: Mask, top: int, bottom: int) -> PersonSample:
+def person_sample(time_s: float, found: ReducedSurroundings, mask: Mask, top: int, bottom: int) -> PersonSample:
     """Measures of a silhouette (height, width) whose rows are `top` to `bottom`."""
     rows = np.flatnonzero(found.mask.any(axis=1))
     cut = any(int(np.count_nonzero(line)) >= CONTACT_PX for line in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))
@@ -108,7 +108,7 @@ def person_sample(time_s: float, found: Reduced, mask: Mask, top: int, bottom: i
                         is_mirrored(found, first, last), height, cut)  # fmt: skip
 
 
-def missing(found: Reduced, first: int, last: int) -> Bools:
+def missing(found: ReducedSurroundings, first: int, last: int) -> Bools:
     """Pixels (h, w) of the person that are missing in the silhouette of rows `first` to `last`: its holes and cracks.
 
     Gaps of the silhouette are also real, between an arm and the trunk or between the legs: there the image shows the room.
@@ -124,7 +124,7 @@ def missing(found: Reduced, first: int, last: int) -> Bools:
     return lost & ~_partly_covered(found)
 
 
-def _partly_covered(found: Reduced) -> Bools:
+def _partly_covered(found: ReducedSurroundings) -> Bools:
     """Pixels (h, w) beside the silhouette whose difference from the room is a small share of that of the silhouette."""
     wide = np.pad(found.difference, ((1, 1), (1, 1), (0, 0)))
     inside = np.pad(found.mask, 1) != 0
@@ -140,7 +140,7 @@ def _partly_covered(found: Reduced) -> Bools:
     return partly
 
 
-def _contrast(found: Reduced, region: Bools, first: int, last: int) -> Floats:
+def _contrast(found: ReducedSurroundings, region: Bools, first: int, last: int) -> Floats:
     levels = np.abs(found.difference).max(axis=2)
     values = np.full(THIRDS, np.nan)
     for third, rows in enumerate(np.array_split(np.arange(first, last + 1), THIRDS)):
@@ -150,7 +150,7 @@ def _contrast(found: Reduced, region: Bools, first: int, last: int) -> Floats:
     return values
 
 
-def is_mirrored(found: Reduced, first: int, last: int) -> bool:
+def is_mirrored(found: ReducedSurroundings, first: int, last: int) -> bool:
     """Whether the lower half of the silhouette of rows `first` to `last` is a faint mirror image of the upper half.
 
     That is so where a glossy floor mirrors enough for the mirror image to belong to the silhouette.  Legs resemble the

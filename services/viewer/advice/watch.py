@@ -7,7 +7,7 @@ from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.image_measures import Exposure, cells_of, exposure
-from zenocap.services.viewer.advice.edges import GREEN, Blur, Outline, moved_since, outline_of, room_edge_px
+from zenocap.services.viewer.advice.edges import GREEN, Blur, EdgeOutline, moved_since, outline_of, room_edge_px
 from zenocap.services.viewer.advice.faults import Measured, faults_of
 from zenocap.services.viewer.advice.person import PersonSample, seen_person
 from zenocap.services.viewer.parameters import (
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Watch:
+class AdviceWatch:
     """Measures by capture time (s), oldest first.
 
     fast: cells of every image, for flicker.  slow: cells of each colour (cells down, cells across, 3).
@@ -37,7 +37,7 @@ class Watch:
     slow: tuple[tuple[float, Floats], ...] = ()
     samples: tuple[PersonSample, ...] = ()
     blurs: tuple[tuple[float, Blur], ...] = ()
-    outline: Outline | None = None
+    outline: EdgeOutline | None = None
     exposure: Exposure | None = None
     edge_px: float | None = None
     sampled_s: float = -1e9
@@ -46,8 +46,8 @@ class Watch:
 
 
 def watched(
-    watch: Watch, image: Image, time_s: float, mask: Mask | None, room: Background | None
-) -> tuple[Watch, list[CameraFault] | None]:
+    watch: AdviceWatch, image: Image, time_s: float, mask: Mask | None, room: Background | None
+) -> tuple[AdviceWatch, list[CameraFault] | None]:
     """Measure one image (height, width, 3): the measures after it, and the faults when they are due, otherwise None.
 
     mask: silhouette, None without a person.  room: of the background model; None where it has none.
@@ -78,12 +78,12 @@ def watched(
     return replace(watch, reported_s=time_s), faults_of(found)
 
 
-def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
+def _sampled(watch: AdviceWatch, small: Image, time_s: float) -> AdviceWatch:
     slow = _since((*watch.slow, (time_s, cells_of(small, ADVICE_CELLS))), time_s - ADVICE_LIGHT_S)
     return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
 
 
-def _with_person(watch: Watch, image: Image, room: Background, mask: Mask, time_s: float) -> Watch:
+def _with_person(watch: AdviceWatch, image: Image, room: Background, mask: Mask, time_s: float) -> AdviceWatch:
     found = seen_person(image, room, mask, time_s)
     if found is None:
         return watch

@@ -19,7 +19,7 @@ from zenocap.services.viewer.two_view.limb_search import CoverImage, LimbBody, c
 WHOLE, ARMLESS = cast(int, np.int64(0)), cast(int, np.int64(2))
 
 
-class BodyModel(NamedTuple):
+class PersonSizes(NamedTuple):
     """Sizes of one person, metres.
 
     torso, head: (3,) height, long and short radius.  neck: (3,) and origins: (4, 3), shoulders and hips, in the torso's
@@ -33,10 +33,10 @@ class BodyModel(NamedTuple):
     limbs: Floats
 
 
-def body_model(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
+def body_model(anatomy: Anatomy, bdp: Bdp) -> PersonSizes:
     """Sizes of a body as arrays for compiled functions."""
     torso, head = anatomy.index["torso"], anatomy.index["head"]
-    return BodyModel(
+    return PersonSizes(
         bdp.sizes[torso], bdp.sizes[head], bdp.offsets[head], limb_origins(anatomy, bdp), limb_sizes(anatomy, bdp)
     )
 
@@ -64,7 +64,7 @@ def cropped(camera: Floats, mask: Mask) -> tuple[Floats, Mask]:
 
 @kernel
 def cover_body(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, image: CoverImage, first: int
+    position: Floats, torso_to_world: Floats, directions: Floats, model: PersonSizes, image: CoverImage, first: int
 ) -> float:
     """Clear the cover, draw the model with the limbs from `first` on, and return its matching score.
 
@@ -86,7 +86,7 @@ def cover_body(
 
 
 @kernel
-def _cover_torso_and_head(position: Floats, torso_to_world: Floats, model: BodyModel, image: CoverImage) -> None:
+def _cover_torso_and_head(position: Floats, torso_to_world: Floats, model: PersonSizes, image: CoverImage) -> None:
     frames = np.empty((2, 3, 4))
     sizes = np.empty((2, 3))
     for row in range(3):
@@ -106,7 +106,7 @@ class BodyFit:
     image_rows: height of the whole image, of which `mask` may be a part.
     """
 
-    def __init__(self, model: BodyModel, camera: Floats, mask: Mask, image_rows: int = 0) -> None:
+    def __init__(self, model: PersonSizes, camera: Floats, mask: Mask, image_rows: int = 0) -> None:
         self.image_rows = image_rows or mask.shape[0]
         totals: Ints = np.array([int(np.count_nonzero(mask)), 0, 0], dtype=np.int64)
         self.model = model

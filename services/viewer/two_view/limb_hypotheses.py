@@ -12,7 +12,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.jit import kernel
 from zenocap.common.vision.model_image import ADD, COUNT, REMOVE, score_of_counts
-from zenocap.services.viewer.two_view.body_fit import BodyFit, BodyModel
+from zenocap.services.viewer.two_view.body_fit import BodyFit, PersonSizes
 from zenocap.services.viewer.two_view.limb_search import CoverImage, LimbBody, cover_limb
 
 ARM_HYPOTHESES, LEG_HYPOTHESES = 6, 2  # per limb
@@ -65,7 +65,7 @@ def hypothesis_scores(fit: BodyFit, first: int, hypotheses: Floats) -> Floats:
 
 
 @kernel
-def _scores(position: Floats, first: int, hypotheses: Floats, model: BodyModel, image: CoverImage) -> Floats:
+def _scores(position: Floats, first: int, hypotheses: Floats, model: PersonSizes, image: CoverImage) -> Floats:
     count = hypotheses.shape[1]
     scores = np.empty(count * count)
     origins = np.empty((2, 3))

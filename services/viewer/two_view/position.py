@@ -17,7 +17,7 @@ from zenocap.services.viewer.parameters import (
     TILT_REGION,
     TILT_STOP,
 )
-from zenocap.services.viewer.two_view.body_fit import ARMLESS, WHOLE, BodyFit, BodyModel, cover_body
+from zenocap.services.viewer.two_view.body_fit import ARMLESS, WHOLE, BodyFit, PersonSizes, cover_body
 from zenocap.services.viewer.two_view.limb_search import CoverImage, turn_vector
 
 SHIFTS = np.array(SHIFTS_PX)
@@ -75,7 +75,7 @@ def tilt_of(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: 
 
 @kernel
 def shift_body(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, image: CoverImage,
+    position: Floats, torso_to_world: Floats, directions: Floats, model: PersonSizes, image: CoverImage,
     metres_per_px: float, coarse: int, keep_feet: bool,
 ) -> tuple[Floats, float]:  # fmt: skip
     """Shift the model without arms in the image to its best matching score, first in steps of `coarse` px, then of one.
@@ -111,7 +111,7 @@ def shift_body(
 
 @kernel
 def turn_scores(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, image: CoverImage, turns: Floats
+    position: Floats, torso_to_world: Floats, directions: Floats, model: PersonSizes, image: CoverImage, turns: Floats
 ) -> Floats:
     """(n,) log matching scores of the whole body turned by `turns` (n,) radians about the vertical."""
     # Paper (replaced): 3.1 turns the torso by quarter turns; here both viewers score turns about the last yaw.
@@ -129,7 +129,7 @@ def turn_scores(
 
 @kernel
 def tilt_body(
-    position: Floats, torso_to_world: Floats, directions: Floats, axis: Floats, height: float, model: BodyModel,
+    position: Floats, torso_to_world: Floats, directions: Floats, axis: Floats, height: float, model: PersonSizes,
     image: CoverImage,
 ) -> float:  # fmt: skip
     """Tilt torso and head about `axis` (3,) of the world by an overlapped tri-tree search; returns the angle, radians.
@@ -168,7 +168,7 @@ def tilt_body(
 @kernel
 def _tilt(
     position: Floats, torso_to_world: Floats, directions: Floats, axis: Floats, height: float, angle: float,
-    model: BodyModel, trial: Floats, turned: Floats, turned_directions: Floats,
+    model: PersonSizes, trial: Floats, turned: Floats, turned_directions: Floats,
 ) -> None:  # fmt: skip
     """Write trial (3,), turned (3, 3), turned_directions (4, 2, 3): navel, torso and limbs after a tilt by `angle`."""
     column, turned_column = np.empty(3), np.empty(3)
@@ -185,7 +185,7 @@ def _tilt(
 
 @kernel
 def keep_feet_in_place(
-    position: Floats, torso_to_world: Floats, directions: Floats, moved: Floats, turned: Floats, model: BodyModel,
+    position: Floats, torso_to_world: Floats, directions: Floats, moved: Floats, turned: Floats, model: PersonSizes,
     out: Floats,
 ) -> None:  # fmt: skip
     """Write limb directions (4, 2, 3) after the torso moved from `position`, `torso_to_world` to `moved`, `turned`.
@@ -211,7 +211,7 @@ def keep_feet_in_place(
 
 @kernel
 def _keep_foot(
-    position: Floats, torso_to_world: Floats, moved: Floats, turned: Floats, model: BodyModel, limb: int, part: Floats
+    position: Floats, torso_to_world: Floats, moved: Floats, turned: Floats, model: PersonSizes, limb: int, part: Floats
 ) -> None:
     """Turn the parts (2, 3) of a leg, directions in the world, so that its foot stays; see `keep_feet_in_place`."""
     upper, lower = model.limbs[limb, 0, 0], model.limbs[limb, 1, 0]

@@ -14,7 +14,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.shell import plate_of
 from zenocap.services.viewer.two_view.jit_warmup import load_compiled
-from zenocap.services.viewer.two_view.states import State, TwoViewSetup
+from zenocap.services.viewer.two_view.states import TwoViewSetup, TwoViewState
 from zenocap.services.viewer.two_view.step import answered_frame, describe, initial_state, phase_of, step
 
 logger = logging.getLogger(__name__)
@@ -22,7 +22,7 @@ logger = logging.getLogger(__name__)
 
 def two_view(
     rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
-) -> Service[TwoViewSetup, State, Frame]:
+) -> Service[TwoViewSetup, TwoViewState, Frame]:
     """Viewer of method two-view, with the additions of the rig.  people: see `silhouette_service`.  kept: always None.
 
     Raises as `silhouette_service` does.

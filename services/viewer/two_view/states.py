@@ -9,12 +9,12 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.level_view import LevelView, level_view
 from zenocap.common.messages import Assignment
 from zenocap.common.rig.two_view import IMPROVED, Additions
-from zenocap.services.viewer.states import LearningBackground, Scene, Setup
-from zenocap.services.viewer.two_view.body_fit import BodyModel, camera_rows
+from zenocap.services.viewer.states import LearningBackground, Segmentation, ViewerSetup
+from zenocap.services.viewer.two_view.body_fit import PersonSizes, camera_rows
 
 
 @dataclass(frozen=True)
-class TwoViewSetup(Setup):
+class TwoViewSetup(ViewerSetup):
     """additions: to the paper, see `zenocap.common.rig.two_view`."""
 
     publish_silhouette: bool = False
@@ -49,7 +49,7 @@ class Pending:
     frame: int
     captured_ns: int
     mask: Mask
-    model: BodyModel | None = None
+    model: PersonSizes | None = None
     ray: tuple[float, float] = (0.0, 0.0)
 
 
@@ -69,7 +69,7 @@ class MeasuringBody:
     advice: health text.
     """
 
-    scene: Scene
+    scene: Segmentation
     bdp: Bdp | None = None
     pending: Pending | None = None
     advice: str = "waiting for a person"
@@ -77,7 +77,7 @@ class MeasuringBody:
 
 
 @dataclass(frozen=True)
-class Tracking:
+class TrackingBody:
     """Tracking a person.
 
     bdp, model: universal body.  pose, based_on: of the last universal BAP, and its frame.
@@ -86,9 +86,9 @@ class Tracking:
     placed_ns: capture time of this viewer's frame at the last assignment.
     """
 
-    scene: Scene
+    scene: Segmentation
     bdp: Bdp
-    model: BodyModel
+    model: PersonSizes
     pose: Pose
     based_on: int = -1
     assignment: Assignment | None = None
@@ -98,4 +98,4 @@ class Tracking:
     placed_ns: int | None = None
 
 
-State = LearningWithBody | MeasuringBody | Tracking
+TwoViewState = LearningWithBody | MeasuringBody | TrackingBody

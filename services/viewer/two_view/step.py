@@ -12,7 +12,7 @@ from zenocap.common.messages import Assignment, Message, PartialBdp, Phase, Sigh
 from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
 from zenocap.services.viewer.parameters import UNPLACED_NS
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import Scene
+from zenocap.services.viewer.states import Segmentation
 from zenocap.services.viewer.two_view.body_definition import Scale, fine_tuned, side_lengths
 from zenocap.services.viewer.two_view.body_fit import body_model
 from zenocap.services.viewer.two_view.paper.body_definition import fine_tuned as paper_fine_tuned
@@ -23,9 +23,9 @@ from zenocap.services.viewer.two_view.states import (
     LearningWithBody,
     MeasuringBody,
     Pending,
-    State,
-    Tracking,
+    TrackingBody,
     TwoViewSetup,
+    TwoViewState,
 )
 from zenocap.services.viewer.two_view.tracking import limbs, sighting
 
@@ -33,18 +33,18 @@ Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 AWAITING_POSE = "waiting for the pose of the integrator"
 
 
-def initial_state(setup: TwoViewSetup) -> State:
+def initial_state(setup: TwoViewSetup) -> TwoViewState:
     return LearningWithBody()
 
 
-def step(setup: TwoViewSetup, state: State, event: Event) -> tuple[State, list[Message]]:
+def step(setup: TwoViewSetup, state: TwoViewState, event: Event) -> tuple[TwoViewState, list[Message]]:
     """Process one event: (state, messages).  Pure."""
     match state, event:
         case LearningWithBody(), Frame() | SegmentedFrame():
             return _learn(setup, state, event)
-        case ((MeasuringBody() | Tracking()), Frame()):
+        case ((MeasuringBody() | TrackingBody()), Frame()):
             return _segment(setup, state, event)
-        case ((MeasuringBody() | Tracking()), SegmentedFrame()):
+        case ((MeasuringBody() | TrackingBody()), SegmentedFrame()):
             return _locate(setup, state, event)
         case _, Envelope(message=message):
             return _receive(setup, state, message)
@@ -52,14 +52,14 @@ def step(setup: TwoViewSetup, state: State, event: Event) -> tuple[State, list[M
             return state, []
 
 
-def phase_of(state: State) -> Phase:
+def phase_of(state: TwoViewState) -> Phase:
     """Phase of the viewer, for its health."""
     match state:
         case LearningWithBody():
             return Phase.LEARNING_BACKGROUND
         case MeasuringBody(scene=scene):
             return Phase.AWAITING_PERSON if scene.extents is None else Phase.MEASURING_BODY
-        case Tracking():
+        case TrackingBody():
             return Phase.TRACKING
 
 
@@ -72,25 +72,27 @@ def answered_frame(id: str, message: Message) -> int | None:
             return None
 
 
-def describe(state: State) -> str:
+def describe(state: TwoViewState) -> str:
     """Health text of a state."""
     match state:
         case LearningWithBody(frames=frames):
             return f"learning the background ({len(frames)} frames)"
         case MeasuringBody(advice=advice):
             return advice
-        case Tracking(lost=lost):
+        case TrackingBody(lost=lost):
             return "tracking, limbs lost: searching all around" if lost else "tracking"
 
 
-def _learn(setup: TwoViewSetup, state: LearningWithBody, frame: Frame | SegmentedFrame) -> tuple[State, list[Message]]:
+def _learn(
+    setup: TwoViewSetup, state: LearningWithBody, frame: Frame | SegmentedFrame
+) -> tuple[TwoViewState, list[Message]]:
     state, scene = learn(setup, state, frame.image if isinstance(frame, Frame) else None)
     if scene is None:
         return state, []
     return MeasuringBody(scene, state.bdp), []
 
 
-def _segment(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: Frame) -> tuple[State, list[Message]]:
+def _segment(setup: TwoViewSetup, state: MeasuringBody | TrackingBody, frame: Frame) -> tuple[TwoViewState, list[Message]]:
     """Sighting of an image."""
     scene, mask, messages = segment(setup, state.scene, frame)
     if mask is not None and setup.publish_silhouette:
@@ -100,7 +102,9 @@ def _segment(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: Frame)
     return after, [*messages, *more]
 
 
-def _locate(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: SegmentedFrame) -> tuple[State, list[Message]]:
+def _locate(
+    setup: TwoViewSetup, state: MeasuringBody | TrackingBody, frame: SegmentedFrame
+) -> tuple[TwoViewState, list[Message]]:
     """Sighting of a silhouette.  A take contains all inputs from here on: `zenocap verify` recomputes this part."""
     mask = None if frame.mask is None else setup.level.warp(frame.mask)
     if mask is None or not mask.any():
@@ -112,17 +116,17 @@ def _locate(setup: TwoViewSetup, state: MeasuringBody | Tracking, frame: Segment
             state = replace(state, advice="waiting for a person")
         return state, [absent]
     pending = Pending(frame.frame, frame.captured_ns, mask)
-    if isinstance(state, Tracking):
+    if isinstance(state, TrackingBody):
         state = _expire_pose(state, frame.captured_ns)
     match state:
-        case Tracking():
+        case TrackingBody():
             tracked, message = sighting(setup, state, pending)
             return tracked, [message]
         case MeasuringBody():
             return replace(state, pending=pending), [_first_sighting(setup, pending)]
 
 
-def _expire_pose(state: Tracking, captured_ns: int) -> Tracking | MeasuringBody:
+def _expire_pose(state: TrackingBody, captured_ns: int) -> TrackingBody | MeasuringBody:
     """Drop a pose without assignments for UNPLACED_NS: sightings searched from a wrong pose cannot be placed."""
     if state.placed_ns is None:
         return replace(state, placed_ns=captured_ns)
@@ -143,7 +147,7 @@ def _first_sighting(setup: TwoViewSetup, pending: Pending) -> Sighting:
     )  # fmt: skip
 
 
-def _receive(setup: TwoViewSetup, state: State, message: Message) -> tuple[State, list[Message]]:
+def _receive(setup: TwoViewSetup, state: TwoViewState, message: Message) -> tuple[TwoViewState, list[Message]]:
     """Process a message of the integrator."""
     match state, message:
         case MeasuringBody(pending=Pending() as pending), Assignment(tracking=False):
@@ -163,12 +167,12 @@ def _receive(setup: TwoViewSetup, state: State, message: Message) -> tuple[State
         case MeasuringBody(bdp=Bdp() as bdp), Assignment(tracking=True):  # no pose, or an expired one: start upright
             pose = neutral_pose(setup.anatomy, np.array(message.position), message.yaw)
             return _tracking(setup, state.scene, bdp, pose), []
-        case Tracking(), _:
+        case TrackingBody(), _:
             return _receive_tracking(setup, state, message)
     return state, []
 
 
-def _receive_tracking(setup: TwoViewSetup, state: Tracking, message: Message) -> tuple[State, list[Message]]:
+def _receive_tracking(setup: TwoViewSetup, state: TrackingBody, message: Message) -> tuple[TwoViewState, list[Message]]:
     match message:
         case Assignment(tracking=True) if state.pending is not None:
             pending = state.pending
@@ -184,8 +188,8 @@ def _receive_tracking(setup: TwoViewSetup, state: Tracking, message: Message) ->
     return state, []
 
 
-def _tracking(setup: TwoViewSetup, scene: Scene, bdp: Bdp, pose: Pose, based_on: int = -1) -> Tracking:
-    return Tracking(scene, bdp, body_model(setup.anatomy, bdp), pose, based_on)
+def _tracking(setup: TwoViewSetup, scene: Segmentation, bdp: Bdp, pose: Pose, based_on: int = -1) -> TrackingBody:
+    return TrackingBody(scene, bdp, body_model(setup.anatomy, bdp), pose, based_on)
 
 
 def _is_for(setup: TwoViewSetup, pending: Pending, assignment: Assignment) -> bool:
@@ -201,7 +205,7 @@ def _pose(setup: TwoViewSetup, message: UniversalBap) -> Pose:
 
 def _measure(
     setup: TwoViewSetup, state: MeasuringBody, pending: Pending, assignment: Assignment
-) -> tuple[State, list[Message]]:
+) -> tuple[TwoViewState, list[Message]]:
     """Partial BDP of the pending frame if it shows this view of the T-pose; otherwise advice."""
     box = silhouette_box(pending.mask)
     position = np.array(assignment.position)

@@ -41,7 +41,7 @@ from zenocap.services.viewer.two_view.paper.position import shift
 from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at
 from zenocap.services.viewer.two_view.position import TorsoEstimate, estimate_torso, tilt_of, turn_scores
 from zenocap.services.viewer.two_view.silhouette_features import own_view, silhouette_box, toes_offset, upper_body_width
-from zenocap.services.viewer.two_view.states import Pending, Tracking, TwoViewSetup
+from zenocap.services.viewer.two_view.states import Pending, TrackingBody, TwoViewSetup
 
 NO_SCORES = np.empty(0)
 
@@ -52,7 +52,7 @@ def torso_of(setup: TwoViewSetup, angles: Floats) -> Floats:
     return torso_rotation(*(float(angles[index[f"navel.{axis}"]]) for axis in "yxz"))
 
 
-def sighting(setup: TwoViewSetup, state: Tracking, pending: Pending) -> tuple[Tracking, Sighting]:
+def sighting(setup: TwoViewSetup, state: TrackingBody, pending: Pending) -> tuple[TrackingBody, Sighting]:
     """Position, tilt and turn of the body in this view, searched from the last universal BAP.  [Two-view 3.1, 3.2]"""
     added = setup.additions
     pose = state.pose
@@ -91,7 +91,7 @@ def sighting(setup: TwoViewSetup, state: Tracking, pending: Pending) -> tuple[Tr
     return replace(state, pending=replace(pending, model=state.model, ray=(message.x, message.y))), message
 
 
-def _projection(setup: TwoViewSetup, state: Tracking) -> tuple[Floats, float]:
+def _projection(setup: TwoViewSetup, state: TrackingBody) -> tuple[Floats, float]:
     """Camera rows (5, 3) of the model image and depth of the person, metres."""
     # Paper (replaced): 3.2 draws an orthographic model scaled by r_t; with the addition perspective, in perspective.
     if state.assignment is None:
@@ -101,7 +101,7 @@ def _projection(setup: TwoViewSetup, state: Tracking) -> tuple[Floats, float]:
     return (setup.rows if "perspective" in setup.additions else orthographic(setup.rows, depth)), depth
 
 
-def _start(setup: TwoViewSetup, state: Tracking, depth: float) -> Floats:
+def _start(setup: TwoViewSetup, state: TrackingBody, depth: float) -> Floats:
     """(3,) position from which the body is searched."""
     start = state.pose.position
     if "perspective" in setup.additions:
@@ -140,7 +140,9 @@ def _relocalized(
     return found if found.score > score else None
 
 
-def limbs(setup: TwoViewSetup, state: Tracking, pending: Pending, assignment: Assignment) -> tuple[Tracking, list[Message]]:
+def limbs(
+    setup: TwoViewSetup, state: TrackingBody, pending: Pending, assignment: Assignment
+) -> tuple[TrackingBody, list[Message]]:
     """Partial BAP of the pending frame, with the torso as the integrator assigned it.  [Two-view 3.3, 3.4]"""
     anatomy, added = setup.anatomy, setup.additions
     if pending.model is None:
@@ -185,7 +187,7 @@ def limbs(setup: TwoViewSetup, state: Tracking, pending: Pending, assignment: As
 
 
 def _search_directions(
-    setup: TwoViewSetup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+    setup: TwoViewSetup, state: TrackingBody, fit: BodyFit, assignment: Assignment, *, lost: bool
 ) -> tuple[Floats, dict[int, LimbResult]]:
     """Limbs searched as directions, which stay in the fit: the last angles (angles,), and the result of each limb."""
     torso = fit.torso_to_world
@@ -205,7 +207,7 @@ def _search_directions(
 
 
 def _search_angles(
-    setup: TwoViewSetup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+    setup: TwoViewSetup, state: TrackingBody, fit: BodyFit, assignment: Assignment, *, lost: bool
 ) -> tuple[Floats, dict[int, LimbResult]]:
     """Limbs searched angle by angle, as printed: angles (angles,) radians, and the result of each limb."""
     # As printed in [Two-view 3.3, 3.4]: arms before legs; with the addition restart also from other angles.
@@ -239,7 +241,7 @@ def _search_limb(
     return paper_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
 
 
-def _last(setup: TwoViewSetup, state: Tracking, torso: Floats) -> Floats:
+def _last(setup: TwoViewSetup, state: TrackingBody, torso: Floats) -> Floats:
     """(4, 2, 3) limb directions of the last pose in the frame of `torso` (3, 3)."""
     directions: Floats = limb_directions(setup.anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
     return directions

@@ -11,7 +11,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
-from zenocap.common.formats.motion_files import REST_ROWS, Motion, read_poses_for
+from zenocap.common.formats.motion_files import REST_ROWS, FileMotion, read_poses_for
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
@@ -39,7 +39,7 @@ def written(folder: Path, rest: int = 0, unknown: range = range(0), count: int =
     return folder / "raise.trc"
 
 
-def elbows(motion: Motion, anatomy: Anatomy) -> list[float]:
+def elbows(motion: FileMotion, anatomy: Anatomy) -> list[float]:
     return [pose.angles[anatomy.index["left_elbow.x"]] for pose in motion.poses if pose is not None]
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zenocap.common.lags.pairs import Curve, Lag, Limits, Offset, offsets_of
+from zenocap.common.lags.pairs import Curve, Lag, Limits, VideoOffset, offsets_of
 
 LIMITS = Limits(margin=5.0, ratio=1.2, apart_s=0.1, error_s=0.02, max_lag_s=2.0)
 
@@ -29,7 +29,7 @@ class Made:
         return Lag(self.lag_s, self.error_s, 1.0) if abs(lag_s - self.lag_s) < 0.05 else None
 
 
-def found(pairs: dict[tuple[str, str], Made], names: str = "abc", **known: float) -> dict[str, Offset]:
+def found(pairs: dict[tuple[str, str], Made], names: str = "abc", **known: float) -> dict[str, VideoOffset]:
     return offsets_of(list(names), pairs, LIMITS, known)
 
 

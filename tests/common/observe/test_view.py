@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from zenocap.common.bus.protocol import Alive, Envelope, Received
 from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, FrameRate, Health
-from zenocap.common.observe.view import KEPT_RATES, MOST_OTHERS, RigView, ServiceRow, observed, rows
+from zenocap.common.observe.view import KEPT_RATES, MOST_OTHERS, ObservedService, RigView, observed, rows
 from zenocap.common.topics import CAMERA_ADVICE, FRAME_RATE, HEALTH
 
 S = 1_000_000_000
@@ -19,7 +19,7 @@ def health(ns: int, rate: float = 15.0, counts: Mapping[str, int] | None = None,
     return Envelope(HEALTH.at("r", service="viewer", id=id), HEALTH, message, ns)
 
 
-def row(view: RigView, now_ns: int) -> ServiceRow:
+def row(view: RigView, now_ns: int) -> ObservedService:
     (found,) = rows(view, now_ns)
     return found
 

@@ -9,7 +9,7 @@ from tests.support.simulated_cameras import look, paper_cameras
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.rig.sources import BackgroundImage, FirstFrames
 from zenocap.services.integrator.states import integrator_setup
-from zenocap.services.viewer.states import Setup
+from zenocap.services.viewer.states import ViewerSetup
 
 ONE, TWO = paper_cameras()
 CEILING = look("ceiling", np.array([0.0, 3.0, 0.0]), np.array([0.1, 0.0, 0.0]))
@@ -25,12 +25,12 @@ def test_error_names_a_camera_that_points_straight_down() -> None:
     with pytest.raises(ValueError, match="camera ceiling"):
         integrator_setup(TEN_PARTS, {"1": ONE, "2": CEILING}, 66_000_000)
     with pytest.raises(ValueError, match="camera ceiling"):
-        Setup("1", CEILING, FirstFrames(10))
+        ViewerSetup("1", CEILING, FirstFrames(10))
 
 
 def test_a_missing_background_image_is_refused() -> None:
     with pytest.raises(ValueError, match=r"viewer 1: background image .*plate\.png is missing"):
-        Setup("1", ONE, BackgroundImage(Path("plate.png")))
+        ViewerSetup("1", ONE, BackgroundImage(Path("plate.png")))
 
 
 def test_the_integrator_uses_level_cameras() -> None:

@@ -13,7 +13,7 @@ from tests.tools.record.launcher.test_rig_status import SERVICES, health, status
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import Inbox
-from zenocap.common.observe.view import ServiceRow
+from zenocap.common.observe.view import ObservedService
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.foreign_text import MAX_TEXT, printable
 from zenocap.common.topics import HEALTH
@@ -88,7 +88,7 @@ def test_health_of_others_neither_changes_the_terminal_nor_is_markup() -> None:
     hostile = m.Health(frame=0, captured_ns=0, service="viewer", id="1", state=HOSTILE, rate=1.0, stages_ms={}, counts={})
     assert health("1").id == hostile.id
     status = status_after(hostile, alive=(("viewer", "1"),))
-    row = ServiceRow("studio", "viewer", "1", "up", words=HOSTILE)
+    row = ObservedService("studio", "viewer", "1", "up", words=HOSTILE)
     for text in (
         rendered(table(status, SERVICES, 1.0, "take.mcap")), plain_line(status, SERVICES, 1.0), rendered(shown([row], "q")),
         top_line(row),

@@ -11,9 +11,9 @@ from tests.support.pose_tracks import body, moving
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.services.animator.comparison import Comparison, TimedTrack
+from zenocap.services.animator.comparison import TakeComparison, TimedTrack
 from zenocap.services.animator.comparison_reader import compare
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 RATE = 20.0
 MOVED_M = np.array([0.3, 0.0, -0.4])  # by 0.5 m
@@ -23,17 +23,19 @@ def timed(track: PoseTrack, name: str, start_ns: int = START_NS) -> TimedTrack:
     return TimedTrack(name, start_ns + np.round(track.times_s * 1e9).astype(np.int64), track)
 
 
-def actor(timed: TimedTrack, row: int, shift_ns: int = 0) -> Actor:
+def actor(timed: TimedTrack, row: int, shift_ns: int = 0) -> ActorPose:
     track = timed.track
     captured_ns = int(timed.captured_ns[row]) + shift_ns
-    return Actor(row, captured_ns, 0, "two-view", track.anatomy, track.bdp, track.pose(row), tuple(track.lost[row].split()))
+    return ActorPose(
+        row, captured_ns, 0, "two-view", track.anatomy, track.bdp, track.pose(row), tuple(track.lost[row].split())
+    )
 
 
 @pytest.mark.parametrize("shift_ns", [0, 77_000_000_123])
 def test_every_joint_of_a_moved_copy_is_as_far_away_as_it_was_moved(shift_ns: int) -> None:
     one = moving(10, rate=RATE)
     other = timed(replace(one, positions=one.positions + MOVED_M), "b.mcap")
-    comparison = Comparison(timed(one, "a.mcap"), other)
+    comparison = TakeComparison(timed(one, "a.mcap"), other)
     found = comparison.at(actor(timed(one, "a.mcap"), 4, shift_ns), shift_ns)
     assert found is not None
     assert list(found.distances) == [marker.name for marker in one.anatomy.markers]
@@ -48,7 +50,7 @@ def test_takes_of_other_times_are_aligned_at_their_first_poses_and_moved_by_the_
     one = moving(10, rate=RATE)
     first, second = timed(one, "a.mcap"), timed(one, "b.mcap", START_NS + 10**12)
     for offset_s, row, text in [(0.0, 5, ""), (0.1, 3, ", shown 0.1 s later"), (-0.1, 7, ", shown 0.1 s earlier")]:
-        comparison = Comparison(first, second, offset_s)
+        comparison = TakeComparison(first, second, offset_s)
         found = comparison.at(actor(first, 5), 0)
         assert found is not None
         assert found.pose is not None
@@ -59,7 +61,7 @@ def test_takes_of_other_times_are_aligned_at_their_first_poses_and_moved_by_the_
 def test_a_take_is_at_no_distance_from_itself_also_where_its_body_was_still_another() -> None:
     one = timed(moving(10, rate=RATE), "a.mcap")
     early = replace(actor(one, 4), body=body(1.6))
-    found = Comparison(one, one).at(early, 0)
+    found = TakeComparison(one, one).at(early, 0)
     assert found is not None
     assert set(found.distances.values()) == {0.0}
 
@@ -67,7 +69,7 @@ def test_a_take_is_at_no_distance_from_itself_also_where_its_body_was_still_anot
 def test_there_is_no_pose_beyond_the_end_of_the_second_take_or_where_its_person_is_lost() -> None:
     one = moving(10, rate=RATE)
     first = timed(one, "a.mcap")
-    short = Comparison(first, timed(moving(5, rate=RATE, lost=(2,)), "b.mcap"))
+    short = TakeComparison(first, timed(moving(5, rate=RATE, lost=(2,)), "b.mcap"))
     found = [short.at(actor(first, row), 0) for row in (1, 2, 4, 5, 6, 9)]
     assert [one is not None and one.pose is not None for one in found] == [True, False, True, True, False, False]
     assert found[1] is not None
@@ -77,7 +79,7 @@ def test_there_is_no_pose_beyond_the_end_of_the_second_take_or_where_its_person_
 def test_a_pose_whose_time_is_not_known_yet_is_not_compared() -> None:
     one = moving(10, rate=RATE)
     first = timed(one, "a.mcap")
-    comparison = Comparison(first, first)
+    comparison = TakeComparison(first, first)
     assert comparison.at(actor(first, 4), 1_000) is None  # no recorded time
     assert comparison.at(actor(first, 4, 50_000_000), 0) is None  # that of another pose
 

@@ -13,16 +13,16 @@ from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.comparison import Comparison
+from zenocap.services.animator.comparison import TakeComparison
 from zenocap.services.animator.comparison_reader import ComparisonReader, ReadingStopped, Stopped, compare, read_track
 from zenocap.services.animator.show import TakePage, show_take
 
 PATIENCE_S = 60.0
 
 
-def comparison() -> Comparison:
+def comparison() -> TakeComparison:
     one = timed(moving(5), "a.mcap")
-    return Comparison(one, one)
+    return TakeComparison(one, one)
 
 
 @pytest.mark.parametrize("raw", [False, True])
@@ -52,7 +52,7 @@ def test_of_two_poses_of_one_time_the_last_counts_and_lost_ones_are_empty(tmp_pa
 def test_the_page_is_served_before_the_takes_are_read(tmp_path: Path) -> None:
     allowed = threading.Event()
 
-    def read(ended: Stopped) -> Comparison:
+    def read(ended: Stopped) -> TakeComparison:
         assert allowed.wait(PATIENCE_S)
         return comparison()
 
@@ -76,7 +76,7 @@ def test_reading_ends_when_the_page_is_closed(tmp_path: Path) -> None:
         compare(take, take, stopped=lambda: True)
     begun, found = threading.Event(), []
 
-    def read(ended: Stopped) -> Comparison:
+    def read(ended: Stopped) -> TakeComparison:
         begun.set()
         while not ended():
             pass

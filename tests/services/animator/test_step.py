@@ -11,15 +11,15 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.rig.rig import demo_rig
 from zenocap.services.animator.parameters import MAX_ENTRIES
-from zenocap.services.animator.states import State
+from zenocap.services.animator.states import AnimatorState
 from zenocap.services.animator.step import counts, describe, step
 from zenocap.services.viewer.shell import camera_info
 
 NOW = 1_000_000_000_000
 
 
-def after(*events: m.Message, state: State | None = None, now_ns: int = NOW) -> State:
-    state = state or State()
+def after(*events: m.Message, state: AnimatorState | None = None, now_ns: int = NOW) -> AnimatorState:
+    state = state or AnimatorState()
     for event in events:
         state, messages = step(SETUP, state, received(event, now_ns))
         assert messages == []

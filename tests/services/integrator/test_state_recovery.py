@@ -12,7 +12,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.state_recovery import standing_height
-from zenocap.services.integrator.states import State
+from zenocap.services.integrator.states import IntegratorState
 from zenocap.services.integrator.step import awaits_recovery
 
 BODY, POSE = INITIAL_MESSAGES[-2:]
@@ -20,7 +20,7 @@ assert isinstance(BODY, m.UniversalBdp)
 assert isinstance(POSE, m.UniversalBap)
 
 
-def restarted_with(*messages: m.Message) -> tuple[State, list[m.Message]]:
+def restarted_with(*messages: m.Message) -> tuple[IntegratorState, list[m.Message]]:
     return play(integrator.initial_state(SETUP), *messages)
 
 

@@ -13,15 +13,15 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.topics import topic_of
-from zenocap.services.recognizer.step import Setup, Source, State, counts, describe, initial_state, step
+from zenocap.services.recognizer.step import RecognizerSetup, RecognizerState, Source, counts, describe, initial_state, step
 from zenocap.services.recognizer.stream import stream_setup
 
 pytestmark = pytest.mark.slow
 START = 1_700_000_000 * SECOND
 
 
-def setup(source: Source = "integrator", anatomy: Anatomy = TEN_PARTS) -> Setup:
-    return Setup(stream_setup(actor_model()), source, anatomy)
+def setup(source: Source = "integrator", anatomy: Anatomy = TEN_PARTS) -> RecognizerSetup:
+    return RecognizerSetup(stream_setup(actor_model()), source, anatomy)
 
 
 def bap(k: int, angles: np.ndarray, lost: bool = False) -> m.UniversalBap:
@@ -38,7 +38,7 @@ def pose(k: int, angles: np.ndarray, anatomy: Anatomy = TEN_PARTS) -> m.TrackerP
     )  # fmt: skip
 
 
-def run_steps(setup: Setup, messages: Iterable[m.Message]) -> tuple[State, list[m.Posture]]:
+def run_steps(setup: RecognizerSetup, messages: Iterable[m.Message]) -> tuple[RecognizerState, list[m.Posture]]:
     state, found = initial_state(setup), []
     for message in messages:
         topic = topic_of(type(message))

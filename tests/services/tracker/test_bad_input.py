@@ -14,7 +14,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker import step as tracker
-from zenocap.services.tracker.states import State
+from zenocap.services.tracker.states import TrackerState
 from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.rotation import rx
 
@@ -39,7 +39,7 @@ def masks() -> tuple[Mapping[str, Mask], ...]:
 
 def play(
     cameras: Mapping[str, Camera], shown: Callable[[int, str], Mask | None], frames: range = ALL
-) -> tuple[State, list[m.Message], set[str]]:
+) -> tuple[TrackerState, list[m.Message], set[str]]:
     """Final state, all messages, and every finding.  shown: mask of a frame and viewer, or None."""
     config, state, published, findings = setup(cameras), None, list[m.Message](), set[str]()
     for frame in frames:

@@ -8,7 +8,7 @@ from tests.support.tracker_steps import pass_to, track_each
 from zenocap.common import messages as m
 from zenocap.common.codec import decode, encode
 from zenocap.services.tracker import step as tracker
-from zenocap.services.tracker.states import State
+from zenocap.services.tracker.states import TrackerState
 from zenocap.services.tracker.step import awaiting_person
 from zenocap.simulation.body.pose import PersonPose
 
@@ -17,7 +17,7 @@ SEED = 3
 AFTER = in_motion(SEED, 3)
 
 
-def play(state: State | None, poses: list[PersonPose], start: int) -> tuple[State, list[m.Message]]:
+def play(state: TrackerState | None, poses: list[PersonPose], start: int) -> tuple[TrackerState, list[m.Message]]:
     masks = [(frame, rendered_masks(SETUP.cameras, SEED, pose)) for frame, pose in enumerate(poses, start)]
     silhouettes = (
         silhouette(viewer, frame, frame * FRAME_NS, mask) for frame, views in masks for viewer, mask in views.items()

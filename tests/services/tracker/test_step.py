@@ -23,7 +23,7 @@ from zenocap.common.conversion import angles_of, bdp_of, points_of
 from zenocap.common.synchronizer import GONE_AFTER
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.parameters import MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
-from zenocap.services.tracker.states import State, with_detail
+from zenocap.services.tracker.states import TrackerState, with_detail
 
 SETUP = tracker_setup()
 VIEWERS = tuple(SETUP.cameras)
@@ -85,7 +85,7 @@ def delays(late_ms: float) -> m.CameraDelays:
     return m.CameraDelays(frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms=applied_ms)
 
 
-def losses(state: State) -> dict[str, int]:
+def losses(state: TrackerState) -> dict[str, int]:
     """The counts without those of frame sets that arrived."""
     return {name: count for name, count in tracker.counts(state).items() if not name.endswith("e_instants")}
 
@@ -102,7 +102,7 @@ def instants(numbers: range, viewers: tuple[str, ...] = VIEWERS) -> list[m.Messa
     return [message for frame in numbers for message in instant(frame, viewers)]
 
 
-def play(messages: list[m.Message], state: State | None = None) -> tuple[State, list[m.Message]]:
+def play(messages: list[m.Message], state: TrackerState | None = None) -> tuple[TrackerState, list[m.Message]]:
     return track_each(SETUP, state, messages)
 
 
@@ -114,7 +114,7 @@ def frames(published: list[m.Message]) -> list[int]:
     return [pose.frame for pose in poses(published)]
 
 
-def shown(state: State) -> list[tuple[str, ...]]:
+def shown(state: TrackerState) -> list[tuple[str, ...]]:
     return [views for _, views in state.track.seen]
 
 

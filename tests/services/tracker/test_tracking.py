@@ -26,7 +26,7 @@ from zenocap.common.rig.tracker import PRESETS, find_prior
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import LOST_FRAMES
 from zenocap.services.tracker.prior.file import read_prior
-from zenocap.services.tracker.states import Method, Options, Outcome, Setup, TrackState
+from zenocap.services.tracker.states import Method, Options, Outcome, TrackerSetup, TrackState
 from zenocap.services.tracker.tracking import initial_state, resume, track
 from zenocap.simulation.body.pose import PersonPose
 
@@ -35,7 +35,9 @@ SEED = 3
 Played = tuple[TrackState, list[Outcome], list[str]]
 
 
-def run(config: Setup, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0) -> Played:
+def run(
+    config: TrackerSetup, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
+) -> Played:
     return played(config, SEED, poses, state, start)
 
 
@@ -143,7 +145,7 @@ def test_preset_paper_tracks_a_walking_person_and_never_relocalizes(method: Meth
     prior = read_prior(find_prior("walking-paper"), anatomy) if method == "hybrid" else None
     particles = {"hybrid": 4, "image-force": 1, "particle-filter": 50}[method]
     options = Options(method, particles, 300, 30, 0, "force-printed", PRESETS["paper"].filter)
-    config = Setup(anatomy, CAMERAS, FRAME_NS, prior, options)
+    config = TrackerSetup(anatomy, CAMERAS, FRAME_NS, prior, options)
     state, _, texts = run(config, [t_pose_at(SEED)] * 5)
     assert texts[-1] == "tracking"
     state, outcomes, _ = run(config, [t_pose_at(SEED, x=0.03), *in_motion(SEED, 3)], state, 5)

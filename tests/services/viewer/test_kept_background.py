@@ -14,7 +14,7 @@ from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
 from zenocap.services.viewer import step as silhouette_step
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.parameters import KEEP_S
-from zenocap.services.viewer.states import Setup
+from zenocap.services.viewer.states import ViewerSetup
 from zenocap.services.viewer.step import Segmenting
 
 SETUP = replace(viewer_setup("1"), background=AdaptiveBackground())
@@ -23,7 +23,7 @@ OWNER = Owner("lab", "1", "4f")
 LOGGER = "zenocap.services.viewer.kept_background"
 
 
-def played(setup: Setup, frames: int, keeper: BackgroundKeeper | None = None) -> silhouette_step.State:
+def played(setup: ViewerSetup, frames: int, keeper: BackgroundKeeper | None = None) -> silhouette_step.SilhouetteState:
     state = silhouette_step.initial_state(setup)
     for each in film(frames):
         state, _ = silhouette_step.step(setup, state, each["1"])

@@ -17,7 +17,7 @@ COUNT = 30
 SETUP = viewer_setup("1")
 
 
-def played(count: int = COUNT, setup: object = SETUP) -> tuple[silhouette_step.State, list[m.Message]]:
+def played(count: int = COUNT, setup: object = SETUP) -> tuple[silhouette_step.SilhouetteState, list[m.Message]]:
     assert isinstance(setup, type(SETUP))
     state, published = silhouette_step.initial_state(setup), []
     for frames in film(COUNT)[:count]:

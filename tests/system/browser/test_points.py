@@ -16,7 +16,7 @@ from zenocap.common.camera.lens import Lens
 from zenocap.tools.setup.calibration.scene_file import read_scene
 from zenocap.tools.setup.page.points_lines import LinePoints
 from zenocap.tools.setup.page.points_mode import PointsMode
-from zenocap.tools.setup.page.points_scene import ScenePoints
+from zenocap.tools.setup.page.points_scene import ScenePointTask
 
 pytestmark = pytest.mark.core
 
@@ -66,7 +66,7 @@ def add_point(visit, name, place) -> None:
 def test_clicked_points_give_the_cameras_and_both_files(browser, tmp_path, known) -> None:
     cameras = [room_camera("cam01", 0.3), room_camera("cam02", -1.2)]
     lenses = {one.name: Lens.of(one) for one in cameras} if known else None
-    task = ScenePoints(["cam01", "cam02"], tmp_path / "points.toml", tmp_path / "room.toml", lenses)
+    task = ScenePointTask(["cam01", "cam02"], tmp_path / "points.toml", tmp_path / "room.toml", lenses)
     with opened(browser, cameras, task) as (visit, mode):
         tab = visit.page
         assert "Add " in tab.inner_text("#sentence")
@@ -95,7 +95,7 @@ def test_clicked_points_give_the_cameras_and_both_files(browser, tmp_path, known
 @pytest.mark.nightly
 def test_keys_drag_wheel_and_a_point_that_contradicts(browser, tmp_path) -> None:
     camera = room_camera("cam01", 0.3)
-    task = ScenePoints(["cam01"], tmp_path / "points.toml", tmp_path / "room.toml", {"cam01": Lens.of(camera)})
+    task = ScenePointTask(["cam01"], tmp_path / "points.toml", tmp_path / "room.toml", {"cam01": Lens.of(camera)})
     with opened(browser, [camera], task) as (visit, mode):
         tab = visit.page
         for name, place in ROOM.items():
@@ -172,7 +172,7 @@ def test_the_lines_of_the_paper_with_the_verdict_at_once(browser, tmp_path) -> N
 def test_nothing_is_wider_than_the_window(browser, tmp_path, width, scheme) -> None:
     camera = room_camera("cam01", 0.3)
     (tmp_path / "points.toml").write_text(scene_file(camera))
-    task = ScenePoints(["cam01"], tmp_path / "points.toml", tmp_path / "room.toml", {"cam01": Lens.of(camera)})
+    task = ScenePointTask(["cam01"], tmp_path / "points.toml", tmp_path / "room.toml", {"cam01": Lens.of(camera)})
     with opened(browser, [camera], task, width, scheme) as (visit, _):
         tab = visit.page
         visit.until(lambda: "good" in tab.inner_text("#outcome"), "the verdict of the points in the file")

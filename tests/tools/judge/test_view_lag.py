@@ -11,7 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.conversion import angles_by_name, body_of
-from zenocap.common.lags.pairs import Offset
+from zenocap.common.lags.pairs import VideoOffset
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.tools.judge.evidence import evidence_of
@@ -84,8 +84,8 @@ def test_unrelated_silhouettes_have_no_lag() -> None:
     assert view_lags(evidence_of(messages({"cam01": 0.0, "cam02": 40.0}))) is None
 
 
-def offset(offset_s: float, error_s: float = 0.001) -> Offset:
-    return Offset(offset_s, error_s, 20.0, 1.0, 1)
+def offset(offset_s: float, error_s: float = 0.001) -> VideoOffset:
+    return VideoOffset(offset_s, error_s, 20.0, 1.0, 1)
 
 
 def test_those_that_most_others_agree_with_are_in_step() -> None:

@@ -26,7 +26,7 @@ from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.states import TOPICS
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.shell import setup_of
-from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.states import TrackerSetup
 from zenocap.tools.takes.both_ways import WRITING, both_ways, has_second_pass, track_both_ways
 from zenocap.tools.takes.info import info
 from zenocap.tools.takes.info_text import lines_of
@@ -302,7 +302,7 @@ def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, P
 def test_an_interrupted_command_names_what_it_leaves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, function: str, output: str, words: str | None
 ) -> None:
-    def interrupt(take: Path, rig: str, setup: Setup, watch: Watch, jobs: int) -> None:
+    def interrupt(take: Path, rig: str, setup: TrackerSetup, watch: Watch, jobs: int) -> None:
         watch(BACKWARDS, 1, 2)
         raise KeyboardInterrupt
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.setup.calibration.board import Board
     from zenocap.tools.setup.calibration.board_calibration import BoardCalibration
     from zenocap.tools.setup.page.camera import LiveCamera
-    from zenocap.tools.setup.page.page import Mode
+    from zenocap.tools.setup.page.page import PageMode
 
 Films = Annotated[
     list[str] | None,
@@ -142,7 +142,7 @@ class LiveCalibration:
         from zenocap.tools.setup.calibration.board_report import verdict
         from zenocap.tools.setup.page.board_mode import BoardMode
 
-        def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
+        def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> PageMode:
             return BoardMode(cameras, self.described, epoch_ns, self._written, self.lenses, self.delays)
 
         mode = run_page(texts, images, table, "zenocap calibrate board --live", make, loop=False)

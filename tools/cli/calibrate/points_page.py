@@ -15,7 +15,7 @@ from zenocap.tools.cli.options import FAILED
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.setup.page.camera import LiveCamera
-    from zenocap.tools.setup.page.page import Mode
+    from zenocap.tools.setup.page.page import PageMode
     from zenocap.tools.setup.page.points_task import PointsTask
 
 FileAndCameras = Annotated[
@@ -77,7 +77,7 @@ def run_points(
     """
     from zenocap.tools.setup.page.points_mode import PointsMode
 
-    def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
+    def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> PageMode:
         return PointsMode(cameras, make_task([camera.name for camera in cameras]))
 
     mode = run_page(sources, images, page.table(), program, make, loop=False)

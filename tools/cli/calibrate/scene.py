@@ -101,12 +101,12 @@ def scene(
 
 def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArguments, page: PageArguments) -> NoReturn:
     """Place the points on a page, and end the command.  Raises UserError, typer.BadParameter."""
-    from zenocap.tools.setup.page.points_scene import ScenePoints
+    from zenocap.tools.setup.page.points_scene import ScenePointTask
 
     check_new(given.output, given.force)
     known = given.known()
     if given.as_json:
         raise typer.BadParameter("--json: allowed: without --live")
     path, sources = file_and_cameras(texts, "points.toml")
-    task = lambda names: ScenePoints(names, path, given.output, known)  # noqa: E731
+    task = lambda names: ScenePointTask(names, path, given.output, known)  # noqa: E731
     run_points(sources, images, page, "zenocap calibrate scene --live", task, given.output)

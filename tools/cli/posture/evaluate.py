@@ -19,7 +19,7 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import RESEARCH, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.services.recognizer.training.cross_validation import Outcome
+    from zenocap.services.recognizer.training.cross_validation import ValidationOutcome
     from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 
 Report = Callable[[int, int, str], None]
@@ -114,7 +114,9 @@ def _evaluate_streams(manifest: Path, name: str, sources: SourceArguments, given
         echo(line)
 
 
-def _outcomes(examples: list[Example], settings: TrainingSettings, protocol: str, report: Report) -> list[Outcome]:
+def _outcomes(
+    examples: list[Example], settings: TrainingSettings, protocol: str, report: Report
+) -> list[ValidationOutcome]:
     """By every protocol that the examples allow.  Raises UserError where none is."""
     from zenocap.common.errors import UserError
     from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate

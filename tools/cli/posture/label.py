@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.rig import Rig
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.examples import Example
-    from zenocap.services.recognizer.training.manifest import Row
+    from zenocap.services.recognizer.training.manifest import ManifestRow
     from zenocap.tools.cli.posture.tracked_sources import Report
     from zenocap.tools.teach.page.manifest_file import ManifestFile
     from zenocap.tools.teach.page.motion_view import MotionView
@@ -104,7 +104,7 @@ def _session(
 
     reached = None if rig is None else ZenohArguments().options(rig)
 
-    def read(rows: Sequence[Row], report: Report) -> list[Example]:
+    def read(rows: Sequence[ManifestRow], report: Report) -> list[Example]:
         tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)
         return examples_of(file.path, tracked, settings.training.features, report, joints=names)
 

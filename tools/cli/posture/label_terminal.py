@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.formats.trajectories import Trajectories
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
-    from zenocap.services.recognizer.training.manifest import Row
+    from zenocap.services.recognizer.training.manifest import ManifestRow
     from zenocap.tools.cli.posture.label_options import LabelArguments, LabelExpert
 
 FRAMES_PER_S = 20.0  # of the playback
@@ -80,7 +80,7 @@ def _list(source: Path, guesses: Mapping[Candidate, Suggestion | None], as_json:
     typer.echo("a suggestion with ?: the likeliest posture, but below the model's threshold")
 
 
-def _rows_of(output: Path | None) -> list[Row]:
+def _rows_of(output: Path | None) -> list[ManifestRow]:
     """Raises UserError."""
     from zenocap.services.recognizer.training.manifest import read_manifest
 

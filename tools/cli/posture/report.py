@@ -17,7 +17,7 @@ from zenocap.tools.cli.options import echo, one_line_errors
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.false_alarms import FalseAlarms
     from zenocap.services.recognizer.model import PostureModel
-    from zenocap.services.recognizer.training.cross_validation import Outcome
+    from zenocap.services.recognizer.training.cross_validation import ValidationOutcome
 
 NAMES_SHOWN, CONFUSIONS_SHOWN = 8, 12
 
@@ -86,7 +86,7 @@ def _alarms_json(alarms: FalseAlarms | None) -> dict[str, object] | None:
     }  # fmt: skip
 
 
-def outcome_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+def outcome_lines(outcomes: Sequence[ValidationOutcome]) -> Iterator[str]:
     """Correct recognitions by posture as [Two-view Table 2], and the confusions."""
     labels = outcomes[0].labels
     width = max(len("posture"), *map(len, labels))
@@ -107,7 +107,7 @@ def outcome_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
             yield f"{outcome.protocol}: not tested, because no other person performs it: {', '.join(untested)}"
 
 
-def outcome_json(outcome: Outcome, names: Sequence[str]) -> dict[str, object]:
+def outcome_json(outcome: ValidationOutcome, names: Sequence[str]) -> dict[str, object]:
     """names: of the examples, for those that were not recognized."""
     return {
         "protocol": outcome.protocol,
@@ -131,7 +131,7 @@ def outcome_json(outcome: Outcome, names: Sequence[str]) -> dict[str, object]:
     }
 
 
-def write_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
+def write_confusion(path: Path, outcomes: Sequence[ValidationOutcome]) -> None:
     """CSV: a row for each protocol and posture, a column for each answer.  Raises OSError."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -149,7 +149,7 @@ def _names(names: Sequence[str]) -> str:
 TITLES = {"paper": "the paper's protocol", "subjects": "leave-subjects-out"}
 
 
-def draw_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
+def draw_confusion(path: Path, outcomes: Sequence[ValidationOutcome]) -> None:
     """Write a picture in the format of `path`'s suffix: a matrix for each outcome, rows true.
 
     Raises OSError, and ImportError without matplotlib.

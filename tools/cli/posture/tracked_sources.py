@@ -13,7 +13,7 @@ from zenocap.tools.cli.options import Method, rig_at
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.training.examples import Example
-    from zenocap.services.recognizer.training.manifest import Row
+    from zenocap.services.recognizer.training.manifest import ManifestRow
     from zenocap.tools.cli.posture.training_options import SourceArguments
 
 Report = Callable[[int, int, str], None]
@@ -37,7 +37,9 @@ def read_examples(
     return examples_of(manifest, rows, kind, report, missing, names)
 
 
-def with_takes(manifest: Path, rows: Sequence[Row], folder: Path, method: Method | None, report: Report) -> list[Row]:
+def with_takes(
+    manifest: Path, rows: Sequence[ManifestRow], folder: Path, method: Method | None, report: Report
+) -> list[ManifestRow]:
     """The rows, with the take in `folder` instead of every rig; a take that is there already is not made again.
 
     Raises UserError with all rigs that cannot be tracked.

@@ -14,7 +14,7 @@ from zenocap.common.conversion import Bap, is_lost
 from zenocap.common.messages import Handled, Health
 from zenocap.common.observe.bodies import Source
 from zenocap.common.observe.spans import age_ns, live_pose
-from zenocap.common.observe.view import RigView, ServiceRow, ServiceView, observed, rows, without
+from zenocap.common.observe.view import ObservedService, RigView, ServiceView, observed, rows, without
 from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock_offset import Offset, offset_at, offset_in, to_integrator_ns
 from zenocap.common.topics import NAME, SIGHTING, SILHOUETTE, topic_at
@@ -77,7 +77,7 @@ class RigObservations:
     def services(self) -> Mapping[ServiceKey, ServiceView]:
         return self._view.services
 
-    def rows(self, now_ns: int) -> Sequence[ServiceRow]:
+    def rows(self, now_ns: int) -> Sequence[ObservedService]:
         """Status of every service, including missing ones of the rig file."""
         return rows(self._view, now_ns)
 

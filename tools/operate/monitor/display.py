@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from zenocap.common.bus.certificate import WARNED_DAYS
-from zenocap.common.observe.view import TROUBLE, ServiceRow
+from zenocap.common.observe.view import TROUBLE, ObservedService
 from zenocap.common.runtime.foreign_text import printable
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -19,14 +19,14 @@ LEFT = ("service", "", "longest step ms", "state")
 STYLES = {"up": "green", "starting": "yellow", "silent": "red", "gone": "red", "missing": "red"}
 
 
-def shown(rows: Sequence[ServiceRow], foot: str) -> Group:
+def shown(rows: Sequence[ObservedService], foot: str) -> Group:
     """One table per rig.  foot: the last line."""
     rigs = list(dict.fromkeys(row.rig for row in rows))
     tables = [_table(rig, [row for row in rows if row.rig == rig]) for rig in rigs]
     return Group(*tables, *([] if tables else [Text("no service found", style="yellow")]), Text(foot, style="dim"))
 
 
-def _table(rig: str, rows: Sequence[ServiceRow]) -> Table:
+def _table(rig: str, rows: Sequence[ObservedService]) -> Table:
     up, cores = sum(row.status == "up" for row in rows), sum(row.cores for row in rows)
     memory = sum(row.memory_mb for row in rows)
     title = f"{printable(rig)}: {up} of {len(rows)} up, {cores:.2f} cores, {memory:.0f} MB"
@@ -40,7 +40,7 @@ def _table(rig: str, rows: Sequence[ServiceRow]) -> Table:
     return table
 
 
-def _cells(row: ServiceRow, *, secured: bool) -> list[str | Text]:
+def _cells(row: ObservedService, *, secured: bool) -> list[str | Text]:
     """secured: whether there is a column for the certificates."""
     status, title = Text(row.status, style=STYLES[row.status]), Text(printable(row.title))
     if row.status in ("missing", "starting"):
@@ -55,7 +55,7 @@ def _cells(row: ServiceRow, *, secured: bool) -> list[str | Text]:
     ]  # fmt: skip
 
 
-def words(row: ServiceRow) -> str:
+def words(row: ObservedService) -> str:
     """State of a service, after the faults of its camera's images."""
     return f"! {row.advice} | {row.words}" if row.advice else row.words
 
@@ -73,7 +73,7 @@ def sparkline(values: Sequence[float], length: int = 10) -> str:
     return "".join(BLOCKS[min(len(BLOCKS) - 1, int(value / most * (len(BLOCKS) - 1) + 0.5))] for value in last)
 
 
-def _clock(row: ServiceRow) -> Text:
+def _clock(row: ObservedService) -> Text:
     if row.offset_ms is None or row.error_ms is None:
         return Text("")
     far = abs(row.offset_ms) - row.error_ms > QUARTER_FRAME_MS
@@ -84,6 +84,6 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.1f}"
 
 
-def as_json(rows: Sequence[ServiceRow]) -> dict[str, object]:
+def as_json(rows: Sequence[ObservedService]) -> dict[str, object]:
     """One object: `services`, each with every field of its row."""
     return {"services": [{name: value for name, value in vars(row).items() if name != "rates"} for row in rows]}

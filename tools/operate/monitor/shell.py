@@ -9,7 +9,7 @@ from rich.live import Live
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.closable import Closable
-from zenocap.common.observe.view import TROUBLE, RigView, ServiceRow, observed, rows
+from zenocap.common.observe.view import TROUBLE, ObservedService, RigView, observed, rows
 from zenocap.common.observe.watch import Watch
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
@@ -45,7 +45,7 @@ class Top(Closable):
                 self._views[rig] = observed(self._views.get(rig) or RigView(rig), event, at_ns)
             time.sleep(min(0.05, max(0.0, end_s - time.monotonic())))
 
-    def rows(self) -> list[ServiceRow]:
+    def rows(self) -> list[ObservedService]:
         """By rig and service."""
         now_ns = self._clock.elapsed_ns()
         return [row for _, view in sorted(self._views.items()) for row in rows(view, now_ns)]
@@ -84,7 +84,7 @@ def _live(top: Top, stopped: Callable[[], bool], console: Console) -> None:
             live.update(shown(top.rows(), "q or Ctrl-C ends"), refresh=True)
 
 
-def plain_line(row: ServiceRow) -> str:
+def plain_line(row: ObservedService) -> str:
     """One service as a line of text, without a terminal."""
     text = printable(f"{row.rig} {row.title}: {row.status}")
     if row.status in ("missing", "starting"):

@@ -27,7 +27,7 @@ from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.background import learn, update
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.prediction import Prediction, depths
-from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions
+from zenocap.common.vision.silhouette import PersonSilhouette, SilhouetteOptions
 from zenocap.services.recognizer.jit_warmup import load_compiled as load_compiled_recognizer
 from zenocap.services.recognizer.jit_warmup import minimal_model
 from zenocap.services.recognizer.stream import stream_setup
@@ -77,7 +77,7 @@ def _silhouettes(_: Callable[[str], None]) -> None:
         model, seen = follow(model, picture, number / FPS, SilhouetteOptions(), prediction=_expected(seen))
 
 
-def _expected(seen: Silhouette | None) -> Prediction | None:
+def _expected(seen: PersonSilhouette | None) -> Prediction | None:
     """The silhouette itself as the expected image of the body."""
     if seen is None:
         return None

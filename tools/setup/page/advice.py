@@ -63,7 +63,7 @@ class Measures:
         return None if self.focus is None or self.best_focus <= 0 else min(1.0, self.focus / self.best_focus)
 
 
-class Row(msgspec.Struct, frozen=True):
+class MeasureRow(msgspec.Struct, frozen=True):
     """A measure on the page.  share: of the best, 0 to 1, for a bar; None without one.  advice: "" for a good one."""
 
     key: str
@@ -74,7 +74,7 @@ class Row(msgspec.Struct, frozen=True):
     share: float | None = None
 
 
-def rows(found: Measures) -> list[Row]:
+def rows(found: Measures) -> list[MeasureRow]:
     """All measures, in the order of the page."""
     rate, sharpness, light = found.rate, found.sharpness, found.light
     noise = None if found.noise is None or math.isnan(found.noise) else found.noise
@@ -102,11 +102,11 @@ def _row(
     text: Callable[[T], str],
     advise: Callable[[T], str],
     share: float | None = None,
-) -> Row:
+) -> MeasureRow:
     if known is None:
-        return Row(key, name, "–", "wait")
+        return MeasureRow(key, name, "–", "wait")
     advice = advise(known)
-    return Row(key, name, text(known), "bad" if advice else "good", advice, share)
+    return MeasureRow(key, name, text(known), "bad" if advice else "good", advice, share)
 
 
 def _advice(fault: str, code: AdviceCode) -> str:

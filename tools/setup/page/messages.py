@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.web.messages import Decoder
-from zenocap.tools.setup.page.advice import Row
+from zenocap.tools.setup.page.advice import MeasureRow
 from zenocap.tools.setup.page.point_messages import PointCommand
 
 ModeName = Literal["cameras", "board", "points"]
@@ -24,7 +24,7 @@ class CameraEntry(msgspec.Struct, frozen=True):
     expected: tuple[int, int] | None = None
 
 
-class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
+class CameraHelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
     mode: ModeName
     version: str
     cameras: list[CameraEntry]
@@ -49,7 +49,7 @@ class StateUpdate(msgspec.Struct, frozen=True, tag="state", tag_field="type"):
 
     camera: str
     problem: str
-    rows: list[Row]
+    rows: list[MeasureRow]
 
 
 class BoardCamera(msgspec.Struct, frozen=True):

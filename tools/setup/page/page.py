@@ -31,7 +31,7 @@ from zenocap.tools.setup.page.parameters import (
 )
 
 
-class Mode(Protocol):
+class PageMode(Protocol):
     """What a page does besides pictures and measures.  Called by the loop of the page only, in its thread."""
 
     @property
@@ -89,7 +89,7 @@ class _Shown:
 class LivePage:
     """Serves the page of cameras from `open` to `close`; `run` between them."""
 
-    def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: Mode) -> None:
+    def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: PageMode) -> None:
         """program: the command, for messages."""
         self._cameras, self._mode = cameras, mode
         files = page_files("zenocap.tools.setup.page")
@@ -108,7 +108,7 @@ class LivePage:
         """Serve the page.  Raises UserError."""
         self._page.open()
         entries = [lm.CameraEntry(one.name, _source_text(one), self._settles(one), _expected(one)) for one in self._cameras]
-        self._page.publish("hello", lm.HelloUpdate(self._mode.name, versions()["zenocap"], entries))
+        self._page.publish("hello", lm.CameraHelloUpdate(self._mode.name, versions()["zenocap"], entries))
 
     def close(self) -> None:
         self._page.close()

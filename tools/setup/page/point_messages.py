@@ -57,7 +57,7 @@ class PlacedView(msgspec.Struct, frozen=True, kw_only=True):
     problem: str = ""
 
 
-class PointsUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type", kw_only=True):
+class PointTaskUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type", kw_only=True):
     """Everything but the pictures.  editable: whether points can be added, renamed, moved and removed.
 
     centre_lines: whether the middle columns and rows are shown, on which the markers of [Two-view 4.1] have to lie.

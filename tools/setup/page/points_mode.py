@@ -80,7 +80,7 @@ class PointsMode:
         self._finish_s = -1e9
         self.solution: Solution | None = None
         self.finished = False
-        self._sent: pm.PointsUpdate | None = None
+        self._sent: pm.PointTaskUpdate | None = None
         self._lock, self._changed, self._ended = threading.Lock(), threading.Event(), threading.Event()
         self._changed.set()
         self._thread = threading.Thread(target=self._solve, name="points", daemon=True)
@@ -174,7 +174,7 @@ class PointsMode:
                 self._solution, self._failure = solution or self._solution, failure
                 self._solved_for = placed if solution is not None else None
 
-    def _update(self) -> pm.PointsUpdate:
+    def _update(self) -> pm.PointTaskUpdate:
         placed, solution = self._placed, self._solution
         views = [] if solution is None else list(solution.views)
         fresh = [_of_now(view, placed) for view in views]
@@ -185,7 +185,7 @@ class PointsMode:
             sentence, verdict = self._failure, ""
         elif self.written and not self._unsaved and verdict != "poor":
             sentence = "Saved: press Finish."
-        return pm.PointsUpdate(
+        return pm.PointTaskUpdate(
             task=self._task.name,
             editable=self._task.editable,
             centre_lines=self._task.centre_lines,

@@ -25,7 +25,7 @@ Point = tuple[float, float, float]
 RESERVED = (SIZE_KEY, "points")  # tables and keys of the file
 
 
-class ScenePoints:
+class ScenePointTask:
     """points_file: of the scene, read when it exists, written by the page.  Raises UserError for a wrong one."""
 
     name: PointTask = "scene"

@@ -53,7 +53,7 @@ class Solution:
 
 
 class PointsTask(Protocol):
-    """A way to calibrate from points in pictures.  editable, centre_lines: see `PointsUpdate`."""
+    """A way to calibrate from points in pictures.  editable, centre_lines: see `PointTaskUpdate`."""
 
     name: PointTask
     editable: bool

@@ -11,7 +11,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
 from zenocap.common.lags.delays import limits_of
-from zenocap.common.lags.pairs import Comparison, Limits, Offset, offsets_of, reach_s
+from zenocap.common.lags.pairs import Comparison, Limits, VideoOffset, offsets_of, reach_s
 from zenocap.common.lags.tangents import Outline, silhouette_pairs
 from zenocap.common.rig.folder import SYNC_FILE
 from zenocap.common.rig.rig import Rig, Viewer
@@ -21,7 +21,7 @@ from zenocap.tools.setup.sync.videos import brightness_in, from_its_beginning, o
 
 Method = Literal["auto", "sound", "flash", "silhouettes"]
 SOUND, FLASH, SILHOUETTES = "sound", "flash", "silhouettes"
-UNKNOWN = Offset(nan, nan, 0.0, nan, 0, "unknown")
+UNKNOWN = VideoOffset(nan, nan, 0.0, nan, 0, "unknown")
 NO_PERSON = "no person in view"
 TOGETHER = "the videos began together within the errors of the offsets: 0 is taken"
 EXACT_FRAMES = 0.1  # standard error of flashes, up to which silhouettes are not compared too
@@ -44,7 +44,7 @@ class CameraOffset:
     """Offset of one camera.  source: what it was found from, "sound", "flash" or "silhouettes"."""
 
     source: str
-    offset: Offset
+    offset: VideoOffset
 
     @property
     def is_certain(self) -> bool:

@@ -68,7 +68,7 @@ def _put(image: Image, text: str, at: tuple[int, int], scale: float, colour: Bgr
 
 
 @dataclass(frozen=True)
-class PostureSpan:
+class CaptionSpan:
     """A posture between two times, both inclusive, nanoseconds since the Unix epoch."""
 
     label: str
@@ -76,15 +76,15 @@ class PostureSpan:
     end_ns: int
 
 
-def read_labels(take: Path) -> tuple[PostureSpan, ...]:
+def read_labels(take: Path) -> tuple[CaptionSpan, ...]:
     """Return the recognized postures of a take, by their start.  Raises UserError."""
     found = []
     for received in Take(take).envelopes([POSTURE]):
         if isinstance(received.message, Posture) and received.message.label is not None:
-            found.append(PostureSpan(received.message.label, received.message.start_ns, received.message.end_ns))
+            found.append(CaptionSpan(received.message.label, received.message.start_ns, received.message.end_ns))
     return tuple(sorted(found, key=lambda span: span.start_ns))
 
 
-def label_at(spans: tuple[PostureSpan, ...], at_ns: int) -> str:
+def label_at(spans: tuple[CaptionSpan, ...], at_ns: int) -> str:
     """Return the posture at a time, of several the one that started last; "" for none."""
     return next((span.label for span in reversed(spans) if span.start_ns <= at_ns <= span.end_ns), "")

@@ -61,7 +61,7 @@ class RenderOptions:
 
 
 @dataclass(frozen=True)
-class Rendered:
+class RenderedFilm:
     """Result of rendering.
 
     pictures: number drawn.  lost: those without a person.  cut: missing content of the take, None if complete.
@@ -74,7 +74,7 @@ class Rendered:
 
 def render(
     take: Path, output: Path, options: RenderOptions, on_progress: Callable[[int, int], None] = lambda done, total: None
-) -> Rendered:
+) -> RenderedFilm:
     """Write a film or a picture, by the suffix of `output`; an incomplete file never appears there.
 
     on_progress: called with the number of drawn pictures and their total.  Raises UserError.
@@ -99,7 +99,7 @@ def render(
 
 def _picture(
     output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
-) -> Rendered:
+) -> RenderedFilm:
     """Draw poses from the first known to the last known one into one picture."""
     known = np.flatnonzero(track.known)
     chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, options.poses)).astype(int))]
@@ -113,12 +113,12 @@ def _picture(
         if not cv2.imwrite(str(unfinished), image):
             raise UserError(f"{output}: cannot be written")
     on_progress(1, 1)
-    return Rendered(1, 0, poses.cut)
+    return RenderedFilm(1, 0, poses.cut)
 
 
 def _film(
     output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
-) -> Rendered:
+) -> RenderedFilm:
     fps = options.fps or round(track.rate, 3)
     if fps <= 0:
         raise UserError(f"{output}: a film needs two frames or more; allowed: a longer range, or a picture (.png)")
@@ -135,7 +135,7 @@ def _film(
                 on_progress(row + 1, count)
         finally:
             film.close()
-    return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
+    return RenderedFilm(count, int(np.count_nonzero(~even.known)), poses.cut)
 
 
 class Drawing:

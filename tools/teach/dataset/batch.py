@@ -11,7 +11,7 @@ import cv2
 import numba
 
 from zenocap.common.rig.rig import Rig
-from zenocap.services.recognizer.training.manifest import Row, write_manifest
+from zenocap.services.recognizer.training.manifest import ManifestRow, write_manifest
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.simulation.motion.timeline import MotionTimeline, posture_timeline
@@ -117,7 +117,7 @@ def write_takes_manifest(folder: Path, method: Method, takes: Sequence[PostureTa
         path, timeline = take_path(folder, method, one), one.timeline()
         if path.is_file():
             name, number = str(one.person), str(one.repetition)
-            rows.append(Row(0, path, timeline.motion_from_s, timeline.duration_s, one.posture, name, number))
+            rows.append(ManifestRow(0, path, timeline.motion_from_s, timeline.duration_s, one.posture, name, number))
     write_manifest(folder / MANIFEST, rows)
 
 

@@ -21,7 +21,7 @@ from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import SHIPPED, SUFFIX, write_model
 from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example, TrainingSettings
-from zenocap.services.recognizer.training.manifest import Row, read_manifest
+from zenocap.services.recognizer.training.manifest import ManifestRow, read_manifest
 from zenocap.services.recognizer.training.train import no_report, train
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.activities import ACTIVITIES
@@ -72,7 +72,7 @@ def session_of(seed: int) -> MotionTimeline:
     return session_timeline(person(seed), movements, rng.uniform(*PAUSES_S, len(movements)).tolist(), seed)
 
 
-def background_rows(folder: Path, method: Method, people: Iterable[int]) -> Iterator[Row]:
+def background_rows(folder: Path, method: Method, people: Iterable[int]) -> Iterator[ManifestRow]:
     """Rows of a manifest, of everything but postures; takes that exist are used again.  Raises OSError and UserError."""
     folder.mkdir(parents=True, exist_ok=True)
     for seed in people:
@@ -82,7 +82,7 @@ def background_rows(folder: Path, method: Method, people: Iterable[int]) -> Iter
             generate_take(dataset_rig(method), method, session, seed, part)
             part.replace(path)
         for number, (start_s, end_s) in enumerate(_without_postures(session)):
-            yield Row(0, path, start_s, end_s, BACKGROUND, str(seed), str(number))
+            yield ManifestRow(0, path, start_s, end_s, BACKGROUND, str(seed), str(number))
 
 
 def _without_postures(session: MotionTimeline) -> Iterator[tuple[float, float]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.training.example_files import span
 from zenocap.services.recognizer.training.examples import BACKGROUND
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.tools.teach.page import labels as lb
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page.manifest_file import ManifestFile
@@ -30,11 +30,11 @@ class LabelledTakes:
         return self._history.now
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[ManifestRow]:
         """Rows of the manifest."""
         return [one.row for one in self._history.now]
 
-    def labels_in(self, take: int) -> list[tuple[int, Row]]:
+    def labels_in(self, take: int) -> list[tuple[int, ManifestRow]]:
         """Id and row of the labels of a take."""
         return [(one.id, one.row) for one in self._history.now if self._take_of(one.row, -1) == take]
 
@@ -105,7 +105,7 @@ class LabelledTakes:
         lined = tuple(replace(one, row=row) for one, row in zip(history.now, rows, strict=True))
         self._history = replace(history, now=lined)
 
-    def _take_of(self, row: Row, otherwise: int | None = None) -> int:
+    def _take_of(self, row: ManifestRow, otherwise: int | None = None) -> int:
         """Number of a row's take.  Raises UserError for another source, unless `otherwise` is given."""
         for number, take in enumerate(self.takes):
             if lb.same(take.source, row.source):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.training.examples import BACKGROUND, LONGEST_LABEL
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.parameters import LEAST_BACKGROUND_S
 from zenocap.tools.teach.page.parameters import LEAST_LABEL_S, MOST_UNDONE
 
@@ -19,7 +19,7 @@ class Label:
     """A row of the manifest.  id: stays with it while it is changed."""
 
     id: int
-    row: Row
+    row: ManifestRow
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class TakeSpan:
 Labels = tuple[Label, ...]
 
 
-def labels_of(rows: Sequence[Row]) -> Labels:
+def labels_of(rows: Sequence[ManifestRow]) -> Labels:
     """Labels of the rows of a manifest."""
     return tuple(Label(k, row) for k, row in enumerate(rows))
 
 
 def add(labels: Labels, span: TakeSpan, start_s: float, end_s: float, posture: str, person: str) -> Labels:
     """Add a label, numbered as the next repetition of its posture by its person.  Raises UserError."""
-    row = _checked(labels, span, Row(0, span.source, start_s, end_s, posture, person, ""), None)
+    row = _checked(labels, span, ManifestRow(0, span.source, start_s, end_s, posture, person, ""), None)
     number = max((one.id for one in labels), default=-1) + 1
     return (*labels, Label(number, _numbered(labels, row)))
 
@@ -105,7 +105,7 @@ def same(one: Path, other: Path) -> bool:
     return one.resolve() == other.resolve()
 
 
-def _checked(others: Labels, span: TakeSpan, row: Row, id: int | None) -> Row:
+def _checked(others: Labels, span: TakeSpan, row: ManifestRow, id: int | None) -> ManifestRow:
     """The row with rounded times.  Raises UserError."""
     posture = checked_text("posture", row.posture)
     assert row.start is not None
@@ -137,12 +137,12 @@ def _checked(others: Labels, span: TakeSpan, row: Row, id: int | None) -> Row:
     return row
 
 
-def _shared_s(one: Row, other: Row) -> float:
+def _shared_s(one: ManifestRow, other: ManifestRow) -> float:
     end = min(float("inf") if row.end is None else row.end for row in (one, other))
     return end - max(one.start or 0.0, other.start or 0.0)
 
 
-def _numbered(labels: Labels, row: Row) -> Row:
+def _numbered(labels: Labels, row: ManifestRow) -> ManifestRow:
     """The row with the repetition after the largest one of its posture by its person."""
     done = [one.row for one in labels if (one.row.posture, one.row.person) == (row.posture, row.person)]
     numbers = [int(one.repetition) for one in done if one.repetition.isdecimal()]

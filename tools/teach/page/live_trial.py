@@ -15,7 +15,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.services.recognizer.commands import confidence_of
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.shell import SOURCES, setup_for_poses
-from zenocap.services.recognizer.step import Setup, State, initial_state, step
+from zenocap.services.recognizer.step import RecognizerSetup, RecognizerState, initial_state, step
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page.parameters import LIVE_PERIOD_S, LIVE_SHOWN, LIVE_SILENT_S, LIVE_WAIT_S
 
@@ -59,7 +59,7 @@ class LiveTrial:
             self._thread = None
             self._publish(pm.LiveUpdate("off"))
 
-    def _run(self, setup: Setup, ended: threading.Event) -> None:
+    def _run(self, setup: RecognizerSetup, ended: threading.Event) -> None:
         self._publish(pm.LiveUpdate("running", f"connecting to rig {self.name} …"))
         try:
             bus = self._open_bus(ended.is_set)
@@ -75,7 +75,7 @@ class LiveTrial:
             self._publish(pm.LiveUpdate("failed", f"{type(error).__name__}: {error}"))
             raise
 
-    def _recognize(self, setup: Setup, bus: Bus, ended: threading.Event) -> None:
+    def _recognize(self, setup: RecognizerSetup, bus: Bus, ended: threading.Event) -> None:
         state, shown = initial_state(setup), _ShownPostures()
         posed_s, published_s, before, fits = time.monotonic(), 0.0, pm.LiveUpdate("off"), True
         while not ended.is_set():
@@ -93,7 +93,7 @@ class LiveTrial:
                     before = update
                     self._publish(update)
 
-    def _state_text(self, state: State, silent_s: float, fits: bool) -> str:
+    def _state_text(self, state: RecognizerState, silent_s: float, fits: bool) -> str:
         """fits: the latest pose has the body model that the rig file names."""
         if silent_s > LIVE_SILENT_S:
             return NO_POSES.format(name=self.name)

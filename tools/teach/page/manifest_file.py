@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.training.manifest import COLUMNS, Row, read_manifest, write_manifest
+from zenocap.services.recognizer.training.manifest import COLUMNS, ManifestRow, read_manifest, write_manifest
 
 NAME, SUFFIX, MODEL_SUFFIX = "examples.csv", ".csv", ".postures"
 FIRST_LINE = 2  # of the rows, after the names of the columns
@@ -28,16 +28,16 @@ class ManifestFile:
         """Model that is trained from the manifest: beside it, of the same name."""
         return self.path.with_suffix(MODEL_SUFFIX)
 
-    def read(self) -> list[Row]:
+    def read(self) -> list[ManifestRow]:
         """Rows of the file; none where it does not exist, or has no row.  Raises UserError."""
         content = self._on_disk()
-        rows: list[Row] = []
+        rows: list[ManifestRow] = []
         if content is not None and content.decode("utf-8-sig", "replace").strip() != ",".join(COLUMNS):
             rows = read_manifest(self.path)
         self._content = content
         return rows
 
-    def write(self, rows: Sequence[Row]) -> list[Row]:
+    def write(self, rows: Sequence[ManifestRow]) -> list[ManifestRow]:
         """Write the rows, and return them with their lines in the file.
 
         Raises ChangedOnDiskError where the file differs from what was read or written last; UserError where it cannot be

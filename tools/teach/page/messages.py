@@ -30,7 +30,7 @@ class TakeEntry(msgspec.Struct, frozen=True):
     body: BodyUpdate
 
 
-class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
+class TeachHelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
     """The takes and files of the page.  background: its posture.  least_s: of a label.  warnings: lines for the user.
 
     rig: name of the rig of the live trial, "" without one.

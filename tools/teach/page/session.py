@@ -15,7 +15,7 @@ from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.stream import stream_setup
 from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.labelling import suggestions_in
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.stream_evaluation import PostureAnswer, answers_of
 from zenocap.tools.teach.page import labels as lb
 from zenocap.tools.teach.page import messages as pm
@@ -84,7 +84,7 @@ class TeachingSession:
         files = (str(self._labels.file.path), str(self._model_path))
         rig = "" if self._live is None else self._live.name
         self._publish(
-            "hello", pm.HelloUpdate(versions()["zenocap"], *files, entries, BACKGROUND, LEAST_LABEL_S, warnings, rig)
+            "hello", pm.TeachHelloUpdate(versions()["zenocap"], *files, entries, BACKGROUND, LEAST_LABEL_S, warnings, rig)
         )
         self._publish_labels()
         self._publish("training", self._training)
@@ -162,7 +162,9 @@ class TeachingSession:
 
         self._job.start(job)
 
-    def _trained(self, rows: Sequence[Row], result: training.TrainingResult, found: dict[int, list[PostureAnswer]]) -> None:
+    def _trained(
+        self, rows: Sequence[ManifestRow], result: training.TrainingResult, found: dict[int, list[PostureAnswer]]
+    ) -> None:
         self._model, self._found = result.model, found
         self._trained_on = {row.source.resolve() for row in rows}
         outdated = self._labels.rows != list(rows)

@@ -19,14 +19,14 @@ from zenocap.services.recognizer.training.examples import (
     postures_of,
     prepare,
 )
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import Report, train
 from zenocap.tools.teach.page.messages import PostureRow
 from zenocap.tools.teach.page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
 from zenocap.tools.teach.page.training_settings import PageSettings
 
-ReadExamples = Callable[[Sequence[Row], Report], list[Example]]
+ReadExamples = Callable[[Sequence[ManifestRow], Report], list[Example]]
 """Examples of rows of a manifest; raises UserError."""
 
 
@@ -47,7 +47,7 @@ class TrainingResult:
     postures: tuple[PostureRow, ...]
 
 
-def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
+def check_rows(rows: Sequence[ManifestRow], settings: TrainingSettings) -> None:
     """Raise UserError for too few different postures, and for a rate of false postures without background."""
     postures = sorted({row.posture for row in rows if row.posture != BACKGROUND})
     if not postures:
@@ -62,7 +62,9 @@ def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
         )
 
 
-def train_rows(rows: Sequence[Row], read: ReadExamples, path: Path, chosen: PageSettings, report: Report) -> TrainingResult:
+def train_rows(
+    rows: Sequence[ManifestRow], read: ReadExamples, path: Path, chosen: PageSettings, report: Report
+) -> TrainingResult:
     """Train a model of the rows and write it to `path`, its examples beside it for `posture add`.  Raises UserError."""
     settings = chosen.training
     check_rows(rows, settings)

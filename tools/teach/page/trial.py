@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.services.recognizer.training.stream_evaluation import PostureAnswer, PostureSpan, overlaps
 
 Verdict = Literal["right", "wrong", "unlabelled"]
@@ -28,7 +28,7 @@ class TakeTrial:
 
 
 def compare(
-    model: PostureModel, found: Sequence[PostureAnswer], labels: Sequence[tuple[int, Row]], end_s: float
+    model: PostureModel, found: Sequence[PostureAnswer], labels: Sequence[tuple[int, ManifestRow]], end_s: float
 ) -> TakeTrial:
     """Compare results with the labels of the take, which ends at `end_s`.
 

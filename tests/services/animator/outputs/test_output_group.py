@@ -13,7 +13,7 @@ from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, 
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs import lsl
 from zenocap.services.animator.outputs.output_group import OutputGroup, has_outputs, open_outputs
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 CLOCK = ManualClock()
 
@@ -24,7 +24,7 @@ class Broken:
     def receive(self, envelope: Envelope) -> None:
         raise RuntimeError("cannot receive")
 
-    def send(self, actor: Actor, posture: str | None) -> None:
+    def send(self, actor: ActorPose, posture: str | None) -> None:
         raise RuntimeError("cannot send")
 
     def counts(self) -> Mapping[str, int]:

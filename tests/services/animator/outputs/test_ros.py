@@ -21,13 +21,13 @@ from zenocap.services.animator.outputs import ros
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.ros_messages import ADD, BONES, DELETE, LOST, RosBody, no_markers
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 DOMAIN = 7
 TF, MARKERS = TF_MESSAGE.name, MARKER_ARRAY.name
 
 
-def messages_of(actor: Actor, posture: str | None = None) -> tuple[bytes, bytes]:
+def messages_of(actor: ActorPose, posture: str | None = None) -> tuple[bytes, bytes]:
     body = RosBody(actor.anatomy, actor.body, "map", "studio/")
     stamp_ns = actor.captured_ns
     return body.transforms(actor.pose, stamp_ns), body.markers(actor.pose, actor.lost, posture, stamp_ns)
@@ -118,7 +118,7 @@ def network() -> Iterator[tuple[str, RosListener]]:
         yield found
 
 
-def send_until(output: RosOutput, listener: RosListener, actor: Actor, wanted: Callable[[object], bool]) -> object:
+def send_until(output: RosOutput, listener: RosListener, actor: ActorPose, wanted: Callable[[object], bool]) -> object:
     """Send a pose again and again until a transform that is wanted arrives: both sides connect in the background."""
     for _ in range(200):
         output.send(actor, "wave")
@@ -129,7 +129,7 @@ def send_until(output: RosOutput, listener: RosListener, actor: Actor, wanted: C
     raise AssertionError(f"nothing arrived; {output.counts()}")
 
 
-def sends(actor: Actor) -> Callable[[object], bool]:
+def sends(actor: ActorPose) -> Callable[[object], bool]:
     stamp = (actor.captured_ns // 10**9, actor.captured_ns % 10**9)
     return lambda message: any((t.header.stamp.sec, t.header.stamp.nanosec) == stamp for t in message.transforms)
 

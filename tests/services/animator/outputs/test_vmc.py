@@ -14,7 +14,7 @@ from tests.support.virtual_actors import BODIES, PLACES, SHARES, actor_of, centr
 from zenocap.common.arrays import Floats
 from zenocap.common.rig.animator import VmcTable
 from zenocap.services.animator.outputs.vmc import MAX_DATAGRAM_BYTES, VmcOutput
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 # Unity's humanoid: parent of every bone, written independently of the tested code.
 PARENTS = {
@@ -91,7 +91,7 @@ def marionette() -> Iterator[Marionette]:
     receiver.close()
 
 
-def sent(actor: Actor, to: Marionette) -> None:
+def sent(actor: ActorPose, to: Marionette) -> None:
     output = VmcOutput(VmcTable(port=to.port))
     output.send(actor, None)
     to.listen()

@@ -12,7 +12,7 @@ from tests.support.virtual_actors import BODIES, PLACES, SHARES, actor_of, centr
 from zenocap.common.arrays import Floats
 from zenocap.common.rig.animator import TRACKERS, VrchatTable
 from zenocap.services.animator.outputs.vrchat import MAX_DATAGRAM_BYTES, VrchatOutput
-from zenocap.services.animator.states import Actor
+from zenocap.services.animator.states import ActorPose
 
 # Numbers of VRChat's trackers and their joints, written independently of the tested code.
 JOINTS = {3: "LAnkle", 4: "RAnkle", 5: "LKnee", 6: "RKnee", 7: "LElbow", 8: "RElbow"}
@@ -30,7 +30,7 @@ def vrchat() -> Iterator[Marionette]:
     receiver.close()
 
 
-def sent(actor: Actor, to: Marionette, **table: object) -> VrchatOutput:
+def sent(actor: ActorPose, to: Marionette, **table: object) -> VrchatOutput:
     to.values.clear()
     output = VrchatOutput(VrchatTable(port=to.port, **table))
     output.send(actor, None)

@@ -59,7 +59,7 @@ from zenocap.services.animator.parameters import (
     VIEWS_PERIOD_NS,
 )
 from zenocap.services.animator.presence import Presence, observed
-from zenocap.services.animator.states import State
+from zenocap.services.animator.states import AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.services.viewer.shell import camera_info
 
@@ -67,8 +67,8 @@ NOW = 1_700_000_000_000_000_000
 CAMERAS = [camera_info(viewer, NOW) for viewer in demo_rig("two-view").viewers]
 
 
-def after(*messages: m.Message, state: State | None = None, now_ns: int = NOW) -> State:
-    state = state or State()
+def after(*messages: m.Message, state: AnimatorState | None = None, now_ns: int = NOW) -> AnimatorState:
+    state = state or AnimatorState()
     for message in messages:
         state, _ = step(SETUP, state, received(message, now_ns))
     return state
@@ -82,13 +82,13 @@ def heard(*events: m.Message | Alive) -> Presence:
     return presence
 
 
-def services_of(*messages: m.Message, state: State | None = None) -> dict[str, Any]:
+def services_of(*messages: m.Message, state: AnimatorState | None = None) -> dict[str, Any]:
     """The update of the services after messages."""
-    found: dict[str, Any] = json.loads(services_update(state or State(), heard(*messages), 0, NOW).data)
+    found: dict[str, Any] = json.loads(services_update(state or AnimatorState(), heard(*messages), 0, NOW).data)
     return found
 
 
-def due(schedule: Schedule, state: State, now_ns: int = NOW) -> tuple[Schedule, list[EncodedUpdate]]:
+def due(schedule: Schedule, state: AnimatorState, now_ns: int = NOW) -> tuple[Schedule, list[EncodedUpdate]]:
     return due_updates(schedule, state, heard(), 1, now_ns)
 
 
@@ -96,7 +96,7 @@ def decoded(updates: list[EncodedUpdate]) -> dict[str, dict[str, object]]:
     return {update.key: json.loads(update.data) for update in updates}
 
 
-def full() -> State:
+def full() -> AnimatorState:
     pose = pose_at(0.0)
     masks = [silhouette(v.id, 1, NOW, mask_of(v.camera, pose)) for v in demo_rig("two-view").viewers]
     return after(*CAMERAS, body_message(NOW), *masks, sighting("1", 1, NOW), assignment(1, NOW, pose), bap(1, NOW, pose))
@@ -104,7 +104,7 @@ def full() -> State:
 
 def test_a_pose_has_the_joint_centres_of_the_kinematics() -> None:
     pose = pose_at(0.3)
-    sent = decoded(list(changes(State(), after(body_message(NOW), bap(5, NOW, pose)))))
+    sent = decoded(list(changes(AnimatorState(), after(body_message(NOW), bap(5, NOW, pose)))))
     centres = np.reshape(sent["pose/two-view"]["centres"], (-1, 3))
     np.testing.assert_allclose(centres, joint_centres(TEN_PARTS, body(), pose), atol=6e-4)
     assert sent["body/two-view"]["markers"] == [marker.name for marker in TEN_PARTS.markers]
@@ -118,7 +118,7 @@ def test_only_changes_are_sent() -> None:
 
 
 def test_the_corners_of_a_camera_project_to_the_corners_of_its_image() -> None:
-    sent = decoded(list(changes(State(), after(*CAMERAS))))
+    sent = decoded(list(changes(AnimatorState(), after(*CAMERAS))))
     for info in CAMERAS:
         corners = np.reshape(sent[f"camera/{info.viewer}"]["corners"], (4, 3))
         width, height = info.size
@@ -146,7 +146,7 @@ def test_a_lost_person_has_no_outlines() -> None:
 def test_the_services_have_their_condition_losses_and_recording() -> None:
     log = health("integrator", "main", NOW, log_messages=12, log_on=1, log_lost=3)
     presence = heard(Alive("integrator", "main", True, NOW), sighting("1", 1, NOW), sighting("2", 1, NOW), log)
-    sent = json.loads(services_update(State(), presence, 2, NOW + 1_100_000_000).data)
+    sent = json.loads(services_update(AnimatorState(), presence, 2, NOW + 1_100_000_000).data)
     assert [(row["name"], row["id"], row["condition"]) for row in sent["services"]] == [
         ("viewer", "1", "stale"), ("viewer", "2", "stale"), ("integrator", "main", "ok"),
     ]  # fmt: skip
@@ -266,7 +266,7 @@ def test_the_pages_files_are_part_of_the_package() -> None:
 
 def test_scene_points_are_sent_unchanged_and_damaged_ones_are_not() -> None:
     def sent_points(data: bytes) -> dict[str, dict[str, object]]:
-        return decoded(list(changes(State(), after(m.ScenePoints(frame=1, captured_ns=NOW, points=data)))))
+        return decoded(list(changes(AnimatorState(), after(m.ScenePoints(frame=1, captured_ns=NOW, points=data)))))
 
     sent = sent_points(packed_points(np.array([[1.0, -2.0, 0.5]])))
     assert np.frombuffer(b64decode(str(sent["points"]["data"])), "<i2").tolist() == [1000, -2000, 500]
@@ -290,8 +290,8 @@ def test_the_latest_commands_are_sent_together_oldest_first() -> None:
 
 def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
     """Also an empty list, so that the first command afterwards is known to be new."""
-    assert decoded(list(changes(State(), after(command_result(0, NOW, "a")))))["commands"]["live"] is False
-    none = decoded(list(changes(State(), full())))["commands"]
+    assert decoded(list(changes(AnimatorState(), after(command_result(0, NOW, "a")))))["commands"]["live"] is False
+    none = decoded(list(changes(AnimatorState(), full())))["commands"]
     assert (none["commands"], none["live"]) == ([], False)
     assert "commands" not in decoded(list(changes(full(), full())))
 

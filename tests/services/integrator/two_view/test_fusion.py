@@ -11,7 +11,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import LIMBS, hanging_arm, limb_directions
 from zenocap.services.integrator.parameters import EXCHANGE_AT
-from zenocap.services.integrator.states import State
+from zenocap.services.integrator.states import IntegratorState
 
 INDEX = TEN_PARTS.index
 
@@ -20,7 +20,7 @@ def changed(message: m.PartialBap, **fields: object) -> m.PartialBap:
     return m.PartialBap(**{name: getattr(message, name) for name in message.__struct_fields__} | fields)
 
 
-def pose(state: State, frame: int, *baps: m.PartialBap) -> tuple[State, m.UniversalBap]:
+def pose(state: IntegratorState, frame: int, *baps: m.PartialBap) -> tuple[IntegratorState, m.UniversalBap]:
     state, _ = play(state, *(sighting(v, frame) for v in VIEWERS))
     state, (bap,) = play(state, *baps)
     assert isinstance(bap, m.UniversalBap)

@@ -10,14 +10,14 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import YAW_OFFSETS, limb_directions, torso_rotation
 from zenocap.common.messages import Assignment, Message, Sighting
 from zenocap.services.integrator import step as integrator
-from zenocap.services.integrator.states import State
+from zenocap.services.integrator.states import IntegratorState
 
 
 def changed(message: Sighting, **fields: object) -> Sighting:
     return Sighting(**{name: getattr(message, name) for name in message.__struct_fields__} | fields)
 
 
-def place(state: State, *messages: Message) -> tuple[State, Assignment]:
+def place(state: IntegratorState, *messages: Message) -> tuple[IntegratorState, Assignment]:
     published: list[Message] = []
     for message in messages:
         state, more = integrator.step(SETUP, state, envelope(message))
@@ -69,7 +69,7 @@ def test_a_lowered_navel_on_straight_legs_is_not_squatting_and_a_low_one_is() ->
     assert low.squatting
 
 
-def walk(state: State, step: Floats, frames: int) -> tuple[State, list[Assignment]]:
+def walk(state: IntegratorState, step: Floats, frames: int) -> tuple[IntegratorState, list[Assignment]]:
     assignments = []
     for k in range(frames):
         at = HIPS + (k + 1) * step

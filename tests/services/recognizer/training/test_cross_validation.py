@@ -11,8 +11,8 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.training.cross_validation import (
     PROTOCOLS,
     HeldOutResult,
-    Outcome,
     Protocol,
+    ValidationOutcome,
     by_person,
     by_repetition,
     cross_validate,
@@ -20,7 +20,7 @@ from zenocap.services.recognizer.training.cross_validation import (
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings, prepare
 
 ANSWERS = ((0, 0, 0, 1.0), (1, 0, 1, -2.0), (2, 1, 1, 3.0), (3, 0, 1, -1.0), (4, 2, 0, -1.0))
-OUTCOME = Outcome("paper", ("a", "b", "c"), 2, tuple(HeldOutResult(*one) for one in ANSWERS))
+OUTCOME = ValidationOutcome("paper", ("a", "b", "c"), 2, tuple(HeldOutResult(*one) for one in ANSWERS))
 
 
 def test_counts_follow_from_the_answers() -> None:

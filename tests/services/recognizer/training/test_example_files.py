@@ -14,7 +14,7 @@ from zenocap.common.formats.trc import read_trc, write_trc
 from zenocap.services.recognizer.features import NAMES, features_of
 from zenocap.services.recognizer.motion_rows import ANGLES, WAY, WIDTH
 from zenocap.services.recognizer.training.example_files import Features, examples_of, read_features, span
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 
 GOLDEN = GOLDEN / "arms.mcap"
 
@@ -25,8 +25,8 @@ def raised(tmp_path: Path) -> Path:
     return written(tmp_path, count=120, first=30)
 
 
-def row(source: Path, start: float | None = None, end: float | None = None, line: int = 2) -> Row:
-    return Row(line, source, start, end, "raise", "ann", "1")
+def row(source: Path, start: float | None = None, end: float | None = None, line: int = 2) -> ManifestRow:
+    return ManifestRow(line, source, start, end, "raise", "ann", "1")
 
 
 def test_a_row_with_start_and_end_selects_that_part_of_a_trajectory_file(raised: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.training.manifest import MOST_ALIKE, Row, read_manifest, summarized, write_manifest
+from zenocap.services.recognizer.training.manifest import MOST_ALIKE, ManifestRow, read_manifest, summarized, write_manifest
 
 
 @pytest.fixture
@@ -24,8 +24,8 @@ def manifest(folder: Path, text: str, encoding: str = "utf-8") -> Path:
 def test_rows_are_read_with_times_in_seconds_and_sources_beside_the_manifest(folder: Path) -> None:
     path = manifest(folder, "source,start,end,posture,person,repetition\na.mcap,1.5,4,kick,ann,1\nb.bvh,,,wave,bob,7\n")
     assert read_manifest(path) == [
-        Row(2, folder / "a.mcap", 1.5, 4.0, "kick", "ann", "1"),
-        Row(3, folder / "b.bvh", None, None, "wave", "bob", "7"),
+        ManifestRow(2, folder / "a.mcap", 1.5, 4.0, "kick", "ann", "1"),
+        ManifestRow(3, folder / "b.bvh", None, None, "wave", "bob", "7"),
     ]
 
 
@@ -105,8 +105,8 @@ def test_unreadable_files_are_refused(folder: Path) -> None:
 
 def test_a_written_manifest_is_read_back(folder: Path) -> None:
     rows = [
-        Row(2, folder / "a.mcap", 0.25, 3.5, 'say "hi", then wave', "ann", "1"),
-        Row(3, folder / "clip", None, None, "右手", "bob", "2"),
+        ManifestRow(2, folder / "a.mcap", 0.25, 3.5, 'say "hi", then wave', "ann", "1"),
+        ManifestRow(3, folder / "clip", None, None, "右手", "bob", "2"),
     ]
     write_manifest(folder / "m.csv", rows)
     assert read_manifest(folder / "m.csv") == rows
@@ -135,6 +135,6 @@ def test_few_errors_of_one_kind_are_all_listed() -> None:
 
 
 def test_sources_are_named_relative_to_the_manifest() -> None:
-    row = Row(3, Path("lab/takes/a.mcap"), 1.0, None, "kick", "1", "1")
+    row = ManifestRow(3, Path("lab/takes/a.mcap"), 1.0, None, "kick", "1", "1")
     assert row.text(Path("lab")) == "line 3: takes/a.mcap from 1 s to start or end"
     assert row.text(Path("elsewhere")) == "line 3: lab/takes/a.mcap from 1 s to start or end"

@@ -14,7 +14,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
 from zenocap.services.tracker.parameters import LOST_FRAMES, MIN_TRACKING_RAYS
-from zenocap.services.tracker.states import Lost, Options, Outcome, Setup, TrackedPerson, Tracking
+from zenocap.services.tracker.states import Lost, Options, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 PERSON = replace(TrackedPerson.of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, STATURE_M), STATURE_M), expected_support=0.9)
 TRUE = upright(seed=4)
@@ -28,15 +28,17 @@ def seen() -> Floats32:
     return tangent_rays(MODEL, TRUE, 400)
 
 
-def setup_with(**options: object) -> Setup:
-    return Setup(FOURTEEN_PARTS, cameras(4), FRAME_NS, None, replace(Options(), **options))  # type: ignore[arg-type]
+def setup_with(**options: object) -> TrackerSetup:
+    return TrackerSetup(FOURTEEN_PARTS, cameras(4), FRAME_NS, None, replace(Options(), **options))  # type: ignore[arg-type]
 
 
 def error_mm(pose: RootedPose, true: RootedPose = TRUE) -> float:
     return 1000.0 * float(apart(MODEL, pose, true).mean())
 
 
-def steps(setup: Setup, start: RootedPose, scenes: list[Floats32], seed: int = 0) -> list[tuple[Tracking | Lost, Outcome]]:
+def steps(
+    setup: TrackerSetup, start: RootedPose, scenes: list[Floats32], seed: int = 0
+) -> list[tuple[Tracking | Lost, Outcome]]:
     phase, _ = start_tracking(setup, PERSON, start, 0, 0.0)
     results: list[tuple[Tracking | Lost, Outcome]] = []
     for k, scene in enumerate(scenes, 1):

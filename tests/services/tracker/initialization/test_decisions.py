@@ -34,12 +34,12 @@ from zenocap.services.tracker.initialization.decisions import (
     turned_as_decided,
 )
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
-from zenocap.services.tracker.states import Options, Setup, Turn
+from zenocap.services.tracker.states import Options, TrackerSetup, Turn
 
 SEED, YAW = 3, 0.5
 
 
-def with_options(config: Setup, **changes: object) -> Setup:
+def with_options(config: TrackerSetup, **changes: object) -> TrackerSetup:
     return replace(config, options=replace(config.options, **changes))
 
 

@@ -15,7 +15,7 @@ from zenocap.common.messages import AdviceCode, CameraAdvice
 from zenocap.common.rig.sources import parse_background
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.segmentation import learn, segment
-from zenocap.services.viewer.states import LearningBackground, Setup
+from zenocap.services.viewer.states import LearningBackground, ViewerSetup
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 FPS, EMPTY, SECONDS, SEED, SIZE = 10, 10, 9, 3, (240, 180)
@@ -44,7 +44,7 @@ def film(gloss: float = 0.0, like_wall: bool = False) -> tuple[Image, ...]:
 def found(images: list[Image] | tuple[Image, ...]) -> list[CameraAdvice]:
     """Advice of a viewer of these images."""
     camera = walker(SEED, 2, SIZE).cameras["cam01"]
-    setup = Setup("1", camera, parse_background(f"first:{EMPTY}", Path()))
+    setup = ViewerSetup("1", camera, parse_background(f"first:{EMPTY}", Path()))
     state, scene, advice = LearningBackground(), None, []
     for k, image in enumerate(images):
         if scene is None:

@@ -16,7 +16,7 @@ from zenocap.common.codec import decode, encode
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.states import LearningBackground
 from zenocap.services.viewer.two_view import step as viewer
-from zenocap.services.viewer.two_view.states import MeasuringBody, Tracking
+from zenocap.services.viewer.two_view.states import MeasuringBody, TrackingBody
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import posture_timeline
@@ -47,7 +47,7 @@ def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_
     ):  # fmt: skip
         assert kinds.index(earlier) < kinds.index(later)
     assert kinds.count("UniversalBdp") == 1
-    assert all(isinstance(state, Tracking) for state in complete_run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in complete_run.viewers.values())
 
 
 def test_the_background_is_learned_from_the_first_frames_without_messages() -> None:
@@ -133,7 +133,7 @@ def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> 
     assert any(bap.stale == ["2"] for bap in baps.values())
     assert all(bap.stale in ([], ["2"]) for bap in baps.values())
     assert baps[COUNT - 1].stale == [], "the viewer is used again"
-    assert isinstance(run.viewers["2"], Tracking)
+    assert isinstance(run.viewers["2"], TrackingBody)
 
 
 @pytest.mark.nightly
@@ -142,13 +142,13 @@ def test_an_assignment_for_another_frame_is_ignored() -> None:
     setup = viewer_setup("1")
     frame = film(COUNT)[50]["1"]
     state, messages = viewer.step(setup, run.viewers["1"], frame)
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
     assert [type(message) for message in messages] == [m.Sighting]
     last = run.of(m.Assignment)[-1]
     assert last.views["1"].frame == 49
     after, answers = viewer.step(setup, state, envelope(last))
     assert answers == []
-    assert isinstance(after, Tracking)
+    assert isinstance(after, TrackingBody)
     assert after.pending is state.pending
 
 
@@ -174,7 +174,7 @@ def test_a_person_who_leaves_and_returns_is_tracked_again() -> None:
     assert len(run.of(m.UniversalBap)) == count
     for frames in film(COUNT)[58:64]:
         run.process(frames)
-    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in run.viewers.values())
     assert len(run.of(m.UniversalBap)) >= count + 5
 
 
@@ -190,7 +190,7 @@ def test_a_restarted_viewer_uses_the_published_body() -> None:
     assert isinstance(run.viewers["2"], MeasuringBody)
     for frames in film(COUNT)[45:60]:
         run.process(frames)
-    assert isinstance(run.viewers["2"], Tracking)
+    assert isinstance(run.viewers["2"], TrackingBody)
     assert run.of(m.UniversalBap)[-1].stale == []
 
 
@@ -221,7 +221,7 @@ def test_a_step_does_not_modify_its_argument() -> None:
     """After a failed step the previous state must be intact."""
     run = played(49)
     before = run.viewers["1"]
-    assert isinstance(before, Tracking)
+    assert isinstance(before, TrackingBody)
     pose, usual_score = deepcopy(before.pose), before.usual_score
     twice = [viewer.step(viewer_setup("1"), before, film(COUNT)[49]["1"])[1] for _ in range(2)]
     assert [encode(message) for message in twice[0]] == [encode(message) for message in twice[1]]
@@ -266,7 +266,7 @@ def test_tracking_starts_with_body_and_pose_in_any_order_or_without_a_pose(compl
         state = measuring
         for message in order:
             state, _ = viewer.step(setup, state, envelope(message))
-        assert isinstance(state, Tracking)
+        assert isinstance(state, TrackingBody)
 
 
 @pytest.mark.slow
@@ -288,7 +288,7 @@ def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
     assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
     for frames in film(COUNT)[50:52]:
         run.process(frames)
-    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in run.viewers.values())
     assert run.of(m.UniversalBap)[-1].frame == 51
 
 
@@ -301,19 +301,19 @@ def test_a_pose_of_another_anatomy_does_not_prevent_tracking(complete_run: Run) 
         viewer.step(setup, state, envelope(other_anatomy))
     for message in (body, complete_run.of(m.UniversalBap)[0]):
         state, _ = viewer.step(setup, state, envelope(message))
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
 
 
 @pytest.mark.nightly
 def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None:
     run = played(50)
     state, setup = run.viewers["1"], viewer_setup("1")
-    assert isinstance(state, Tracking)
+    assert isinstance(state, TrackingBody)
     frame = film(COUNT)[50]["1"]
     for second in range(5):
         at = replace(frame, frame=frame.frame + second, captured_ns=frame.captured_ns + second * 1_000_000_000)
         state, _ = viewer.step(setup, state, at)
-        assert isinstance(state, Tracking) == (second < 3)
+        assert isinstance(state, TrackingBody) == (second < 3)
     assert isinstance(state, MeasuringBody)
     assert state.bdp is not None
 
@@ -327,4 +327,4 @@ def test_a_person_out_of_view_for_long_is_tracked_again_within_two_frames() -> N
         later = {id: replace(frame, captured_ns=frame.captured_ns + away_ns) for id, frame in frames.items()}
         published += run.process(later)
     assert sum(isinstance(message, m.UniversalBap) for message in published) >= 6
-    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert all(isinstance(state, TrackingBody) for state in run.viewers.values())

@@ -16,7 +16,7 @@ from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training import example_files
 from zenocap.services.recognizer.training.example_files import Features
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.tools.cli.posture import tracked_sources
 from zenocap.tools.cli.posture.tracked_sources import take_name, with_takes
 
@@ -271,9 +271,9 @@ def test_rig_of_several_rows_is_tracked_once(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(tracked_sources, "_take", track_once)
     (tmp_path / "clip").mkdir()
     rows = [
-        Row(2, tmp_path / "clip", 0.0, 1.0, "wave", "1", "1"),
-        Row(3, tmp_path / "clip", 1.0, 2.0, "wave", "1", "2"),
-        Row(4, tmp_path / "a.bvh", None, None, "wave", "1", "3"),
+        ManifestRow(2, tmp_path / "clip", 0.0, 1.0, "wave", "1", "1"),
+        ManifestRow(3, tmp_path / "clip", 1.0, 2.0, "wave", "1", "2"),
+        ManifestRow(4, tmp_path / "a.bvh", None, None, "wave", "1", "3"),
     ]
     found = with_takes(tmp_path / "m.csv", rows, tmp_path / "tracked", None, lambda done, of, words: None)
     assert tracked == ["clip"]
@@ -284,7 +284,7 @@ def test_rig_of_several_rows_is_tracked_once(tmp_path: Path, monkeypatch: pytest
 def test_rigs_that_cannot_be_tracked_are_reported_with_their_line(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "bad.toml").write_text("name = 3")
-    rows = [Row(k, tmp_path / name, None, None, "a", "1", "1") for k, name in ((2, "empty"), (3, "bad.toml"))]
+    rows = [ManifestRow(k, tmp_path / name, None, None, "a", "1", "1") for k, name in ((2, "empty"), (3, "bad.toml"))]
     with pytest.raises(UserError) as raised:
         with_takes(tmp_path / "m.csv", rows, tmp_path / "tracked", None, lambda done, of, words: None)
     lines = str(raised.value).splitlines()

@@ -12,7 +12,7 @@ from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.services.recognizer.training.labelling import Candidate, add_rows, is_labelled
-from zenocap.services.recognizer.training.manifest import Row, read_manifest
+from zenocap.services.recognizer.training.manifest import ManifestRow, read_manifest
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.motion_corpus import chained
@@ -175,11 +175,11 @@ def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkey
 
 def test_candidate_with_half_of_it_in_a_row_is_labelled(tmp_path: Path) -> None:
     take, other = tmp_path / "a.mcap", tmp_path / "b.mcap"
-    rows = [Row(2, take, 1.0, 2.0, "kick", "1", "1")]
+    rows = [ManifestRow(2, take, 1.0, 2.0, "kick", "1", "1")]
     for start, end, named in ((1.2, 2.4, True), (1.6, 2.8, False), (0.0, 1.0, False), (0.9, 2.1, True)):
         assert is_labelled(rows, take, Candidate(start, end, 1.0, ("right leg",))) is named
     assert not is_labelled(rows, other, Candidate(1.0, 2.0, 1.0, ("right leg",)))
-    assert is_labelled([Row(2, take, None, None, "kick", "1", "1")], take, Candidate(5.0, 6.0, 1.0, ("right leg",)))
+    assert is_labelled([ManifestRow(2, take, None, None, "kick", "1", "1")], take, Candidate(5.0, 6.0, 1.0, ("right leg",)))
 
 
 def test_repetition_numbers_continue_by_person_and_posture(tmp_path: Path) -> None:

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from zenocap.services.recognizer.training.cross_validation import HeldOutResult, Outcome
+from zenocap.services.recognizer.training.cross_validation import HeldOutResult, ValidationOutcome
 from zenocap.tools.cli.posture.report import draw_confusion
 
 OUTCOMES = [
-    Outcome(protocol, ("右手", "kick"), 2, (HeldOutResult(0, 0, 0, 1.0), HeldOutResult(1, 1, 0, -1.0)))
+    ValidationOutcome(protocol, ("右手", "kick"), 2, (HeldOutResult(0, 0, 0, 1.0), HeldOutResult(1, 1, 0, -1.0)))
     for protocol in ("paper", "subjects")
 ]
 

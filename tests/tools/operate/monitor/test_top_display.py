@@ -10,15 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from zenocap.common.observe.view import ServiceRow
+from zenocap.common.observe.view import ObservedService
 from zenocap.tools.operate.monitor.display import BLOCKS, as_json, shown, sparkline, words
 
-UP = ServiceRow(
+UP = ObservedService(
     "studio", "viewer", "1", "up", 15.0, (1.0, 15.0), 7.0, "frame 2.5", 9, 2, 0, -20.0, 0.5, 120.0, 0.2, 0.1, "tracking"
 )
 
 
-def text(rows: list[ServiceRow]) -> str:
+def text(rows: list[ObservedService]) -> str:
     console = Console(file=io.StringIO(), width=200, color_system="truecolor", force_terminal=True)
     console.print(shown(rows, "q ends"))
     assert isinstance(console.file, io.StringIO)
@@ -26,7 +26,11 @@ def text(rows: list[ServiceRow]) -> str:
 
 
 def test_every_rig_has_a_table_with_totals() -> None:
-    rows = [UP, ServiceRow("studio", "integrator", "main", "missing"), ServiceRow("lab", "viewer", "1", "gone", 3.0)]
+    rows = [
+        UP,
+        ObservedService("studio", "integrator", "main", "missing"),
+        ObservedService("lab", "viewer", "1", "gone", 3.0),
+    ]
     found = text(rows)
     assert "studio: 1 of 2 up, 0.20 cores, 120 MB" in found
     assert "lab: 0 of 1 up" in found
@@ -35,17 +39,17 @@ def test_every_rig_has_a_table_with_totals() -> None:
 
 def test_problems_are_red() -> None:
     red = "\x1b[31m"
-    assert red in text([ServiceRow("lab", "viewer", "1", "gone")])
+    assert red in text([ObservedService("lab", "viewer", "1", "gone")])
     assert red in text([UP])  # its losses and its clock
-    assert red not in text([ServiceRow("lab", "viewer", "1", "up", 3.0)])
+    assert red not in text([ObservedService("lab", "viewer", "1", "up", 3.0)])
 
 
 def test_secured_rigs_have_a_column_for_the_days_of_certificates() -> None:
     assert "cert days" not in text([UP])
-    found = text([replace(UP, certificate_days=700), ServiceRow("studio", "integrator", "main", "missing")])
+    found = text([replace(UP, certificate_days=700), ObservedService("studio", "integrator", "main", "missing")])
     assert "cert days" in found
-    assert re.search(r"\x1b\[31m *30\x1b", text([ServiceRow("lab", "viewer", "1", "up", 3.0, certificate_days=30)]))
-    assert not re.search(r"\x1b\[31m *31", text([ServiceRow("lab", "viewer", "1", "up", 3.0, certificate_days=31)]))
+    assert re.search(r"\x1b\[31m *30\x1b", text([ObservedService("lab", "viewer", "1", "up", 3.0, certificate_days=30)]))
+    assert not re.search(r"\x1b\[31m *31", text([ObservedService("lab", "viewer", "1", "up", 3.0, certificate_days=31)]))
 
 
 def test_empty_network_is_reported() -> None:

@@ -10,7 +10,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.scene_file import read_scene
-from zenocap.tools.setup.page.points_scene import ScenePoints
+from zenocap.tools.setup.page.points_scene import ScenePointTask
 from zenocap.tools.setup.page.points_task import Placed
 
 NAMES = ("cam01", "cam02")
@@ -28,8 +28,8 @@ def placed() -> Placed:
 
 
 @pytest.fixture
-def task(tmp_path) -> ScenePoints:
-    return ScenePoints(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
+def task(tmp_path) -> ScenePointTask:
+    return ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
 
 
 def test_placed_points_give_the_cameras_and_both_files(task, tmp_path):
@@ -41,7 +41,7 @@ def test_placed_points_give_the_cameras_and_both_files(task, tmp_path):
         assert camera.centre == pytest.approx(CAMERAS[name].centre, abs=1e-3)
     scene = read_scene(tmp_path / "points.toml")
     assert (scene.points, set(scene.picked)) == (ROOM, set(NAMES))
-    again = ScenePoints(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES).start()
+    again = ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES).start()
     assert again.points == ROOM
     assert again.picks["cam02"]["lamp"] == pytest.approx(pixels_of("cam02")["lamp"], abs=0.01)
 
@@ -88,16 +88,16 @@ def test_points_without_coordinates_and_unsolved_cameras_are_not_written(task, t
 
 
 def test_a_folder_that_is_missing_is_named(tmp_path):
-    task = ScenePoints(NAMES, tmp_path / "none" / "points.toml", tmp_path / "room.toml", LENSES)
+    task = ScenePointTask(NAMES, tmp_path / "none" / "points.toml", tmp_path / "room.toml", LENSES)
     with pytest.raises(UserError, match=r"points\.toml.*: cannot be written: No such file"):
         task.write(placed(), task.solve(placed()))
 
 
 def test_points_of_other_cameras_in_the_file_stay(tmp_path):
-    ScenePoints(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
-    both = ScenePoints(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
+    ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
+    both = ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
     both.write(placed(), both.solve(placed()))
-    one = ScenePoints(["cam01"], tmp_path / "points.toml", tmp_path / "one.toml", LENSES)
+    one = ScenePointTask(["cam01"], tmp_path / "points.toml", tmp_path / "one.toml", LENSES)
     alone = replace(one.start(), sizes={"cam01": SIZES["cam01"]})
     one.write(alone, one.solve(alone))
     assert set(read_scene(tmp_path / "points.toml").picked) == set(NAMES)
@@ -107,7 +107,7 @@ def test_points_of_other_cameras_in_the_file_stay(tmp_path):
 def test_reserved_names_and_files_of_other_cameras_are_refused(tmp_path, task):
     for name in ("size", "points"):
         with pytest.raises(UserError, match=f"camera {name}: allowed: any name but size and points"):
-            ScenePoints([name], tmp_path / "points.toml", tmp_path / "room.toml")
+            ScenePointTask([name], tmp_path / "points.toml", tmp_path / "room.toml")
     task.write(placed(), task.solve(placed()))
     with pytest.raises(UserError, match="no points of cam07; there are those of: cam01, cam02"):
-        ScenePoints(["cam07"], tmp_path / "points.toml", tmp_path / "room.toml")
+        ScenePointTask(["cam07"], tmp_path / "points.toml", tmp_path / "room.toml")

@@ -9,7 +9,7 @@ import pytest
 from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.arrays import Floats
-from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
+from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
 from zenocap.tools.setup.sync.light import FLASH_LIMITS, FlashPair, light_changes
 from zenocap.tools.setup.sync.videos import Brightness, brightness_in, brightness_of
 
@@ -34,7 +34,7 @@ def brightness(start_s: float, on_s: float, length_s: float, *, grey: float = GR
     return Brightness(times_s, values)
 
 
-def offset_of(starts_s: tuple[float, float], on_s: float, length_s: float, **options: float) -> Offset:
+def offset_of(starts_s: tuple[float, float], on_s: float, length_s: float, **options: float) -> VideoOffset:
     one, other = (light_changes(brightness(start_s, on_s, length_s, **options)) for start_s in starts_s)
     pairs = {("a", "b"): FlashPair(one, other, reach_s(3.0))} if one and other else {}
     return offsets_of(["a", "b"], pairs, LIMITS, {})["b"]

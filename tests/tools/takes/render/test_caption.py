@@ -7,7 +7,7 @@ from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.tools.takes.render.caption import PostureSpan, label_at, read_labels
+from zenocap.tools.takes.render.caption import CaptionSpan, label_at, read_labels
 from zenocap.tools.takes.render.film import Drawing, RenderOptions
 
 SECOND = 1_000_000_000
@@ -30,7 +30,7 @@ def test_postures_are_sorted_by_start_without_unknown_ones(tmp_path: Path) -> No
 
 
 def test_of_several_postures_the_one_that_started_last_is_used() -> None:
-    spans = (PostureSpan("walk", 0, 100), PostureSpan("kick", 40, 60))
+    spans = (CaptionSpan("walk", 0, 100), CaptionSpan("kick", 40, 60))
     assert [label_at(spans, at) for at in (0, 40, 60, 61, 100, 101)] == ["walk", "kick", "kick", "walk", "walk", ""]
 
 

@@ -13,7 +13,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.video.film_writer import Codec
 from zenocap.tools.takes.render.camera_path import Shot
-from zenocap.tools.takes.render.film import Rendered, RenderOptions, render
+from zenocap.tools.takes.render.film import RenderedFilm, RenderOptions, render
 
 COUNT, LOST = 30, tuple(range(10, 20))  # longer than the 0.25 s that are interpolated
 SMALL = (160, 96)
@@ -43,7 +43,9 @@ def test_a_film_has_one_picture_per_instant(name: str, codec: Codec | None, take
     output = tmp_path / name
     seen: list[tuple[int, int]] = []
     wishes = RenderOptions(size=SMALL, codec=codec, trails_s=0.2)
-    assert render(take, output, wishes, lambda done, total: seen.append((done, total))) == Rendered(COUNT, len(LOST), None)
+    assert render(take, output, wishes, lambda done, total: seen.append((done, total))) == RenderedFilm(
+        COUNT, len(LOST), None
+    )
     frames, fps = frames_of(output)
     assert (len(frames), fps) == (COUNT, pytest.approx(30.0))
     assert frames[0].shape == (SMALL[1], SMALL[0], 3)

@@ -15,7 +15,7 @@ from zenocap.common.web.messages import NoticeUpdate
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
-from zenocap.services.recognizer.training.manifest import Row, read_manifest, write_manifest
+from zenocap.services.recognizer.training.manifest import ManifestRow, read_manifest, write_manifest
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page.live_trial import LiveTrial
 from zenocap.tools.teach.page.manifest_file import ManifestFile, manifest_at
@@ -26,7 +26,7 @@ from zenocap.tools.teach.page.training_settings import PageSettings, settings_fo
 PATIENCE_S = 120.0
 
 
-def reader_of(manifest: Path) -> Callable[[Sequence[Row], Callable[[int, int, str], None]], list[Example]]:
+def reader_of(manifest: Path) -> Callable[[Sequence[ManifestRow], Callable[[int, int, str], None]], list[Example]]:
     """Examples of takes, without rigs."""
     return lambda rows, report: examples_of(manifest, rows, "directions", report)
 
@@ -110,7 +110,7 @@ def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -
 def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, manifest) -> None:
     other = manifest.with_name("other.mcap")
     other.touch()
-    rows = [Row(0, other, 1.0, 2.0, "bow", "cat", "1"), Row(0, take.source, 4.0, 6.0, "wave", "ben", "1")]
+    rows = [ManifestRow(0, other, 1.0, 2.0, "bow", "cat", "1"), ManifestRow(0, take.source, 4.0, 6.0, "wave", "ben", "1")]
     write_manifest(manifest, rows)
     pages = Pages(take, manifest)
     update = pages.latest["labels"]
@@ -262,7 +262,7 @@ def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_e
     pages.send(*adds(6), pm.Train())
     pages.wait()
     model, further, both = manifest.with_suffix(".postures"), manifest.with_name("b.csv"), manifest.with_name("both.csv")
-    rest = [Row(0, take.source, *span, name, "ben", "1") for name, *span in posture_spans()[6:9]]
+    rest = [ManifestRow(0, take.source, *span, name, "ben", "1") for name, *span in posture_spans()[6:9]]
     write_manifest(further, rest)
     write_manifest(both, [*read_manifest(manifest), *rest])
     assert zenocap("posture", "add", model, further)[0] == 0

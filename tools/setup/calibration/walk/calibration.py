@@ -11,7 +11,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.silhouettes import Hulls, median_px, pair_residuals
 from zenocap.tools.setup.calibration.walk.adjustment import Walk, adjusted, heads_of, middle_of
-from zenocap.tools.setup.calibration.walk.delays import Delay, Timing, adjusted_delays, coarse_delays
+from zenocap.tools.setup.calibration.walk.delays import Delay, SilhouetteSeries, adjusted_delays, coarse_delays
 from zenocap.tools.setup.calibration.walk.parameters import BLOCKS, HEAD_IN_WALK, LEAST_INSTANTS, STATURE_SHARE
 from zenocap.tools.setup.calibration.walk.registration import PlanarMotion, joined, pairs_of
 from zenocap.tools.setup.calibration.walk.single_view import SingleView, single_view
@@ -86,7 +86,7 @@ def calibrated_walk(
 
 def calibrated_films(
     lenses: Mapping[str, Camera],
-    timing: Timing,
+    timing: SilhouetteSeries,
     stature_m: float,
     hulls: Mapping[str, Hulls] | None = None,
     on_step: Callable[[str], None] = lambda _: None,

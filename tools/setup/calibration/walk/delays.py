@@ -85,7 +85,7 @@ class Delay:
 
 
 @dataclass(frozen=True)
-class Timing:
+class SilhouetteSeries:
     """Silhouettes of all cameras as functions of time.  series: by camera.  instants: (n,) of the first camera, s."""
 
     series: Mapping[str, Series]
@@ -95,11 +95,11 @@ class Timing:
         """Hulls of all cameras at the instants.  delays: s."""
         return {name: one.at(self.instants - delays[name]) for name, one in self.series.items()}
 
-    def part(self, kept: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> "Timing":
-        return Timing(self.series, self.instants[kept])
+    def part(self, kept: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> "SilhouetteSeries":
+        return SilhouetteSeries(self.series, self.instants[kept])
 
 
-def coarse_delays(views: Mapping[str, SingleView], timing: Timing, height_m: float) -> dict[str, float]:
+def coarse_delays(views: Mapping[str, SingleView], timing: SilhouetteSeries, height_m: float) -> dict[str, float]:
     """Delays of the cameras that can be joined to the first one by their tracks, s, to a fraction of a step."""
     grid = np.arange(timing.instants[0] - MOST_DELAY_S, timing.instants[-1] + MOST_DELAY_S, LAG_STEP_S)
     window = 2 * round(0.5 * TRACK_SMOOTHING_S / LAG_STEP_S) + 1
@@ -146,14 +146,14 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
 
 def adjusted_delays(
     start: Mapping[str, Camera],
-    timing: Timing,
+    timing: SilhouetteSeries,
     stature_m: float,
     coarse: Mapping[str, float],
     on_step: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Delay]:
     """Delays with their standard errors, from cameras near to the truth and delays right to a fraction of a step."""
 
-    def walk_at(part: Timing) -> Callable[[Mapping[str, float]], Walk]:
+    def walk_at(part: SilhouetteSeries) -> Callable[[Mapping[str, float]], Walk]:
         kept: dict[str, tuple[float, Hulls]] = {}
 
         def at(delays: Mapping[str, float]) -> Walk:

@@ -18,7 +18,7 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.calibration.lens_model import LensModel
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of
-from zenocap.tools.setup.calibration.walk.delays import Timing, series_of
+from zenocap.tools.setup.calibration.walk.delays import SilhouetteSeries, series_of
 from zenocap.tools.setup.calibration.walk.parameters import LEAST_INSTANTS, MOST_INSTANTS, PER_S
 from zenocap.tools.setup.cameras.away import require_copied
 from zenocap.tools.setup.sync.videos import from_its_beginning, outlines_of
@@ -35,7 +35,7 @@ class FilmedWalk:
 
     cameras: Mapping[str, Camera]
     hulls: Mapping[str, Hulls]
-    timing: Timing
+    timing: SilhouetteSeries
     begins: Mapping[str, float]
     notes: tuple[str, ...]
 
@@ -85,7 +85,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
         ]
         hulls[names[id]] = hulls_of(viewers[id].camera, chosen)
         series[names[id]] = series_of(times[id], hulls_of(viewers[id].camera, found))
-    timing = Timing(series, instants)
+    timing = SilhouetteSeries(series, instants)
     return FilmedWalk(
         {name: cameras[name] for name in hulls}, hulls, timing, {names[id]: begins[id] for id in names}, rig.notes
     )

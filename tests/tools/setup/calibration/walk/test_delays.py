@@ -9,7 +9,7 @@ from tests.support.upright import HEIGHT_M, figure, hulls_seen
 from tests.tools.setup.calibration.walk.test_calibration import CAMERAS
 from zenocap.tools.cli.calibrate.walk import sync_lines
 from zenocap.tools.setup.calibration.walk.calibration import calibrated_films
-from zenocap.tools.setup.calibration.walk.delays import Delay, Timing, series_of
+from zenocap.tools.setup.calibration.walk.delays import Delay, SilhouetteSeries, series_of
 from zenocap.tools.setup.calibration.walk.report import report, report_data, verdict
 
 FPS, SECONDS = 12.0, 14.0
@@ -31,7 +31,7 @@ def found_with(late_s):
         for name, camera in TWO.items()
     }
     unknown = {name: replace(one, rotation=np.eye(3), translation=np.zeros(3)) for name, one in TWO.items()}
-    return calibrated_films(unknown, Timing(series, np.arange(0.0, SECONDS, 0.2)), HEIGHT_M)
+    return calibrated_films(unknown, SilhouetteSeries(series, np.arange(0.0, SECONDS, 0.2)), HEIGHT_M)
 
 
 @pytest.mark.nightly

@@ -62,16 +62,8 @@ def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> Anim
     match message:
         case m.UniversalBdp() | m.TrackerBdp() | m.UniversalBap() | m.TrackerPose():
             return _update_actor(state, message, received_ns)
-        case m.Silhouette(viewer=viewer):
-            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
-        case m.Sighting(viewer=viewer):
-            return replace(state, sightings=_with(state.sightings, viewer, message))
-        case m.Preview(viewer=viewer):
-            return replace(state, previews=_with(state.previews, viewer, message))
-        case m.CameraAdvice(viewer=viewer):
-            return replace(state, advice=_with(state.advice, viewer, message))
-        case m.CameraInfo(viewer=viewer):
-            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)))
+        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice() | m.CameraInfo():
+            return _update_viewer(state, message)
         case m.Assignment(tracking=tracking):
             return replace(state if tracking else _mark_lost(state), assignment=message)
         case m.Posture():
@@ -87,6 +79,23 @@ def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> Anim
             return replace(state, detail=share)
         case _:
             return state
+
+
+def _update_viewer(
+    state: AnimatorState, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice | m.CameraInfo
+) -> AnimatorState:
+    """The state with what a viewer sees.  Raises ValueError."""
+    match message:
+        case m.Silhouette(viewer=viewer):
+            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
+        case m.Sighting(viewer=viewer):
+            return replace(state, sightings=_with(state.sightings, viewer, message))
+        case m.Preview(viewer=viewer):
+            return replace(state, previews=_with(state.previews, viewer, message))
+        case m.CameraAdvice(viewer=viewer):
+            return replace(state, advice=_with(state.advice, viewer, message))
+        case m.CameraInfo(viewer=viewer):
+            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)))
 
 
 def _mark_lost(state: AnimatorState) -> AnimatorState:

@@ -56,7 +56,7 @@ def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 def is_kernel(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     names = {node.id for each in function.decorator_list for node in ast.walk(each) if isinstance(node, ast.Name)}
-    return bool(names & {"kernel", "njit"})
+    return bool(names & {"kernel", "leaf_kernel", "njit"})
 
 
 def repeated(paths: Sequence[Path]) -> int:
@@ -85,15 +85,21 @@ def complex_functions(checkout: Path) -> int:
     return len(json.loads(subprocess.run(command, cwd=checkout, check=True, capture_output=True, text=True).stdout))
 
 
+def positional(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Positional parameters of a function, without `self` and `cls`."""
+    return sum(one.arg not in ("self", "cls") for one in function.args.posonlyargs + function.args.args)
+
+
 def words(*pages: Path) -> int:
-    return sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+    """Words of pages: blanks separate them, and the bars of tables are none."""
+    return sum(not set(word) <= set("|:-") for page in pages for word in page.read_text(encoding="utf-8").split())
 
 
 def figures(checkout: Path) -> Mapping[str, int]:
     """Sizes of a checkout, by name."""
     package, benchmarks = sources(checkout, *PACKAGE), sources(checkout, "benchmarks")
     its = list(functions([*package, *benchmarks]))
-    taken = [len(node.args.posonlyargs + node.args.args) for _, node in its if not is_kernel(node)]
+    taken = [positional(node) for _, node in its if not is_kernel(node)]
     scripts = [path for folder in PACKAGE[:-1] for path in (checkout / folder).rglob("*") if path.suffix in (".js", ".css")]
     return {
         "lines of the package": lines_of(package),

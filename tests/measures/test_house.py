@@ -1,4 +1,4 @@
-"""Budgets of the house.  Raising a row is a commit of its own that says what for."""
+"""Lines, functions and repeated lines of sources."""
 
 from pathlib import Path
 

@@ -29,6 +29,13 @@ def values(kind: mi.Type) -> st.SearchStrategy[object]:
             return st.lists(values(item), min_size=least or 0, max_size=min(most or 4, (least or 0) + 4))
         case mi.TupleType(item_types=items):
             return st.tuples(*(values(item) for item in items))
+        case mi.UnionType(types=kinds):
+            return st.one_of([values(member) for member in kinds])
+    return scalars(kind)
+
+
+def scalars(kind: mi.Type) -> st.SearchStrategy[object]:
+    match kind:
         case mi.FloatType(ge=ge, le=le):
             return st.floats(min_value=ge, max_value=le)
         case mi.IntType(ge=ge, le=le):
@@ -47,8 +54,6 @@ def values(kind: mi.Type) -> st.SearchStrategy[object]:
             return st.text(min_size=least or 0, max_size=min(most or 20, 20))
         case mi.NoneType():
             return st.none()
-        case mi.UnionType(types=kinds):
-            return st.one_of([values(member) for member in kinds])
     raise NotImplementedError(kind)
 
 

@@ -9,6 +9,7 @@ import re
 import resource
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
@@ -24,7 +25,7 @@ from xdist.scheduler import LoadScopeScheduling
 from tests.support.places import ROOT
 
 TIERS = ("unit", "slow", "core", "nightly")
-UNIT_LIMIT_S = 2.0
+UNIT_LIMIT_S = float(tomllib.loads((ROOT / "tests" / "budgets.toml").read_text())["seconds"]["test without a mark"])
 SESSION_RIG = re.compile(r"\b(two_view|ring|secured)_(?:rig|take)\b")  # fixtures of tests/system
 
 

@@ -21,7 +21,7 @@ from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import TOPICS_USED, TakeSummary, limbs_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
-from zenocap.common.recording.reader import Take as Recording
+from zenocap.common.recording.reader import TakeReader
 from zenocap.tools.takes.export import Exported, ExportOptions, export
 
 CHUNK = 1000  # frames: 40 s at 25 frames/s, about 1 MB of arrays
@@ -198,7 +198,7 @@ class Take:
         waiting: dict[int, Bap] = {}
         heap: list[int] = []
         newest_ns = self._summary.start_ns - 1  # of those given out
-        for envelope in Recording(self.path).envelopes(TOPICS_USED):
+        for envelope in TakeReader(self.path).envelopes(TOPICS_USED):
             bap = envelope.message
             if not isinstance(bap, UniversalBap | TrackerPose) or type(bap) is not self._summary.kind:
                 continue

@@ -17,7 +17,7 @@ from zenocap.common.conversion import Bap, anatomy_of, bdp_of, is_lost, lost_par
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 
 NO_VIEW = ("", np.nan)
@@ -27,7 +27,7 @@ Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
-class Poses:
+class TakePoses:
     """Body, poses and cameras of a take.
 
     baps: in the order of their capture times, one each.  bdp: the last one.  start_ns: capture time of frame 0.
@@ -111,7 +111,7 @@ def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] |
 
     envelopes: its messages as `envelopes_of` yields them, if they are at hand; `TakeSummary.cut` is not known then.
     """
-    take = Take(path)
+    take = TakeReader(path)
     read = _read(path, take.envelopes(TOPICS_USED) if envelopes is None else envelopes, raw, lambda bap: bap.frame)
     captured_ns, numbers = (np.array(list(values), dtype=np.int64) for values in (read.kept, read.kept.values()))
     numbers = rising_frames(numbers, (captured_ns - read.start_ns) / 1e9)
@@ -132,21 +132,21 @@ def rising_frames(numbers: Ints, times_s: Floats) -> Ints:
     return np.maximum.accumulate(counted - np.arange(len(counted))) + np.arange(len(counted))
 
 
-def read_poses(path: Path, *, raw: bool = False) -> Poses:
+def read_poses(path: Path, *, raw: bool = False) -> TakePoses:
     """Read the poses of the take at `path`, without those of a separate video of the T-pose.
 
     raw: those of the forward pass, also of a take that was tracked both ways.
 
     Raises UserError for a take without poses and for a file that is not a take.
     """
-    take = Take(path)
+    take = TakeReader(path)
     return poses_of(path, take.envelopes(TOPICS_USED), take, raw=raw)
 
 
-def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take, *, raw: bool = False) -> Poses:
+def poses_of(path: Path, envelopes: Iterable[Envelope], take: TakeReader, *, raw: bool = False) -> TakePoses:
     """See `read_poses`.  path: of the take, for errors."""
     read = _read(path, envelopes, raw, lambda bap: bap)
-    return Poses(path, read.anatomy, read.bdp, tuple(read.kept.values()), read.start_ns, read.cameras, take.cut)
+    return TakePoses(path, read.anatomy, read.bdp, tuple(read.kept.values()), read.start_ns, read.cameras, take.cut)
 
 
 @dataclass(frozen=True)

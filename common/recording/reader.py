@@ -83,7 +83,7 @@ class UnreadableParts:
 
 
 @dataclass
-class Take:
+class TakeReader:
     """The messages of a file in the order of writing.  The other fields are complete after the end of `messages`.
 
     cut: description of the damage, None for an intact file.

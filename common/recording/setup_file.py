@@ -13,7 +13,7 @@ from msgspec import UNSET, Meta, UnsetType
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Name, Number, Size
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.recognizer import Source, Strictness
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import learning_frames
@@ -204,7 +204,7 @@ def read_setup(path: Path, data: bytes) -> RecordedRig:
 
 def setup_of(path: Path) -> RecordedRig | None:
     """The rig of a take from the attachment that it begins with; None for a take without one.  Raises UserError."""
-    take = Take(path)
+    take = TakeReader(path)
     next(take.messages(), None)  # attachments come before the first message
     return read_setup(path, take.attachments[SETUP_FILE]) if SETUP_FILE in take.attachments else None
 

@@ -10,7 +10,7 @@ from zenocap.common import codec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Health
 from zenocap.common.observe.account import METADATA, Account, read_account, sender_of
-from zenocap.common.recording.reader import Recorded, Take
+from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.common.recording.summary import metadata_of, read_summary
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, topic_at
@@ -74,7 +74,7 @@ def account_of(messages: Iterable[Recorded]) -> Account:
 
 
 def _scanned(path: Path, *, complete: bool) -> TakeAccount:
-    take, first, count = Take(path), 0, 0
+    take, first, count = TakeReader(path), 0, 0
 
     def counted() -> Iterable[Recorded]:
         nonlocal first, count

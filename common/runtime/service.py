@@ -38,7 +38,7 @@ Step: TypeAlias = Callable[[Setup, State, Event[F]], tuple[State, Sequence[Messa
 
 
 @dataclass(frozen=True)
-class Subscription:
+class TopicSubscription:
     """names: of the publishers; default: all.  every: receive each message in order, also of a LATEST topic."""
 
     topic: Topic
@@ -68,7 +68,7 @@ class Service(Generic[Setup, State, F]):
     setup: Setup
     initial: Callable[[], State]
     step: Step[Setup, State, F]
-    subscriptions: tuple[Subscription, ...] = ()
+    subscriptions: tuple[TopicSubscription, ...] = ()
     describe: Callable[[State], str] = lambda state: type(state).__name__
     count: Callable[[State], Mapping[str, int]] = lambda state: {}
     phase: Callable[[State], Phase] = lambda state: Phase.RUNNING

@@ -16,7 +16,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.take_poses import TOPICS_USED, summary_of
 from zenocap.common.messages import TrackerPose, UniversalBap
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, UNIVERSAL_BAP, Topic
 from zenocap.services.animator.comparison import TakeComparison, TimedTrack
@@ -117,7 +117,7 @@ def _read(path: Path, raw: bool, stopped: Stopped, rows: dict[type[Bap], dict[in
     Raises ReadingStopped, and UserError.
     """
     names: dict[tuple[str, ...], tuple[str, ...]] = {}  # one object each
-    for envelope in Take(path).envelopes(_topics(path, raw)):
+    for envelope in TakeReader(path).envelopes(_topics(path, raw)):
         if stopped():
             raise ReadingStopped
         bap = envelope.message

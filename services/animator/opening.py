@@ -8,7 +8,7 @@ from pathlib import Path
 from zenocap.common.bus.protocol import Tick
 from zenocap.common.codec import BadMessage
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.topics import Topic, topic_at
 from zenocap.services.animator.parameters import MAX_OPENING_MESSAGES
 from zenocap.services.animator.states import AnimatorSetup, AnimatorState
@@ -22,7 +22,7 @@ def opening_state(path: Path, topics: Collection[Topic], now_ns: int) -> Animato
     """
     setup, state = AnimatorSetup(), AnimatorState()
     try:
-        for recorded in islice(Take(path).messages(), MAX_OPENING_MESSAGES):
+        for recorded in islice(TakeReader(path).messages(), MAX_OPENING_MESSAGES):
             topic = topic_at(recorded.topic)
             if topic is None or topic not in topics:
                 continue

@@ -14,7 +14,7 @@ from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.priority import lower_priority
-from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
@@ -48,8 +48,8 @@ def animator_service(
 
     return Service(
         "animator", ID, AnimatorSetup(tuple(viewer.id for viewer in rig.viewers)), AnimatorState, observed_step,
-        tuple(Subscription(topic) for topic in TOPICS), lambda state: f"{describe(state)}{health_text()}", counts, phase_of,
-        watch_alive=True, tick_ns=TICK_NS, derives=False,
+        tuple(TopicSubscription(topic) for topic in TOPICS), lambda state: f"{describe(state)}{health_text()}", counts,
+        phase_of, watch_alive=True, tick_ns=TICK_NS, derives=False,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
@@ -174,7 +174,7 @@ def check_take(take: Path) -> None:
     """Raise UserError for a file that does not exist or is no take."""
     if not take.is_file():
         raise UserError(f"{take}: no such file")
-    next(Take(take).messages(), None)
+    next(TakeReader(take).messages(), None)
 
 
 def show_take(

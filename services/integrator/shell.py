@@ -19,7 +19,7 @@ from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorde
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.service import Service, Subscription, new_pose_service, run
+from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     CAMERA_DELAYS,
@@ -58,8 +58,8 @@ def service_of(setup: IntegratorSetup) -> Service[IntegratorSetup, IntegratorSta
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
         "integrator", ID, setup, partial(initial_state, setup), step,
-        (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})), describe, counts,
-        phase_of, result=UniversalBap, tick_ns=DECISION_NS, recovers=_recovers, keeps_time=True,
+        (*(TopicSubscription(topic) for topic in topics), TopicSubscription(HEALTH, names={"service": "viewer"})), describe,
+        counts, phase_of, result=UniversalBap, tick_ns=DECISION_NS, recovers=_recovers, keeps_time=True,
         load=lambda: limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral),
     )  # fmt: skip
 
@@ -89,9 +89,9 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
     return Service(
         "integrator", ID, setup, TimekeeperState, timekeeper.step,
         (
-            *(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
-            *(Subscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
-            *(() if setup.delays is None else (Subscription(CAMERA_DELAYS), Subscription(SILHOUETTE))),
+            *(TopicSubscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
+            *(TopicSubscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
+            *(() if setup.delays is None else (TopicSubscription(CAMERA_DELAYS), TopicSubscription(SILHOUETTE))),
         ),
         describe_timekeeper, timekeeper.counts, tick_ns=DECISION_NS,
         recovers=lambda state: timekeeper.recovers(setup, state), keeps_time=True,

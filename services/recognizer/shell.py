@@ -22,7 +22,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.table_errors import TableError
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
-from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
 from zenocap.services.recognizer.command_runner import CommandRunner
@@ -55,7 +55,7 @@ def recognizer_service(rig: Rig, model: PostureModel) -> Service[RecognizerSetup
 
 def service_of(setup: RecognizerSetup) -> Service[RecognizerSetup, RecognizerState, Never]:
     """Service of a recognizer."""
-    topics = (Subscription(SOURCES[setup.source]),)
+    topics = (TopicSubscription(SOURCES[setup.source]),)
     initial = partial(initial_state, setup)
     return Service("recognizer", ID, setup, initial, step, topics, describe, counts, phase_of, result=Posture)
 

@@ -20,7 +20,7 @@ from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
-from zenocap.common.runtime.service import Service, Subscription, new_pose_service, run
+from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     CAMERA,
@@ -58,13 +58,13 @@ def tracker_service(rig: Rig) -> Service[TrackerSetup, TrackerState, Never]:
 def service_of(setup: TrackerSetup) -> Service[TrackerSetup, TrackerState, Never]:
     """Service of a tracker."""
     topics = (
-        Subscription(SILHOUETTE, every=True),
-        Subscription(CAMERA),
-        Subscription(FRAME_RATE),
-        Subscription(TRACKER_DETAIL),
-        Subscription(CAMERA_DELAYS),
-        Subscription(HEALTH, names={"service": "viewer"}),
-        Subscription(REQUEST),
+        TopicSubscription(SILHOUETTE, every=True),
+        TopicSubscription(CAMERA),
+        TopicSubscription(FRAME_RATE),
+        TopicSubscription(TRACKER_DETAIL),
+        TopicSubscription(CAMERA_DELAYS),
+        TopicSubscription(HEALTH, names={"service": "viewer"}),
+        TopicSubscription(REQUEST),
     )
     return Service(
         "tracker", ID, setup, partial(initial_state, setup), step, topics, describe, counts, phase_of,

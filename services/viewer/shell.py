@@ -19,7 +19,7 @@ from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
-from zenocap.common.runtime.service import Service, Subscription, run
+from zenocap.common.runtime.service import Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.table import attribute
 from zenocap.common.topics import FRAME_RATE, TRACKER_BDP, TRACKER_POSE
@@ -63,7 +63,7 @@ def silhouette_service(
     setup = ViewerSetup(viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people, kept)
     fed = (TRACKER_BDP, TRACKER_POSE) if viewer.feedback else ()
     return Service(
-        "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(Subscription, (FRAME_RATE, *fed))),
+        "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(TopicSubscription, (FRAME_RATE, *fed))),
         describe, phase=phase_of,
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tests.golden.make import HERE, OFFLINE, TAKES, readable
 from tests.golden.texts import TEXTS, library_exports_text
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import PARAMETERS_FILE
 
 ROOT = HERE.parents[1]
@@ -46,7 +46,7 @@ def differences(here: Path, other: Path) -> list[str]:
 
 
 def _take_differences(one: Path, two: Path) -> list[str]:
-    takes = Take(one), Take(two)
+    takes = TakeReader(one), TakeReader(two)
     messages = [[(each.topic, each.log_ns, each.data) for each in take.messages()] for take in takes]
     found = []
     if messages[0] != messages[1]:

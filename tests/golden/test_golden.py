@@ -7,7 +7,7 @@ import pytest
 
 from tests.golden.make import HERE, TAKES, readable
 from tests.golden.texts import TEXTS
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.runtime.service_info import processor
 from zenocap.tools.takes.verify.recompute import verify
 
@@ -20,7 +20,7 @@ NAMES = [pytest.param(name, marks=pytest.mark.nightly if name in LONG else ()) f
 
 
 def of_this_processor(name: str) -> bool:
-    take = Take(HERE / f"{name}.mcap")
+    take = TakeReader(HERE / f"{name}.mcap")
     list(take.messages())
     return bool(take.metadata["versions"]["processor"] == processor())
 

@@ -22,7 +22,7 @@ from tests.support.places import ROOT
 from zenocap.common.bus.protocol import Envelope, Tick
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
 from zenocap.common.observe.view import RigView
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import AdaptiveBackground
@@ -96,7 +96,7 @@ def traced() -> Iterator[Walk]:
 
 
 def message_into_the_log() -> Walk:
-    messages = list(islice(Take(TAKE).envelopes((SILHOUETTE,)), 2))
+    messages = list(islice(TakeReader(TAKE).envelopes((SILHOUETTE,)), 2))
     with tempfile.TemporaryDirectory() as folder:
         recording = Recording(Path(folder) / "take.mcap", rig="demo", start_ns=0)
         recording.record(messages[0])
@@ -110,7 +110,7 @@ def _tracked() -> tuple[Stepper, Iterator[Envelope]]:  # type: ignore[type-arg]
     """The tracker after FRAMES frame sets of the take, and the silhouettes that follow."""
     rig = load_rig(RING)
     stepper = Stepper(tracker.tracker_service(rig))
-    silhouettes = Take(TAKE).envelopes((SILHOUETTE,))
+    silhouettes = TakeReader(TAKE).envelopes((SILHOUETTE,))
     for received in islice(silhouettes, FRAMES * len(rig.viewers)):
         stepper.step(received)
         stepper.step(Tick(received.received_ns))
@@ -178,7 +178,7 @@ def rig_file_to_a_viewer() -> Walk:
 
 def pose_to_the_page() -> Walk:
     stepper = Stepper(animator.animator_service(load_rig(RING)))
-    poses = Take(TAKE).envelopes((TRACKER_BDP, TRACKER_POSE))
+    poses = TakeReader(TAKE).envelopes((TRACKER_BDP, TRACKER_POSE))
     schedule, presence = Schedule(), Presence(RigView("ring"))
     for received in poses:
         stepper.step(received)

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from tests.support.places import ROOT
 from zenocap.common import messages as m
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.topics import UNIVERSAL_BAP
 from zenocap.tools.takes.verify.recompute import Verification, verify
 
@@ -110,7 +110,7 @@ def poses_in(take: Path) -> list[m.UniversalBap]:
 
 def messages_in(take: Path, kind: type[M]) -> list[M]:
     """Messages of one type in a complete take."""
-    read = Take(take)
+    read = TakeReader(take)
     messages = [received.message for recorded in read.messages() if (received := envelope(recorded)) is not None]
     assert read.cut is None
     return [message for message in messages if isinstance(message, kind)]

@@ -16,7 +16,7 @@ from zenocap.common.recording.log import Log
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.common.topics import PARTIAL_BDP, SIGHTING
 
@@ -85,7 +85,7 @@ def main(role: str, endpoint: str, *arguments: str) -> int:
                         return run(service, bus, clock, images(float(rate)), stopped)
                     case "integrator":
                         (path,) = arguments
-                        topics = (Subscription(SIGHTING), Subscription(PARTIAL_BDP))
+                        topics = (TopicSubscription(SIGHTING), TopicSubscription(PARTIAL_BDP))
                         recorder = Log(bus.reader(), Recording(Path(path), rig=RIG, start_ns=clock.now_ns()))
                         recorder.start()
                         try:

@@ -14,7 +14,7 @@ from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, recomputed_poses, started, wait_until
 from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
@@ -139,7 +139,7 @@ def _position(updates: Updates) -> float:
 
 
 def requests_in(path: Path) -> list[str]:
-    found = [received.message for one in Take(path).messages() if (received := envelope(one)) is not None]
+    found = [received.message for one in TakeReader(path).messages() if (received := envelope(one)) is not None]
     return [message.what for message in found if isinstance(message, m.Request)]
 
 

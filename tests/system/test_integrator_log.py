@@ -20,7 +20,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import ASSIGNMENT, HEALTH, SIGHTING
@@ -117,8 +117,8 @@ def test_a_deleted_folder_is_created_again_and_reported(tmp_path: Path, endpoint
     assert "was deleted while it was written" in err
     assert "files deleted or moved while they were written: 1" in err
     (take,) = folder.glob("*.mcap")
-    assert Take(take).cut is None
-    assert any(message.sequence >= 10_000 for message in Take(take).messages())
+    assert TakeReader(take).cut is None
+    assert any(message.sequence >= 10_000 for message in TakeReader(take).messages())
 
 
 def test_requested_file_that_cannot_be_written_is_an_error(tmp_path: Path, endpoint: str) -> None:
@@ -142,7 +142,7 @@ def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path,
         process.kill()
         killed_ns = time.time_ns()
         process.wait()
-    takes = {path: Take(path) for path in folder.glob("*.mcap")}
+    takes = {path: TakeReader(path) for path in folder.glob("*.mcap")}
     messages = {path: list(take.messages()) for path, take in takes.items()}
     last = max(takes, key=lambda path: int(takes[path].metadata["part"]["number"]))
     assert [take.cut is None for path, take in takes.items() if path != last] == [True] * (len(takes) - 1)
@@ -157,7 +157,7 @@ def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path,
     }
     found = recover(last, tmp_path / "recovered.mcap")
     assert found.lost
-    assert list(Take(tmp_path / "recovered.mcap").messages()) == messages[last]
+    assert list(TakeReader(tmp_path / "recovered.mcap").messages()) == messages[last]
 
 
 def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
         wait_for_frames(tmp_path, 60)  # of the rig without a log
         assert ended(demo, signal.SIGINT) == 3, output_of(tmp_path)
         (take,) = folder.glob("*.mcap")
-        read = sum(1 for _ in Take(take).messages())
+        read = sum(1 for _ in TakeReader(take).messages())
     (words,) = [text.split() for text in output_of(tmp_path).splitlines() if text.startswith("take: ")]
     assert words[2:4] == [str(read), "messages,"]
     assert words[5] == "lost"

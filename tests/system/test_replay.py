@@ -29,7 +29,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP
@@ -42,7 +42,7 @@ def viewer_messages(take: Path) -> list[bytes]:
     """All replayed messages of the viewers; their input traces are not replayed."""
     return sorted(
         each.data
-        for each in Take(take).messages()
+        for each in TakeReader(take).messages()
         if each.topic.startswith("zenocap/") and "/viewer/" in each.topic and not each.topic.endswith("/handled")
     )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.processes import ended, output_of, started, wait_until
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.recognizer.model_file import find_model
 
@@ -24,4 +24,4 @@ def test_an_interruption_leaves_a_readable_take_and_no_process(tmp_path: Path, j
         assert ended(process, signal.SIGINT) != 0
     assert not Path(f"/proc/{process.pid}").exists()
     assert "Traceback" not in output_of(tmp_path)
-    assert sum(1 for _ in Take(take).messages()) > 100
+    assert sum(1 for _ in TakeReader(take).messages()) > 100

@@ -19,7 +19,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, DuplicateService, Envelope, Received, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 
@@ -154,7 +154,7 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         # The log of a killed integrator lacks at most what came after its last write.
         killed_ns = time.time_ns()
         integrator.kill()
-        take = Take(path)
+        take = TakeReader(path)
         recorded = list(take.messages())
         assert take.cut is not None
         assert killed_ns - recorded[-1].log_ns < LOSS_NS
@@ -183,7 +183,7 @@ def test_all_roles_end_with_sigterm(start: Start, endpoint: str, tmp_path: Path)
     ends = [terminated(process) for process in (viewer, integrator, router)]
     assert [status for status, _, _ in ends] == [0, 0, 0]
     assert max(seconds for _, seconds, _ in ends) < END_S
-    take = Take(tmp_path / "take.mcap")
+    take = TakeReader(tmp_path / "take.mcap")
     assert list(take.messages())
     assert take.cut is None
 

@@ -14,7 +14,7 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.common.formats.take_poses import Poses
+    from zenocap.common.formats.take_poses import TakePoses
     from zenocap.tools.takes.evaluate import ScoredFrames
 
 CENTRES = ".trc"  # suffix of files whose joint centres are compared by default; of others, joint angles
@@ -99,7 +99,7 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
 
 
 def _angles(
-    poses: Poses, take: Path, given: EvaluateArguments, selection: ScoredFrames
+    poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
 ) -> tuple[dict[str, object], list[str]]:
     """Errors of joint angles, for programs and for people; drawn where that is asked for.  Raises UserError."""
     from zenocap.tools.takes.angle_report import angle_lines, draw_angles
@@ -112,7 +112,7 @@ def _angles(
 
 
 def _centres(
-    poses: Poses, take: Path, given: EvaluateArguments, selection: ScoredFrames
+    poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
 ) -> tuple[dict[str, object], list[str]]:
     """Errors of joint centres, for programs and for people.  Raises UserError."""
     from zenocap.common.formats.motion_files import read_centres

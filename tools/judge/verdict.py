@@ -15,7 +15,7 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
@@ -123,7 +123,7 @@ def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
 def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
     evidence = TakeEvidence()
-    for received in Take(path).envelopes(USED):
+    for received in TakeReader(path).envelopes(USED):
         evidence.add(received.message)
     return evidence
 
@@ -131,7 +131,7 @@ def evidence_in(path: Path) -> TakeEvidence:
 def verdict_in(path: Path) -> m.Verdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
     evidence = TakeEvidence()
-    for received in Take(path).envelopes((*USED, VERDICT)):
+    for received in TakeReader(path).envelopes((*USED, VERDICT)):
         if isinstance(received.message, m.Verdict):
             return received.message
         evidence.add(received.message)

@@ -24,7 +24,7 @@ from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.priority import lower_priority
-from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, HANDLED, TOPICS
 from zenocap.services.viewer.shell import camera_info
@@ -93,7 +93,7 @@ def run_stand_in(viewer: Viewer, rig: str, epoch_ns: int, options: ZenohOptions)
     """Run until stopped; return the exit status.  rig: its name.  Raises BusError and OSError."""
     setup, clock = StandIn(viewer.id, read_messages(messages_file(viewer)), viewer.fps), RealClock()
     service: Service[StandIn, DueFrame | None, DueFrame] = Service(
-        "viewer", viewer.id, setup, lambda: None, step, (Subscription(ASSIGNMENT), Subscription(FRAME_RATE)),
+        "viewer", viewer.id, setup, lambda: None, step, (TopicSubscription(ASSIGNMENT), TopicSubscription(FRAME_RATE)),
         describe=lambda _: "stand-in",
     )  # fmt: skip
     with stop_signals(with_parent=True) as stopped, ZenohBus.open(options, rig, clock, stopped) as bus:
@@ -108,7 +108,7 @@ def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions)
     if priority == "low":
         lower_priority(logger)
     clock = RealClock()
-    topics = tuple(Subscription(topic, every=True) for topic in TOPICS if topic is not HANDLED)
+    topics = tuple(TopicSubscription(topic, every=True) for topic in TOPICS if topic is not HANDLED)
     service: Service[None, int, DueFrame] = Service(
         "subscriber", id, None, lambda: 0, lambda _, count, event: (count + isinstance(event, Envelope), []), topics,
         describe=lambda count: f"{count} messages", count=lambda count: {"received": count}, derives=False,

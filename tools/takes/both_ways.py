@@ -21,7 +21,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_by_name, bdp_of, pose_of, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
@@ -104,7 +104,7 @@ def with_both_ways(
         recording = open_take(unfinished)
         with TakeWriter(recording, rig) as writer:
             written = 0
-            for received in Take(take).envelopes(invalid="raise"):
+            for received in TakeReader(take).envelopes(invalid="raise"):
                 end_ns = received.received_ns
                 if isinstance(received.message, m.Verdict):  # of the forward pass
                     continue
@@ -157,7 +157,7 @@ def _forward_poses(take: Path, setup: TrackerSetup) -> tuple[Sequence[ForwardPos
     poses: dict[int, ForwardPose] = {}
     views: dict[tuple[str, ...], tuple[str, ...]] = {}  # equal ones are stored once
     body: Bdp | None = None
-    for received in Take(take).envelopes((TRACKER_POSE, TRACKER_BDP), invalid="raise"):
+    for received in TakeReader(take).envelopes((TRACKER_POSE, TRACKER_BDP), invalid="raise"):
         match received.message:
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))

@@ -11,7 +11,7 @@ from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.observe.account import METADATA, Account, read_account
-from zenocap.common.recording.reader import Recorded, Take, envelope
+from zenocap.common.recording.reader import Recorded, TakeReader, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.recording.take_account import refused_of
 from zenocap.common.topics import topic_at
@@ -111,7 +111,7 @@ def info(
 
     watch: is called with the number of messages read.
     """
-    take, tally, part = Take(path), _Tally(), TakePart(first, last)
+    take, tally, part = TakeReader(path), _Tally(), TakePart(first, last)
     for count, recorded in enumerate(take.messages()):
         if part.includes(recorded):
             tally.add(recorded)
@@ -176,7 +176,7 @@ def _account(tally: "_Tally", stored: Mapping[str, str]) -> Iterator[AccountLine
         )  # fmt: skip
 
 
-def _parameters(path: Path, take: Take) -> dict[str, int]:
+def _parameters(path: Path, take: TakeReader) -> dict[str, int]:
     data = take.attachments.get(PARAMETERS_FILE)
     return {} if data is None else {name: len(values) for name, values in read_parameters(path, data).items()}
 

@@ -19,7 +19,7 @@ from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.definition import Bdp
 from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, RecordedTurn, read_setup
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import tracker_methods
@@ -96,7 +96,7 @@ def mirror(
     """
     if output.resolve() == source.resolve():
         raise UserError(f"{output}: is the take itself: allowed: another file")
-    take = Take(source)
+    take = TakeReader(source)
     shown, rig, setup = _read(take)
     assert shown.start_ns is not None
     from_ns = _tracked_at(source, shown, "--from", from_s)
@@ -125,7 +125,7 @@ def mirror(
         messages = retrack(source, rig, lambda: open_take(unfinished), on_message).statistics.messages
         if shown.both_ways:
             messages, _ = with_both_ways(unfinished, rig.name, setup, open_take, watch, jobs)
-        after, _, _ = _read(Take(unfinished))
+        after, _, _ = _read(TakeReader(unfinished))
     end_ns = min(from_ns + WATCHED_NS, until_ns or from_ns + WATCHED_NS)
     back = [
         captured_ns
@@ -136,7 +136,7 @@ def mirror(
     return Mirrored(after.poses, messages, since[0], since[1] if until_ns is not None else None, shown.both_ways, back_s)
 
 
-def _read(take: Take) -> tuple[_ShownPoses, RecordedRig, TrackerSetup]:
+def _read(take: TakeReader) -> tuple[_ShownPoses, RecordedRig, TrackerSetup]:
     """The poses of a take, its rig and the set-up of its tracker.  Raises UserError for a take that cannot be mirrored."""
     shown, rig, setup = _ShownPoses(), None, None
     for recorded in take.messages():
@@ -157,7 +157,7 @@ def _read(take: Take) -> tuple[_ShownPoses, RecordedRig, TrackerSetup]:
     return shown, rig, setup
 
 
-def _rig_of(take: Take) -> RecordedRig:
+def _rig_of(take: TakeReader) -> RecordedRig:
     if SETUP_FILE not in take.attachments:
         raise UserError(f"{take.path}: no attachment {SETUP_FILE}: the set-up of its tracker is unknown")
     rig = read_setup(take.path, take.attachments[SETUP_FILE])
@@ -169,7 +169,7 @@ def _rig_of(take: Take) -> RecordedRig:
     return rig
 
 
-def _setup_of(rig: RecordedRig, take: Take) -> TrackerSetup:
+def _setup_of(rig: RecordedRig, take: TakeReader) -> TrackerSetup:
     try:
         return tracker_setup(rig, take.path, take.attachments)
     except ValueError as error:

@@ -16,7 +16,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.observe.account import METADATA
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import (
     PARAMETERS_FILE,
     POSTURES_FILE,
@@ -55,7 +55,7 @@ def retrack(
     on_message: gets every message of the tracker and the recognizer, in order.  Raises UserError, RecordingError, and
     ValueError for another prior or model than the recorded one.
     """
-    take = Take(source)
+    take = TakeReader(source)
     received = take.envelopes(invalid="raise")
     first = next(received, None)
     if first is None:
@@ -92,7 +92,7 @@ def retrack(
 
 
 def take_like(
-    source: Take, rig: RecordedRig, path: Path, start_ns: int, metadata: Mapping[str, Mapping[str, str]]
+    source: TakeReader, rig: RecordedRig, path: Path, start_ns: int, metadata: Mapping[str, Mapping[str, str]]
 ) -> Recording:
     """Open a take with the files of another one, with another set-up.  source: read to its end.  metadata: additional.
 
@@ -117,7 +117,7 @@ def take_like(
 
 def has_foxglove(path: Path) -> bool:
     """Whether a take has channels of Foxglove beside its own; those of the first camera come first."""
-    keys = (recorded.topic for recorded in Take(path).messages())
+    keys = (recorded.topic for recorded in TakeReader(path).messages())
     first = next((key for key in keys if key.startswith("foxglove/") or key.endswith("/silhouette")), "")
     return first.startswith("foxglove/")
 

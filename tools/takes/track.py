@@ -15,7 +15,7 @@ from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
@@ -157,7 +157,7 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
     clock, inputs = ManualClock(EPOCH_NS), Inputs()
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
         sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock, inputs).items()}
-        received = Take(take).envelopes(invalid="raise")
+        received = TakeReader(take).envelopes(invalid="raise")
         following = next(received, None)
         for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
             now_ns = max(frame.captured_ns for frame in frames.values())

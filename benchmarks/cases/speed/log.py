@@ -13,7 +13,7 @@ from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope, Received
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.recording.log import Log
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.writer import Recording, no_conversion
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.takes.recover import recover
@@ -59,8 +59,8 @@ def run(one: Case) -> Figures:
         operations: dict[str, Callable[[], int]] = {
             "written": lambda: write(path, messages, foxglove),
             "from queue to disk": lambda: logged(path, messages, foxglove),
-            "read": lambda: sum(1 for _ in Take(path).messages()),
-            "read and decoded": lambda: sum(envelope(each) is not None for each in Take(path).messages()),
+            "read": lambda: sum(1 for _ in TakeReader(path).messages()),
+            "read and decoded": lambda: sum(envelope(each) is not None for each in TakeReader(path).messages()),
             "recovered": lambda: recovered(path),
         }
         started_s = time.perf_counter()

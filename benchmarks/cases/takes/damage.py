@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from benchmarks.cases.takes.mixture import tracked_take
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
-from zenocap.common.recording.reader import Recorded, Take
+from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.tools.cli.main import program
 
 Damaging = Callable[[bytes, random.Random], bytes]
@@ -108,7 +108,7 @@ class Judge:
 
     def __init__(self, take: Path, folder: Path) -> None:
         self.content = take.read_bytes()
-        whole = Take(take)
+        whole = TakeReader(take)
         self._messages = list(whole.messages())
         self._known = Counter(_identity(message) for message in self._messages)
         self._rest = (whole.attachments, whole.metadata)
@@ -138,7 +138,7 @@ class Judge:
         self._check_recovered(name, recovered, findings)
 
     def _check_recovered(self, name: str, status: int, findings: Findings) -> None:
-        take = Take(self._output)
+        take = TakeReader(self._output)
         messages = list(take.messages())
         findings.shares.append(len(messages) / len(self._messages))
         if {_identity(each) for each in messages} - self._known.keys():

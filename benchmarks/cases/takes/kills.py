@@ -21,7 +21,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
@@ -88,11 +88,11 @@ def kill_integrator(endpoint: str, take: Path, after_s: float) -> KillResult:
         killed_ns = time.time_ns()
         process.communicate()
     output = take.with_name(f"{take.stem}-recovered.mcap")
-    read = Take(take)
+    read = TakeReader(take)
     try:
         messages = list(read.messages())
         found = recover(take, output)
-        recovered_take = Take(output)
+        recovered_take = TakeReader(output)
         equal = (
             list(recovered_take.messages()) == messages
             and recovered_take.cut is None

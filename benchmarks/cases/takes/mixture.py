@@ -12,7 +12,7 @@ from tests.support.stored import stored_files
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.rig.rig import demo_rig
 from zenocap.tools.takes.rig_changes import at_working_size
 from zenocap.tools.takes.track import track
@@ -32,7 +32,7 @@ def tracked_take(folder: Path, size: Size = SMALL) -> Path:
 def mixture(size: Size = SMALL) -> list[Envelope]:
     """All messages of the tracked demo, in the order of publication."""
     with TemporaryDirectory() as folder:
-        found = [envelope(recorded) for recorded in Take(tracked_take(Path(folder), size)).messages()]
+        found = [envelope(recorded) for recorded in TakeReader(tracked_take(Path(folder), size)).messages()]
     return [each for each in found if each is not None]
 
 

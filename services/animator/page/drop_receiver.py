@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 
 from zenocap.common.errors import UserError
 from zenocap.common.recording.mcap_records import MAGIC
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import topic_at
 from zenocap.services.animator.parameters import (
     DROPPED_FREE_BYTES,
@@ -138,7 +138,7 @@ def stored_name(name: str) -> str:
 
 def check_take(path: Path) -> None:
     """Raise UserError for a file that is no take of zenocap: without one of its messages among the first ones."""
-    for number, recorded in enumerate(Take(path).messages()):
+    for number, recorded in enumerate(TakeReader(path).messages()):
         if topic_at(recorded.topic) is not None:
             return
         if number >= MAX_FOREIGN_MESSAGES:

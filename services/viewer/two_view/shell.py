@@ -7,7 +7,7 @@ import numpy as np
 
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.runtime.compiled import compiling
-from zenocap.common.runtime.service import Service, Subscription
+from zenocap.common.runtime.service import Service, TopicSubscription
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.services.viewer.frame import Frame
@@ -37,7 +37,7 @@ def two_view(
         with compiling(logger, "viewer-service", "tracking"):
             load_compiled(setup)
 
-    subscriptions = tuple(map(Subscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
+    subscriptions = tuple(map(TopicSubscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
     return Service(
         "viewer", viewer.id, setup, partial(initial_state, setup), step, subscriptions, describe, phase=phase_of,
         answers=partial(answered_frame, viewer.id), load=load,

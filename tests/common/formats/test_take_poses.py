@@ -18,7 +18,7 @@ from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame, holding, rate_of
 from zenocap.common.formats.take_poses import poses_of, read_poses
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.writer import Recording
 from zenocap.common.topics import topic_of
 
@@ -100,7 +100,7 @@ def test_a_take_without_body_or_pose_is_refused(left_out: type[m.Message], words
 def test_another_anatomy_is_refused(tmp_path: Path) -> None:
     body = replace_anatomy(messages_of_track(moving()))
     with pytest.raises(UserError, match=r"a\.mcap: body: anatomy 'twenty-parts': allowed: ten-parts, fourteen-parts"):
-        poses_of(tmp_path / "a.mcap", body, Take(tmp_path / "a.mcap"))
+        poses_of(tmp_path / "a.mcap", body, TakeReader(tmp_path / "a.mcap"))
 
 
 def replace_anatomy(messages: list[m.Message]) -> list[Envelope]:

@@ -15,7 +15,7 @@ from zenocap.common.observe.account import METADATA, Account, Line, read_account
 from zenocap.common.observe.several_logs import completed, joined
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.take_account import take_account
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import RealClock
@@ -267,7 +267,7 @@ def test_a_log_of_some_topics_has_lost_nothing(network: LocalNetwork, tmp_path: 
     log.start()
     publish(bus, 5)
     assert log.close().lost == 0
-    take = Take(tmp_path / "take.mcap")
+    take = TakeReader(tmp_path / "take.mcap")
     list(take.messages())
     assert METADATA not in take.metadata
 

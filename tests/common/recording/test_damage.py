@@ -92,9 +92,9 @@ def test_hostile_files_take_little_memory(tmp_path: Path) -> None:
     bombs = HEADER + b"".join(chunk(zstandard.compress(bytes(60 << 20)), size) for size in (10, 60 << 20, 2**40)) * 5
     (tmp_path / "take.mcap").write_bytes(bombs)
     script = (
-        "import sys, resource; from pathlib import Path; from zenocap.common.recording.reader import Take;"
+        "import sys, resource; from pathlib import Path; from zenocap.common.recording.reader import TakeReader;"
         "limit = int(sys.argv[2]); resource.setrlimit(resource.RLIMIT_DATA, (limit, limit));"
-        "take = Take(Path(sys.argv[1])); print(len(list(take.messages())), take.cut)"
+        "take = TakeReader(Path(sys.argv[1])); print(len(list(take.messages())), take.cut)"
     )
     assert resource.RLIMIT_DATA
     run = subprocess.run(

@@ -12,7 +12,7 @@ from tests.common.bus.test_local import bdp
 from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.recording.log import DiskSpace, Log, shortage
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
@@ -36,7 +36,7 @@ def test_every_message_is_written(network: LocalNetwork, tmp_path: Path) -> None
         bus.publish(SIGHTING, sighting("1", frame))
         bus.publish(UNIVERSAL_BAP, bap(frame))
     end = log.close()
-    take = Take(tmp_path / "take.mcap")
+    take = TakeReader(tmp_path / "take.mcap")
     expected = ["zenocap.PartialBdp", *["zenocap.Sighting", "zenocap.UniversalBap"] * 50]
     assert [recorded.schema for recorded in take.messages()] == expected
     assert (end.messages, end.lost, take.cut) == (101, 0, None)

@@ -22,7 +22,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
-from zenocap.common.recording.reader import Recorded, Take
+from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.common.recording.writer import Attachment, Recording, RecordingError, Statistics
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 
@@ -57,9 +57,9 @@ def recorded(recording: Parts, sent: Iterable[Envelope]) -> Statistics:
     return recording.close()
 
 
-def read(folder: Path) -> dict[str, tuple[Take, list[Recorded]]]:
+def read(folder: Path) -> dict[str, tuple[TakeReader, list[Recorded]]]:
     """The parts by name, in the order of their numbers."""
-    takes = [Take(path) for path in folder.glob("*.mcap")]
+    takes = [TakeReader(path) for path in folder.glob("*.mcap")]
     found = [(take, list(take.messages())) for take in takes]
     return {
         take.path.name: (take, messages)
@@ -126,7 +126,7 @@ def test_a_part_ends_by_size(tmp_path: Path) -> None:
 def test_without_limits_there_is_one_file_without_part_metadata(tmp_path: Path) -> None:
     recorded(parts(tmp_path, PartLimits()), envelopes(5, 3600 * S))
     (path,) = tmp_path.iterdir()
-    take = Take(path)
+    take = TakeReader(path)
     assert len(list(take.messages())) == 8
     assert "part" not in take.metadata
 
@@ -158,7 +158,7 @@ def test_a_part_that_cannot_be_opened_ends_the_log_and_not_the_caller(
     assert "cannot be written" in end.failure
     assert len(caplog.records) == 1
     (moved,) = (tmp_path / "moved").iterdir()
-    assert Take(moved).cut is None
+    assert TakeReader(moved).cut is None
 
 
 def test_a_first_part_that_cannot_be_opened_is_an_error_only_with_must_open(
@@ -199,7 +199,7 @@ def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(tmp_path: Path) -> 
         assert end.failure is not None
         assert "No space left on device" in end.failure
         assert (end.messages + end.lost, recording.number) == (6000, len(list(folder.iterdir())))
-        found = [len(list(Take(path).messages())) for path in folder.iterdir()]
+        found = [len(list(TakeReader(path).messages())) for path in folder.iterdir()]
         assert sum(found) >= end.messages > 1000
 
 
@@ -227,7 +227,7 @@ def test_a_file_size_limit_ends_the_log_and_is_reported_once(tmp_path: Path) -> 
     assert run.stderr.count("recording stopped after") == 1
     assert "Traceback" not in run.stderr
     assert int(written) + int(lost) == 3000
-    take = Take(path)
+    take = TakeReader(path)
     assert len(list(take.messages())) >= int(written) > 0
     assert take.cut is not None
 
@@ -268,8 +268,8 @@ def test_a_file_that_is_moved_is_finished_and_the_take_continues_in_a_new_one(
     recording.record(envelope(bap(1), START_NS + S))
     end = recording.close()
     assert (end.messages, end.lost, end.removed, end.incomplete) == (2, 0, 1, True)
-    assert Take(moved).cut is None
-    assert [len(list(Take(path).messages())) for path in (moved, recording.path)] == [1, 1]
+    assert TakeReader(moved).cut is None
+    assert [len(list(TakeReader(path).messages())) for path in (moved, recording.path)] == [1, 1]
     assert "was moved while it was written; the take continues in" in caplog.text
 
 

@@ -13,7 +13,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Recorded, Take, envelope
+from zenocap.common.recording.reader import Recorded, TakeReader, envelope
 from zenocap.common.recording.writer import Channel, Recording
 
 FRAMES = 150
@@ -30,13 +30,13 @@ def expected() -> list[m.Message]:
     return [message for frame in range(FRAMES) for message in (sighting("1", frame), bap(frame))]
 
 
-def messages(take: Take) -> list[m.Message]:
+def messages(take: TakeReader) -> list[m.Message]:
     found = [envelope(recorded) for recorded in take.messages()]
     return [each.message for each in found if each is not None]
 
 
 def test_a_complete_take_round_trips(complete: Path) -> None:
-    take = Take(complete)
+    take = TakeReader(complete)
     assert messages(take) == expected()
     assert take.cut is None
     assert take.library == "zenocap"
@@ -45,7 +45,7 @@ def test_a_complete_take_round_trips(complete: Path) -> None:
 
 
 def test_a_message_keeps_its_times(complete: Path) -> None:
-    third = list(Take(complete).messages())[4]
+    third = list(TakeReader(complete).messages())[4]
     assert (third.topic, third.schema, third.log_ns, third.publish_ns, third.sequence) == (
         "zenocap/studio/viewer/1/sighting", "zenocap.Sighting", START_NS + 2 * FRAME_NS, 2, 2,
     )  # fmt: skip
@@ -64,7 +64,7 @@ def test_a_truncated_take_gives_its_first_messages_and_is_reported(
     length = data.draw(st.integers(9, len(content) - 40))
     path = tmp_path_factory.mktemp("cut") / "take.mcap"
     path.write_bytes(content[:length])
-    take = Take(path)
+    take = TakeReader(path)
     found = messages(take)
     assert found == expected()[: len(found)]
     assert take.cut is not None
@@ -82,7 +82,7 @@ def test_a_damaged_take_never_gives_a_wrong_message(
     path = tmp_path_factory.mktemp("damaged") / "take.mcap"
     path.write_bytes(content)
     originals = {encode(message) for message in expected()}
-    assert {recorded.data for recorded in Take(path).messages()} <= originals
+    assert {recorded.data for recorded in TakeReader(path).messages()} <= originals
 
 
 def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> No
     content[chunk + 60] ^= 0xFF
     path = tmp_path / "take.mcap"
     path.write_bytes(content)
-    take = Take(path)
+    take = TakeReader(path)
     found = messages(take)
     assert found[0] == sighting("1", 0)
     assert found[-1] == bap(FRAMES - 1)
@@ -102,7 +102,7 @@ def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> No
 
 def test_flushed_messages_survive_a_crash(tmp_path: Path) -> None:
     recording = record_take(tmp_path / "take.mcap", FRAMES)  # still open, as after a crash
-    take = Take(tmp_path / "take.mcap")
+    take = TakeReader(tmp_path / "take.mcap")
     found = messages(take)
     assert 2 * FRAMES - len(found) <= 2 * 31  # one second of two messages a frame
     assert found == expected()[: len(found)]
@@ -114,16 +114,16 @@ def test_messages_of_other_programs_are_not_decoded(tmp_path: Path) -> None:
     recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
     recording.write(Channel("/note", "json", "", "", b""), b"{}", 1, 1)
     recording.close()
-    found = list(Take(tmp_path / "take.mcap").messages())
+    found = list(TakeReader(tmp_path / "take.mcap").messages())
     assert found == [Recorded("/note", "json", "", b"{}", 1, 1, 0)]
     assert envelope(found[0]) is None
 
 
 def test_descriptions_beyond_the_limit_are_reported_as_damage(complete: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("zenocap.common.recording.reader.MAX_KEPT", 1_000_000)
-    assert messages(Take(complete)) == expected()
+    assert messages(TakeReader(complete)) == expected()
     monkeypatch.setattr("zenocap.common.recording.reader.MAX_KEPT", 100)
-    take = Take(complete)
+    take = TakeReader(complete)
     assert list(take.messages()) == []
     assert take.attachments == {}
     assert take.cut is not None
@@ -139,7 +139,7 @@ def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: P
         for number in range(100):
             writer.add_message(channel, number, b'{"text": "hello"}', number, number)
         writer.finish()
-    take = Take(path)
+    take = TakeReader(path)
     assert len(list(take.messages())) == 100
     assert take.cut is None
     content = bytearray(path.read_bytes())
@@ -156,9 +156,9 @@ def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: P
 def test_a_file_that_is_not_a_take_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "take.mcap").write_bytes(content)
     with pytest.raises(UserError, match="is no MCAP file"):
-        list(Take(tmp_path / "take.mcap").messages())
+        list(TakeReader(tmp_path / "take.mcap").messages())
 
 
 def test_a_missing_file_raises_an_error(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be read: No such file"):
-        list(Take(tmp_path / "none.mcap").messages())
+        list(TakeReader(tmp_path / "none.mcap").messages())

@@ -16,7 +16,7 @@ from tests.support.stored import stored_files
 from zenocap.common import messages as m
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import attachments
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import POSTURES_FILE, SETUP_FILE, read_setup
 from zenocap.common.rig.commands import posture_commands
 from zenocap.common.rig.recognizer import RecognizerSpec
@@ -63,7 +63,7 @@ def test_the_take_has_postures_and_their_model(path: Path) -> None:
     assert posture_messages
     assert all(set(one.log_likelihoods) == set(small_model().labels) for one in posture_messages)
     assert all(one.start_ns < one.end_ns <= one.captured_ns for one in posture_messages)
-    take = Take(path)
+    take = TakeReader(path)
     list(take.messages())
     assert take.attachments[POSTURES_FILE] == path.with_name("small.postures").read_bytes()
     recorded = read_setup(path, take.attachments[SETUP_FILE]).recognizer
@@ -80,7 +80,7 @@ def test_info_counts_postures(path: Path) -> None:
 
 
 def test_a_take_with_another_model_cannot_be_recomputed(path: Path, tmp_path: Path) -> None:
-    take = Take(path)
+    take = TakeReader(path)
     list(take.messages())
     setup = take.attachments[SETUP_FILE]
     with pytest.raises(UserError, match=r"attachment recognizer\.postures is missing"):
@@ -91,7 +91,7 @@ def test_a_take_with_another_model_cannot_be_recomputed(path: Path, tmp_path: Pa
 
 @pytest.mark.nightly
 def test_a_take_without_its_model_is_recomputed_except_for_postures(path: Path, tmp_path: Path) -> None:
-    take = Take(path)
+    take = TakeReader(path)
     list(take.messages())
     recorded = read_setup(path, take.attachments[SETUP_FILE])
     assert recorded.recognizer is not None

@@ -15,7 +15,7 @@ from tests.common.recording.test_damage import MAGIC, chunk, record
 from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.summary import last_message, read_summary
 from zenocap.common.recording.take_account import take_account
 from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
@@ -32,7 +32,7 @@ def take(tmp_path: Path) -> Path:
 
 
 def test_the_summary_has_what_the_messages_have(take: Path) -> None:
-    messages = list(Take(take).messages())
+    messages = list(TakeReader(take).messages())
     found = read_summary(take)
     assert found is not None
     assert (found.messages, found.start_ns) == (len(messages), min(one.log_ns for one in messages))
@@ -41,7 +41,7 @@ def test_the_summary_has_what_the_messages_have(take: Path) -> None:
 
 
 def test_the_last_message_of_a_topic_is_found(take: Path) -> None:
-    messages = list(Take(take).messages())
+    messages = list(TakeReader(take).messages())
     for topic in {topic_at(one.topic) for one in messages}:
         assert topic is not None
         found = last_message(take, topic)
@@ -56,7 +56,7 @@ def test_the_messages_of_a_cut_take_are_counted(take: Path, share: float) -> Non
     take.write_bytes(content[: int(share * len(content))])
     assert read_summary(take) is None
     found = take_account(take)
-    assert (found.messages, found.complete) == (sum(1 for _ in Take(take).messages()), False)
+    assert (found.messages, found.complete) == (sum(1 for _ in TakeReader(take).messages()), False)
     assert found.messages > 0 or share < 0.5
 
 

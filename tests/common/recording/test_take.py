@@ -23,7 +23,7 @@ from zenocap.common.conversion import pose_of
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.writer import Channel, Recording, no_conversion
 from zenocap.common.rig.rig import demo_rig
 from zenocap.tools.takes.info import info
@@ -89,7 +89,7 @@ def test_the_scene_of_each_pose_equals_the_kinematics(with_foxglove: Path) -> No
     poses = read_poses(with_foxglove)
     expected = {
         received.publish_ns: part_frames(TEN_PARTS, BDP, pose_of(TEN_PARTS, pose))
-        for received in Take(with_foxglove).messages()
+        for received in TakeReader(with_foxglove).messages()
         if (ours := envelope(received)) is not None and isinstance(pose := ours.message, m.UniversalBap)
     }
     assert len(poses.baps) == len(expected) == 90
@@ -110,7 +110,7 @@ def test_the_scene_of_each_pose_equals_the_kinematics(with_foxglove: Path) -> No
 @pytest.mark.slow
 def test_our_readers_ignore_foxglove_channels(with_foxglove: Path, without_foxglove: Path) -> None:
     ours = [
-        [read for read in map(envelope, Take(path).messages()) if read is not None]
+        [read for read in map(envelope, TakeReader(path).messages()) if read is not None]
         for path in (with_foxglove, without_foxglove)
     ]
     assert ours[0] == ours[1]
@@ -134,7 +134,7 @@ def test_the_rig_file_switches_foxglove_channels(foxglove: bool, tmp_path: Path)
     recording = new_recording(rig, tmp_path / "take.mcap", START_NS, {})
     recording.record(in_envelope(bap(0), rig.name))
     recording.close()
-    found = {received.topic for received in Take(tmp_path / "take.mcap").messages()}
+    found = {received.topic for received in TakeReader(tmp_path / "take.mcap").messages()}
     assert ("foxglove/demo/pose" in found) is foxglove
     assert "zenocap/demo/integrator/bap" in found
 
@@ -150,7 +150,7 @@ def test_the_demo_layout_uses_channels_of_demo_takes(tmp_path: Path) -> None:
     for message in (*viewers, BODY, bap(0)):
         recording.record(in_envelope(message, "demo"))
     recording.close()
-    topics = {received.topic for received in Take(tmp_path / "take.mcap").messages()}
+    topics = {received.topic for received in TakeReader(tmp_path / "take.mcap").messages()}
     named: set[str] = set()
     fields: list[str] = []
     for panel in json.loads(LAYOUT.read_text())["configById"].values():

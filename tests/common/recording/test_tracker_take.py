@@ -15,7 +15,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
 from zenocap.common.rig.rig import Rig, demo_rig
@@ -90,7 +90,7 @@ def test_a_failing_step_is_counted_with_any_number_of_cores(
 
 
 def messages_of(path: Path, kind: type[m.Message]) -> list[m.Message]:
-    received = [envelope(recorded) for recorded in Take(path).messages()]
+    received = [envelope(recorded) for recorded in TakeReader(path).messages()]
     return [each.message for each in received if each is not None and isinstance(each.message, kind)]
 
 
@@ -127,7 +127,7 @@ def with_attachments(take: Path, path: Path, files: dict[str, bytes]) -> Path:
     recording = Recording(
         path, rig="demo", start_ns=0, attachments=tuple(Attachment(name, "", data) for name, data in files.items())
     )
-    for recorded in Take(take).messages():
+    for recorded in TakeReader(take).messages():
         received = envelope(recorded)
         if received is not None:
             recording.record(received)
@@ -143,7 +143,7 @@ def with_attachments(take: Path, path: Path, files: dict[str, bytes]) -> Path:
     ],
 )
 def test_a_take_without_its_prior_cannot_be_recomputed(take: Path, tmp_path: Path, prior: bytes | None, words: str) -> None:
-    setup = Take(take)
+    setup = TakeReader(take)
     list(setup.messages())
     data = setup.attachments[SETUP_FILE].replace(b'"prior_sha256": null', b'"prior_sha256": "' + b"0" * 64 + b'"')
     files = {SETUP_FILE: data} | ({} if prior is None else {PRIOR_FILE: prior})

@@ -13,7 +13,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
-from zenocap.common.runtime.service import Event, Runner, Service, Subscription, TooManyFailures, run
+from zenocap.common.runtime.service import Event, Runner, Service, TooManyFailures, TopicSubscription, run
 from zenocap.common.topics import FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 
@@ -56,7 +56,7 @@ def step(setup: Setup, state: RecordedEvents, event: Event[Image]) -> tuple[Reco
 
 def viewer(**changes: object) -> Service[Setup, RecordedEvents, Image]:
     service: Service[Setup, RecordedEvents, Image] = Service(
-        "viewer", "1", Setup(), RecordedEvents, step, (Subscription(UNIVERSAL_BAP),), watch_alive=True
+        "viewer", "1", Setup(), RecordedEvents, step, (TopicSubscription(UNIVERSAL_BAP),), watch_alive=True
     )
     return replace(service, **changes)
 
@@ -241,7 +241,7 @@ def test_a_viewer_follows_the_frame_rate_of_the_integrator_and_reports_it(networ
             if any(report.counts["kept_percent"] == 33 for report in reports):
                 return
 
-    follower = viewer(subscriptions=(Subscription(FRAME_RATE),))
+    follower = viewer(subscriptions=(TopicSubscription(FRAME_RATE),))
     assert run(follower, network.bus(), FastClock(), frames(), choice=choice) == 0
     assert choice.share == Share(1, 3)
     assert reports[-1].state.endswith("; reduced to 5 of 15 frames/s")
@@ -327,7 +327,7 @@ def deferring_step(_: Setup, state: DeferredWork, event: Event[Image]) -> tuple[
 
 def test_deferred_work_starts_when_all_messages_are_received(network: LocalNetwork) -> None:
     service: Service[Setup, DeferredWork, Image] = Service(
-        "tracker", "main", Setup(), DeferredWork, deferring_step, (Subscription(UNIVERSAL_BAP, every=True),),
+        "tracker", "main", Setup(), DeferredWork, deferring_step, (TopicSubscription(UNIVERSAL_BAP, every=True),),
         pending=lambda state: bool(state.waiting), result=m.Sighting, describe=lambda state: f"{state.done}",
     )  # fmt: skip
     bus, others = network.bus(), network.bus()

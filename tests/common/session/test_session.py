@@ -9,7 +9,7 @@ from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.common.runtime.service import Event, Service, Subscription
+from zenocap.common.runtime.service import Event, Service, TopicSubscription
 from zenocap.common.session.session import Session
 from zenocap.common.topics import HANDLED, SIGHTING, UNIVERSAL_BAP, Topic
 
@@ -33,7 +33,9 @@ def viewer(id: str, *answers: Topic) -> Service[str, int, Image]:
             raise RuntimeError("no person")
         return state + 1, [sighting(setup, state)]
 
-    return Service("viewer", id, id, lambda: 0, step, tuple(map(Subscription, answers)), lambda count: f"{count} frames")
+    return Service(
+        "viewer", id, id, lambda: 0, step, tuple(map(TopicSubscription, answers)), lambda count: f"{count} frames"
+    )
 
 
 def integrator() -> Service[None, int, Image]:
@@ -44,7 +46,7 @@ def integrator() -> Service[None, int, Image]:
             return state + 1, [bap(state + 1)] if state % 2 else []
         return state, []
 
-    return Service("integrator", "main", None, lambda: 0, step, (Subscription(SIGHTING, every=True),))
+    return Service("integrator", "main", None, lambda: 0, step, (TopicSubscription(SIGHTING, every=True),))
 
 
 def session(*answers: Topic) -> Session[Image]:

@@ -11,7 +11,7 @@ from tests.support.animator_stand_in import bap, body_message, pose_at
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.recording.log import Log
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import REQUEST, UNIVERSAL_BAP, UNIVERSAL_BDP
@@ -56,7 +56,7 @@ def until(what: Callable[[], bool]) -> None:
 
 
 def frames_in(path: Path) -> list[int]:
-    found = [received.message for recorded in Take(path).messages() if (received := envelope(recorded)) is not None]
+    found = [received.message for recorded in TakeReader(path).messages() if (received := envelope(recorded)) is not None]
     return [message.frame for message in found if isinstance(message, m.UniversalBap)]
 
 

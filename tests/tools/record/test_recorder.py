@@ -24,7 +24,7 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.errors import UserError
 from zenocap.common.recording.parts import PartLimits
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP, Topic
@@ -70,7 +70,7 @@ def recording(
 
 
 def keys(take: Path) -> list[str]:
-    take_file = Take(take)
+    take_file = TakeReader(take)
     topics_found = [recorded.topic for recorded in take_file.messages() if recorded.topic.startswith("zenocap/")]
     assert take_file.cut is None
     return topics_found
@@ -98,7 +98,7 @@ def test_recording_contains_latched_messages_from_before_its_start(routed: Zenoh
     assert recorded.count("zenocap/studio/viewer/1/bdp") == 1
     assert recorded.count("zenocap/studio/viewer/1/sighting") == 10
     assert "zenocap/studio/recorder/here/health" in recorded
-    take = Take(tmp_path / "take.mcap")
+    take = TakeReader(tmp_path / "take.mcap")
     assert list(take.messages())
     assert take.metadata["recorder"] == {"id": "here", "expression": "zenocap/studio/**"}
 

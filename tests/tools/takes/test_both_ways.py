@@ -17,7 +17,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses, summary_of
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.tracker import TrackerOverrides
@@ -65,7 +65,7 @@ def arms_file(folder: Path) -> Path:
 
 
 def messages(path: Path) -> list[Envelope]:
-    return list(Take(path).envelopes(invalid="raise"))
+    return list(TakeReader(path).envelopes(invalid="raise"))
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_readers_use_the_better_poses_and_raw_ones_on_request(takes: tuple[Path,
 @pytest.mark.slow
 def test_foxglove_and_the_page_show_the_better_poses(takes: tuple[Path, Path], tmp_path: Path) -> None:
     forward, both = takes
-    scenes = [[one for one in Take(path).messages() if one.topic == "foxglove/demo/pose"] for path in takes]
+    scenes = [[one for one in TakeReader(path).messages() if one.topic == "foxglove/demo/pose"] for path in takes]
     assert len(scenes[0]) == len(scenes[1]) == len(read_poses(forward).frames)
     assert scenes[0][-20].data != scenes[1][-20].data
     assert topics_shown(forward, TOPICS) == TOPICS
@@ -226,7 +226,7 @@ def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Pa
         takes[0], tmp_path / "a.mcap",
         lambda one: None if isinstance(one.message, m.Silhouette) and one.message.captured_ns in gap else one,
     )  # fmt: skip
-    attached = Take(path)
+    attached = TakeReader(path)
     assert list(attached.messages())
     recorded = read_setup(path, attached.attachments[SETUP_FILE])
     found = both_ways(path, recorded.name, setup_of(recorded, None))

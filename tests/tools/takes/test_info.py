@@ -17,7 +17,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.errors import UserError
 from zenocap.common.observe.account import METADATA
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.take_account import take_account
 from zenocap.common.recording.writer import Attachment, Channel, Recording
 from zenocap.common.topics import topic_of
@@ -286,7 +286,7 @@ def test_what_was_sent_and_what_became_of_it(tmp_path: Path, stored: bool) -> No
         again = Recording(
             path, rig="studio", start_ns=START_NS, overwrite=True, closing=lambda: {METADATA: account.metadata()}
         )
-        for one in Take(take_of(tmp_path / "b.mcap", reported(0, sighting=40), *poses)).messages():
+        for one in TakeReader(take_of(tmp_path / "b.mcap", reported(0, sighting=40), *poses)).messages():
             again.write(Channel(one.topic, "msgpack", one.schema, "", b""), one.data, one.log_ns, one.publish_ns)
         again.close()
     found = info(path)

@@ -12,7 +12,7 @@ from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.observe.account import METADATA, Account
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.tools.takes.info import info
 from zenocap.tools.takes.mirror import mirror
@@ -46,12 +46,12 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_take_like_another_one_has_not_the_account_of_its_log(tmp_path: Path) -> None:
-    source = Take(GOLDEN / "force.mcap")
+    source = TakeReader(GOLDEN / "force.mcap")
     first_ns = min(recorded.log_ns for recorded in source.messages())
     source.metadata |= {METADATA: Account().metadata(), "note": {"kept": "1"}}
     rig = read_setup(source.path, source.attachments[SETUP_FILE])
     take_like(source, rig, tmp_path / "like.mcap", first_ns, {}).close()
-    like = Take(tmp_path / "like.mcap")
+    like = TakeReader(tmp_path / "like.mcap")
     list(like.messages())
     assert like.metadata["note"] == {"kept": "1"}
     assert METADATA not in like.metadata
@@ -59,7 +59,7 @@ def test_a_take_like_another_one_has_not_the_account_of_its_log(tmp_path: Path) 
 
 @pytest.mark.nightly
 def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -> None:
-    source = Take(takes[0])
+    source = TakeReader(takes[0])
     first_ns = min(recorded.log_ns for recorded in source.messages())
     recorded = read_setup(takes[0], source.attachments[SETUP_FILE])
     again = tmp_path / "again.mcap"
@@ -116,7 +116,7 @@ def test_until_a_time_and_again_from_the_same_one(takes: tuple[Path, Path], wron
 
 
 def _attached(path: Path) -> bytes:
-    take = Take(path)
+    take = TakeReader(path)
     assert list(take.messages())
     return take.attachments[SETUP_FILE]
 

@@ -7,7 +7,7 @@ from mcap.reader import make_reader
 
 from tests.common.recording.test_writer import START_NS, record_take
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.writer import Channel, Recording, RecordingError
 from zenocap.tools.takes.recover import recover
 
@@ -39,9 +39,9 @@ def test_intact_take_is_recovered_with_equal_bytes(intact: Path, output: Path) -
 
 
 def test_truncated_take_gets_an_index_and_a_summary(intact: Path, output: Path) -> None:
-    before = list(Take(cut(intact, 0.5)).messages())
+    before = list(TakeReader(cut(intact, 0.5)).messages())
     found = recover(intact, output)
-    take = Take(output)
+    take = TakeReader(output)
     assert list(take.messages()) == before
     assert take.cut is None
     assert take.attachments == {"rig.toml": b'name = "studio"'}
@@ -76,7 +76,7 @@ def test_gap_reports_its_offset_and_times(intact: Path, output: Path) -> None:
     assert gap.before_ns is not None
     assert gap.after_ns is not None
     assert 1e9 <= gap.after_ns - gap.before_ns <= 1.2e9
-    assert list(Take(output).messages()) == list(Take(intact).messages())
+    assert list(TakeReader(output).messages()) == list(TakeReader(intact).messages())
 
 
 def test_existing_files_are_not_overwritten(intact: Path, output: Path) -> None:
@@ -109,8 +109,8 @@ def test_channels_of_other_programs_are_kept(tmp_path: Path, output: Path) -> No
     recording.write(Channel("/scene", "protobuf", "foxglove.SceneUpdate", "protobuf", b"\n"), b"", 4, 5)
     recording.close()
     recover(cut(tmp_path / "take.mcap", 0.99), output)
-    assert list(Take(output).messages()) == list(Take(tmp_path / "take.mcap").messages())
-    assert len(list(Take(output).messages())) == 2
+    assert list(TakeReader(output).messages()) == list(TakeReader(tmp_path / "take.mcap").messages())
+    assert len(list(TakeReader(output).messages())) == 2
 
 
 def test_full_disk_leaves_no_output(intact: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor, AdaptiveBackground, Device, FirstFrames
 from zenocap.common.topics import HANDLED, SILHOUETTE
@@ -52,7 +52,7 @@ def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -
 
 
 def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
-    received = list(Take(take).envelopes(invalid="raise"))
+    received = list(TakeReader(take).envelopes(invalid="raise"))
     messages = [found.message for found in received]
     start = next(message.frame for message in messages if isinstance(message, m.Sighting))
     for viewer in ("1", "2"):
@@ -62,7 +62,7 @@ def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
 
 
 def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
-    read = Take(take)
+    read = TakeReader(take)
     assert sum(1 for _ in read.messages()) > 100
     assert set(read.attachments) == {
         "demo-two-view.toml", "demo-calibration.toml", "parameters.json", "setup.json", "recognizer.postures",
@@ -156,7 +156,7 @@ def test_warm_up_reaches_poses_and_compiles_all_kernels() -> None:
 
 
 def test_recorded_message_is_decoded_to_an_envelope(take: Path) -> None:
-    first = next(iter(Take(take).messages()))
+    first = next(iter(TakeReader(take).messages()))
     found = envelope(first)
     assert isinstance(found, Envelope)
     assert isinstance(found.message, m.CameraInfo)
@@ -171,7 +171,7 @@ def feedback_rig(*, feedback: bool) -> Rig:
 
 
 def silhouettes(take: Path) -> list[bytes]:
-    return [one.message.data for one in Take(take).envelopes((SILHOUETTE,), invalid="raise")]
+    return [one.message.data for one in TakeReader(take).envelopes((SILHOUETTE,), invalid="raise")]
 
 
 @pytest.mark.nightly
@@ -185,7 +185,7 @@ def test_two_runs_are_equal_for_any_number_of_cores_and_the_poses_are_traced_inp
     track(feedback_rig(feedback=False), off)
     assert len(silhouettes(one)) == len(silhouettes(off)) > 0
     assert silhouettes(one) != silhouettes(off)
-    traces = [received.message for received in Take(one).envelopes((HANDLED,), invalid="raise")]
+    traces = [received.message for received in TakeReader(one).envelopes((HANDLED,), invalid="raise")]
     keys = {key for trace in traces if trace.service == "viewer" for key in trace.keys}
     assert any(key.endswith("tracker/pose") for key in keys)
     found = verify([one])

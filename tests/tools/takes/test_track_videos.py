@@ -13,7 +13,7 @@ from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import messages as m
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.simulation.body.person import person
@@ -74,7 +74,7 @@ def test_next_commands_name_the_take(walk: Path, tmp_path: Path) -> None:
 @pytest.mark.nightly
 def test_the_decision_is_part_of_the_take(walk: Path, tmp_path: Path) -> None:
     run("track", walk, "-o", tmp_path / "a.mcap", "--no-both-ways", "--front", "cam01")
-    take = Take(tmp_path / "a.mcap")
+    take = TakeReader(tmp_path / "a.mcap")
     assert list(take.messages())
     tracker = read_setup(tmp_path / "a.mcap", take.attachments[SETUP_FILE]).tracker
     assert tracker is not None
@@ -119,7 +119,7 @@ def test_pictures_behind_a_take_are_those_of_its_silhouettes(walk: Path, tmp_pat
     assert videos is not None
     empty = cv2.imread(str(first_frame(walk, tmp_path)))
     checked = 0
-    for recorded in Take(take).messages():
+    for recorded in TakeReader(take).messages():
         found = envelope(recorded)
         if found is None or not isinstance(found.message, m.Silhouette) or not found.message.data:
             continue

@@ -23,7 +23,7 @@ from mcap.summary import Summary
 
 from zenocap.common.errors import UserError
 from zenocap.common.recording.mcap_records import MAX_RECORD
-from zenocap.common.recording.reader import Recorded, Take, recorded_of
+from zenocap.common.recording.reader import Recorded, TakeReader, recorded_of
 
 logger = logging.getLogger(__name__)
 
@@ -142,7 +142,7 @@ class Timeline:
                 yield recorded
 
     def _scan(self, path: Path) -> Iterator[Recorded]:
-        take = Take(path)
+        take = TakeReader(path)
         yield from take.messages()
         if take.cut:
             self.lost[path] = take.cut

@@ -11,7 +11,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.parameters import MIN_AREA
 from zenocap.tools.judge.verdict import USED
@@ -21,7 +21,7 @@ from zenocap.tools.setup.calibration.parameters import LEAST_INSTANTS, MUCH_PX, 
 
 def messages_of(path: Path) -> Iterator[m.Message]:
     """The messages of a take that the check needs.  Raises UserError for a file that is no take."""
-    return (received.message for received in Take(path).envelopes(USED))
+    return (received.message for received in TakeReader(path).envelopes(USED))
 
 
 def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[str, Camera]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from zenocap.common.arrays import Image
 from zenocap.common.messages import Posture
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import POSTURE
 from zenocap.services.animator.parameters import CAPTION_HEIGHT_PX, FONT_OVERSAMPLING
 from zenocap.tools.takes.render.theme import Bgr, Theme, bgr
@@ -79,7 +79,7 @@ class CaptionSpan:
 def read_labels(take: Path) -> tuple[CaptionSpan, ...]:
     """Return the recognized postures of a take, by their start.  Raises UserError."""
     found = []
-    for received in Take(take).envelopes([POSTURE]):
+    for received in TakeReader(take).envelopes([POSTURE]):
         if isinstance(received.message, Posture) and received.message.label is not None:
             found.append(CaptionSpan(received.message.label, received.message.start_ns, received.message.end_ns))
     return tuple(sorted(found, key=lambda span: span.start_ns))

@@ -20,7 +20,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between
 from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.smoothing import smoothed
-from zenocap.common.formats.take_poses import Poses, read_poses
+from zenocap.common.formats.take_poses import TakePoses, read_poses
 from zenocap.common.messages import CameraInfo
 from zenocap.common.session.lookahead import available_cores
 from zenocap.common.video.film_writer import CODECS, Codec, FilmWriter, codec_of
@@ -98,7 +98,7 @@ def render(
 
 
 def _picture(
-    output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
+    output: Path, poses: TakePoses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
 ) -> RenderedFilm:
     """Draw poses from the first known to the last known one into one picture."""
     known = np.flatnonzero(track.known)
@@ -117,7 +117,7 @@ def _picture(
 
 
 def _film(
-    output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
+    output: Path, poses: TakePoses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
 ) -> RenderedFilm:
     fps = options.fps or round(track.rate, 3)
     if fps <= 0:
@@ -141,7 +141,7 @@ def _film(
 class Drawing:
     """Draws rows of a track.  framed: the rows that the camera must have in the picture."""
 
-    def __init__(self, poses: Poses, track: PoseTrack, options: RenderOptions, framed: PoseTrack, samples: int) -> None:
+    def __init__(self, poses: TakePoses, track: PoseTrack, options: RenderOptions, framed: PoseTrack, samples: int) -> None:
         """Raises UserError for an unknown view."""
         self._track, self._options, self._samples = track, options, samples
         self._title, self._start_ns = poses.path.stem, poses.start_ns

@@ -10,7 +10,7 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.messages import BothWaysPose, TrackerPose, Verdict
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import RecordedRig
 from zenocap.common.session.lookahead import available_cores
 from zenocap.common.topics import BOTH_WAYS_POSE
@@ -37,7 +37,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     evidence = TakeEvidence()
     verdict: tuple[Envelope, Verdict] | None = None  # recorded, and on the messages before it
     for path in sorted(paths, key=first_trace_ns) if len(paths) > 1 else paths:
-        take = Take(path)
+        take = TakeReader(path)
         for received in messages_of(take):
             if check is None:
                 check = Recomputation(path, setup_in(path, take), take.attachments, tolerance)
@@ -80,10 +80,12 @@ def _verify_both_ways(
         poses = both_ways(path, rig.name, setup, jobs=available_cores())
     except (UserError, ValueError) as error:
         found.reasons.append(Reason(TRACKER, f"poses from both directions: {error}"))
-        found.unchecked[key] += sum(isinstance(received.message, BothWaysPose) for received in messages_of(Take(path)))
+        found.unchecked[key] += sum(
+            isinstance(received.message, BothWaysPose) for received in messages_of(TakeReader(path))
+        )
         return
     forward: dict[int, TrackerPose] = {}
-    for received in messages_of(Take(path)):
+    for received in messages_of(TakeReader(path)):
         logged = received.message
         if not isinstance(logged, BothWaysPose):
             if isinstance(logged, TrackerPose):

@@ -8,7 +8,7 @@ from pathlib import Path
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, read_setup
 from zenocap.common.topics import Queueing
 
@@ -22,13 +22,13 @@ Place = tuple[str, int]  # key and capture time
 
 def first_trace_ns(path: Path) -> int:
     """Log time of the first input trace in a file, which orders the parts; 0 when there is none."""
-    for received in messages_of(Take(path)):
+    for received in messages_of(TakeReader(path)):
         if isinstance(received.message, m.Handled):
             return received.received_ns
     return 0
 
 
-def messages_of(take: Take) -> Iterator[Envelope]:
+def messages_of(take: TakeReader) -> Iterator[Envelope]:
     """Valid messages of zenocap, without those that a part repeats from the parts before."""
     number = 0
     for received in take.envelopes():  # what cannot be decoded cannot be an input of a service
@@ -39,7 +39,7 @@ def messages_of(take: Take) -> Iterator[Envelope]:
         yield received
 
 
-def setup_in(path: Path, take: Take) -> RecordedRig:
+def setup_in(path: Path, take: TakeReader) -> RecordedRig:
     """Setup of the services with which the take was recorded.  Raises UserError."""
     if SETUP_FILE not in take.attachments:
         raise UserError(

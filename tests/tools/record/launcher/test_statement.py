@@ -24,7 +24,7 @@ from zenocap.common.observe.account import Account, Line
 from zenocap.common.observe.view import RigView, observed
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts, free_name
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.take_account import Place, sender_of
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.services import ServiceKey
@@ -214,7 +214,7 @@ class World:
         """Times at which the messages were sent that are in no take, by place."""
         recorded = set()
         for path in self.folder.glob("*.mcap") if self.folder.exists() else ():
-            recorded |= {(one.topic, one.data) for one in Take(path).messages()}
+            recorded |= {(one.topic, one.data) for one in TakeReader(path).messages()}
         found = defaultdict(list)
         for (place, key, data), sent_ns in self.sent.items():
             if (key, data) not in recorded:

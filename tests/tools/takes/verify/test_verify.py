@@ -15,7 +15,7 @@ from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
 from zenocap.tools.takes.verify.recompute import verify
@@ -37,7 +37,7 @@ def arms(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def changed(arms: Path, path: Path, change: Change, *, setup: bool = True) -> Path:
     """A copy of the take with every message as `change` returns it; None leaves it out."""
-    take = Take(arms)
+    take = TakeReader(arms)
     received = [found for recorded in take.messages() if (found := envelope(recorded)) is not None]
     files = tuple(Attachment(name, "", data) for name, data in take.attachments.items() if setup or name != SETUP_FILE)
     recording = Recording(path, rig="demo", start_ns=0, attachments=files)
@@ -135,7 +135,7 @@ def test_a_service_without_input_trace_is_named(arms: Path, tmp_path: Path) -> N
 
 
 def traces_of(arms: Path, service: str) -> Iterator[Envelope]:
-    for recorded in Take(arms).messages():
+    for recorded in TakeReader(arms).messages():
         received = envelope(recorded)
         if received and isinstance(received.message, m.Handled) and received.message.service == service:
             yield received

@@ -15,7 +15,7 @@ from tests.support.posture_takes import NAMES, REPETITIONS, posture_take
 from tests.tools.teach.page.test_session import Pages
 from zenocap.common.bus.protocol import Bus, BusError, Envelope, Received
 from zenocap.common.messages import UniversalBap
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.topics import Topic
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import find_model, read_model
@@ -66,7 +66,7 @@ def take(path: Path) -> MotionView:
 
 @pytest.fixture(scope="module")
 def poses(path: Path) -> list[Envelope]:
-    found = [envelope(one) for one in Take(path).messages()]
+    found = [envelope(one) for one in TakeReader(path).messages()]
     return [one for one in found if one is not None and isinstance(one.message, UniversalBap)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from zenocap.common.table import Table
@@ -49,7 +50,7 @@ class Method:
     viewer_warmup: tuple[str, ...] = ()
     pose_warmup: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def has_tracker(self) -> bool:
         return self.pose_service == "tracker"
 

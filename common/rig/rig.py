@@ -134,7 +134,7 @@ class _Read:
 
 def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> Rig:
     """The rig.  method, variant, files: see `load_rig`."""
-    if method not in (None, AUTO, *METHODS.names()):
+    if method is not None and method not in (AUTO, *METHODS.names()):
         raise UserError(f"method = {method!r}: allowed: {', '.join((AUTO, *METHODS.names()))}")
     path, base, content = read.path, read.base, read.content
     has_variant = content.variant != VARIANTS[0] or bool(content.additions) or bool(content.without)

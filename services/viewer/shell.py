@@ -16,7 +16,7 @@ from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import BackgroundImage
+from zenocap.common.rig.sources import Background, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, TopicSubscription, run
@@ -60,7 +60,8 @@ def silhouette_service(
     With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
     Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
-    setup = ViewerSetup(viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people, kept)
+    used = viewer.background_in_use
+    setup = ViewerSetup(viewer.id, viewer.camera, used, viewer.preview, plate_of(viewer, used), people, kept)
     fed = (TRACKER_BDP, TRACKER_POSE) if viewer.feedback else ()
     return Service(
         "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(TopicSubscription, (FRAME_RATE, *fed))),
@@ -83,12 +84,11 @@ def people_of(viewer: Viewer, *, threaded: bool) -> PeopleSegmenter | None:
     return PeopleSegmenter(load_network(), threaded=threaded) if viewer.people else None
 
 
-def plate_of(viewer: Viewer) -> Image | None:
-    """Plate of an image background at the working size; None for other backgrounds.
+def plate_of(viewer: Viewer, used: Background) -> Image | None:
+    """Plate of an image background at the working size; None for other backgrounds.  used: background in use.
 
     Raises OpenError, SizeMismatch and SourceError.
     """
-    used = viewer.background_in_use
     if not isinstance(used, BackgroundImage):
         return None
     fit = fit_of(viewer).named(used.path)

@@ -27,8 +27,9 @@ def two_view(
 
     Raises as `silhouette_service` does.
     """
+    used = viewer.background_in_use
     setup = TwoViewSetup(
-        viewer.id, viewer.camera, viewer.background_in_use, viewer.preview, plate_of(viewer), people,
+        viewer.id, viewer.camera, used, viewer.preview, plate_of(viewer, used), people,
         publish_silhouette=viewer.silhouette, additions=rig.additions,
     )  # fmt: skip
     setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame

@@ -12,7 +12,7 @@ from zenocap.common.web.broadcast import PageQueue, encoded
 from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import C, NoticeUpdate
 from zenocap.common.web.parameters import MOST_COMMANDS
-from zenocap.common.web.server import PageServer
+from zenocap.common.web.server import PageServer, listening_problem
 
 NOTICE = "notice"  # key of a line of text for the user
 
@@ -52,11 +52,10 @@ class Page(PageServer[C]):
         except (OSError, UnicodeError) as error:
             option = f"{content.options}port"
             allowed = option if option == "--port" else f"{option} (or --port)"
-            reason = getattr(error, "strerror", None) or error
             raise UserError(
-                f"{content.options.rstrip('.-') or 'page'}: {table.host}:{table.port} cannot be served: {reason}: another "
-                f"program, such as a second {content.program}, may use the port; allowed: another {allowed}, or 0 for any "
-                "free one"
+                f"{content.options.rstrip('.-') or 'page'}: {table.host}:{table.port} cannot be served: "
+                f"{listening_problem(error)}: another program, such as a second {content.program}, may use the port; "
+                f"allowed: another {allowed}, or 0 for any free one"
             ) from error
 
     def publish(self, key: str, update: msgspec.Struct, feed: str | None = None) -> None:

@@ -9,6 +9,8 @@ Limits: connections without a handshake by number and time, open pages by number
 
 import asyncio
 import logging
+import os
+import socket
 import threading
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
@@ -258,3 +260,10 @@ def _response(status: HTTPStatus, body: bytes, fields: Mapping[str, str]) -> Res
     headers["Cache-Control"] = "no-store"
     headers["Connection"] = "close"
     return Response(int(status), status.phrase, headers, body)
+
+
+def listening_problem(error: OSError | UnicodeError) -> str:
+    """Reason why an address cannot be listened on, without the address, which asyncio puts into its text."""
+    if isinstance(error, socket.gaierror):
+        return f"failed to look up the name: {error.strerror}"
+    return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)

@@ -13,12 +13,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
+from unittest.mock import patch
 
 from msgspec import json as msgspec_json
 from msgspec import to_builtins
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip, Tick
+from zenocap.common.formats import tables
 from zenocap.common.observe.spans import SpanReader
 from zenocap.common.observe.view import RigView, observed, rows
 from zenocap.common.recording.reader import TakeReader, envelope
@@ -36,6 +38,7 @@ from zenocap.tools.takes.export import ExportOptions, export
 from zenocap.tools.takes.info import info
 
 SECOND_NS = 1_000_000_000
+WRITTEN_BY = "0.2.0"  # version in the metadata of a table, not that of today
 OWN = ("trc", "bvh", "csv", "mot", "npz")  # formats whose bytes depend on no library
 PACKAGES = {"c3d": "ezc3d", "parquet": "pyarrow", "glb": "pygltflib", "usd": "pxr"}  # of the other formats without a model
 
@@ -91,7 +94,7 @@ def library_exports_text(path: Path) -> str:
 
 def _exports(path: Path, formats: Sequence[str]) -> str:
     lines = []
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, patch.object(tables, "version", lambda _: WRITTEN_BY):
         for to in formats:
             file = Path(name) / f"take.{to}"
             rows = export(path, file, ExportOptions(to)).rows

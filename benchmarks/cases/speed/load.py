@@ -79,7 +79,7 @@ def run_capacity(one: Case) -> Figures:
     with stop_signals() as stopped, prepared(plan, LoadNetwork(), stopped, Console(stderr=True)) as session:
         found = ramp(plan, what, session.measure, stopped, lambda point: None)
     held = [getattr(point.plan, what) for point in found.points if point.held]
-    return {"held": max(held)} if held else {}
+    return {"held": max(held, default=0.0)}
 
 
 def _overload() -> dict[str, Case]:

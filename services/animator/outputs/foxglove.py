@@ -22,7 +22,8 @@ from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
-from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
+from zenocap.common.web.server import listening_problem
+from zenocap.services.animator.outputs.gate import Gate, hidden_host
 from zenocap.services.animator.outputs.output import OutputError
 from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS
 from zenocap.services.animator.states import ActorPose, Source

@@ -9,7 +9,6 @@ machine that only the gate has.
 
 import asyncio
 import logging
-import os
 import secrets
 import socket
 import sys
@@ -179,10 +178,3 @@ def _answer(refusal: Refusal) -> bytes:
     head = f"HTTP/1.1 {int(refusal.status)} {refusal.status.phrase}\r\n"
     fields = f"Content-Type: text/plain; charset=utf-8\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n"
     return (head + fields).encode() + body
-
-
-def listening_problem(error: OSError) -> str:
-    """Reason why an address cannot be listened on, without the address."""
-    if isinstance(error, socket.gaierror):
-        return f"failed to look up the name: {error.strerror}"
-    return os.strerror(error.errno) if error.errno else str(error)

@@ -16,7 +16,7 @@ from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HANDLED, HEALTH, TRACKER_POSE, UNIVERSAL_BAP
 from zenocap.common.web.content import Made, PageContent
-from zenocap.common.web.server import PageServer
+from zenocap.common.web.server import PageServer, listening_problem
 from zenocap.tools.operate.metrics.families import RigCollector
 from zenocap.tools.operate.metrics.observations import Observations
 
@@ -50,8 +50,7 @@ def run_metrics(
         try:
             server.listen()
         except (OSError, UnicodeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise UserError(f"--host {host} --port {port}: cannot be listened on: {reason}") from error
+            raise UserError(f"--host {host} --port {port}: cannot be listened on: {listening_problem(error)}") from error
         logger.info("metrics are at http://%s:%d/metrics", host, server.port)
         try:
             while not stopped():

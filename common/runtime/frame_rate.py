@@ -33,6 +33,11 @@ class Share:
         return self.keep / self.of
 
     @property
+    def percent(self) -> int:
+        """As in the health of a viewer, 1 to 100."""
+        return max(1, round(100 * self.value))
+
+    @property
     def spacing(self) -> int:
         """Fewest slots from one kept slot to the next."""
         return self.of // self.keep
@@ -195,8 +200,8 @@ class FrameChoice:
         Overrun frames: processed ones before which others were lost, or answered too late.  Phase: capture time of the last
         frame on the integrator's clock modulo the frame period of the rig, microseconds.
         """
-        percent, phase_us = round(100 * self.share.value), self._phase_ns // 1000
-        return {OVERRUN: self._overrun, SKIPPED: self.skipped, KEPT_PERCENT: max(1, percent), PHASE_US: phase_us}
+        kept, phase_us = self.share.percent, self._phase_ns // 1000
+        return {OVERRUN: self._overrun, SKIPPED: self.skipped, KEPT_PERCENT: kept, PHASE_US: phase_us}
 
     def describe(self) -> str:
         """Health text; empty at the full rate."""

@@ -6,7 +6,7 @@ from typing import Literal
 
 from zenocap.common.messages import FrameRate, Health, Phase
 from zenocap.common.runtime.clock_offset import offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_rate import PHASE_US, Share, ViewerCounts, counts_in, share_of
+from zenocap.common.runtime.frame_rate import KEPT_PERCENT, PHASE_US, Share, ViewerCounts, counts_in, share_of
 from zenocap.services.integrator.parameters import FEWEST_FRAMES, LOST, RATE_LEVELS, SLOWEST_HZ
 from zenocap.services.integrator.rate_ladder import Ladder
 
@@ -46,7 +46,8 @@ class RateState:
     before the first report.  busy: share of its time that a viewer's or the tracker's loop works.
     phases: of the capture times by viewer, ns.
     settled_ns: time before which reports are about the rate before.  suspected: the last reports had losses.
-    ticks: decisions so far.  contradicted: another decision than this integrator's was received since the last one.
+    ticks: decisions so far.  contradicted: another decision than this integrator's was received since the last one, or a
+    viewer follows another: of two messages of the network it may receive one and this integrator the other.
     """
 
     decided: FrameRate | None = None
@@ -102,6 +103,8 @@ def report(setup: RateSetup, state: RateState, health: Health) -> RateState:
         return with_instants(replace(state, busy={**state.busy, TRACKER: health.busy}), Instants(*numbers))
     if health.service != "viewer" or health.id not in setup.viewers:
         return state
+    if state.decided is not None and health.counts.get(KEPT_PERCENT, state.share.percent) != state.share.percent:
+        state = replace(state, contradicted=True)
     counts_now, before = counts_in(health), state.since.get(health.id)
     restarted = before is None or counts_now.processed < before.processed
     return replace(

@@ -259,6 +259,20 @@ def test_a_decision_of_another_integrator_is_answered_once(other: FrameRate | Tr
     assert len(plant.run(3).published) == before + 2
 
 
+def test_a_viewer_that_follows_another_decision_gets_this_one_again() -> None:
+    """Whether it missed this one, or got a foreign one that this integrator missed."""
+    plant = Plant({"1": 30.0, "2": 30.0}).run(10)
+    before = len(plant.published)
+    plant.now_s += 1
+    plant.give(health("viewer", "2", plant.now_s, {"frames": 330, "kept_percent": 1}))
+    plant.run(2)
+    (message,) = (message for _, message in plant.published[before:])
+    assert isinstance(message, FrameRate)
+    assert share_of(message) == Share()
+    plant.give(health("viewer", "2", plant.now_s + 2, {"frames": 390, "kept_percent": 100}))
+    assert len(plant.run(3).published) == before + 1
+
+
 def test_the_same_events_give_the_same_decisions() -> None:
     runs = [Plant({"1": 11.0, "2": 17.0}, tracker=9.0).run(60).published for _ in range(2)]
     assert runs[0] == runs[1]

@@ -7,13 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.camera.line_calibration import (
-    Measurements,
-    Pinnacles,
-    SolvedCamera,
-    check_measurements,
-    solved_camera,
-)
+from zenocap.common.camera.line_calibration import Measurements, Pinnacles, SolvedCamera, check_measurements, solved_camera
 from zenocap.common.camera.line_sensitivity import Sensitivity, pixel_effects, sensitivity
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.lines_file import read_measurements, solution_report, verdict, write_measurements

@@ -56,10 +56,8 @@ def test_corners_do_in_place_of_videos_for_a_board_only(tmp_path: Path) -> None:
         board_films([folder])
     text = str(caught.value)
     assert "or the corners of the board, detected there, in place of videos:\n" in text
-    for command in (
-        *copy_commands(folder, {"cam02": PLACES["cam02"]}),
-        *detect_commands(folder, {"cam02": PLACES["cam02"]}),
-    ):
+    missing = {"cam02": PLACES["cam02"]}
+    for command in (*copy_commands(folder, missing), *detect_commands(folder, missing)):
         assert f"\n  {command}" in text
     (folder / "corners").mkdir()
     (folder / "corners" / "cam02.corners").touch()

@@ -53,8 +53,9 @@ def test_a_certificate_of_another_host_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("algorithms", [("MD5",), ("SHA-256",), ("MD5", "SHA-256"), ("SHA-512-256", "MD5")])
-def test_http_digest_with_the_password_and_not_with_another(algorithms):
+@pytest.mark.parametrize("algorithms", [(), ("MD5",), ("SHA-256",), ("MD5", "SHA-256"), ("SHA-512-256", "MD5")])
+def test_streams_with_the_password_and_not_with_another(algorithms):
+    """With HTTP digest; without one as ONVIF's own digest, with the time of the device."""
     with SimulatedOnvif(STREAMS, ("admin", ADMIN.password), digest=algorithms) as device:
         assert len(streams_of(device.address, ADMIN)) == 1
         with pytest.raises(UserError, match="user or password is wrong"):

@@ -3,10 +3,14 @@
 import json
 import socket
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.common.rig.test_security import demo_with
@@ -14,7 +18,7 @@ from tests.support.command import zenocap
 from zenocap.common.bus.access import Member
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.rig.rig import Rig, demo_rig, load_rig
+from zenocap.common.rig.rig import Rig, Viewer, demo_rig, load_rig
 from zenocap.common.rig.services import SERVICES
 from zenocap.common.rig.sources import Device, Images
 from zenocap.common.runtime.clock import RealClock
@@ -41,6 +45,13 @@ def doctor(*arguments: object) -> tuple[int, dict[str, list[tuple[str, str]]]]:
     return status, found
 
 
+@contextmanager
+def listening() -> Iterator[int]:
+    """A port of this machine that is in use."""
+    with socket.create_server(("127.0.0.1", 0)) as one:
+        yield one.getsockname()[1]
+
+
 def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
     status, found = doctor(tmp_path / "none.toml")
     assert status == 1
@@ -56,18 +67,13 @@ def test_unknown_service_is_rejected_with_the_allowed_names(tmp_path: Path) -> N
 def test_endpoint_probe_detects_a_refused_connection(tmp_path: Path) -> None:
     (free,) = free_ports(1)
     assert probe_endpoint(f"tcp/127.0.0.1:{free}", None).problem == "Connection refused"
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        one.listen()
-        assert probe_endpoint(f"tcp/127.0.0.1:{one.getsockname()[1]}", None).problem is None
+    with listening() as port:
+        assert probe_endpoint(f"tcp/127.0.0.1:{port}", None).problem is None
     assert probe_endpoint("udp/127.0.0.1:1", None).problem is None  # UDP: unknown without a reply
 
 
 def test_port_in_use_is_a_problem_unless_used_by_this_rig() -> None:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        one.listen()
-        port = one.getsockname()[1]
+    with listening() as port:
         assert "in use" in (look_at_port("page", "key", "127.0.0.1", port, ours=False).problem or "")
         assert look_at_port("page", "key", "127.0.0.1", port, ours=True).ours
     assert look_at_port("page", "key", "127.0.0.1", port, ours=False).problem is None
@@ -80,25 +86,19 @@ def test_missing_folder_is_a_problem_only_if_it_cannot_be_created(tmp_path: Path
     assert "cannot be written" in (look_at_disk(tmp_path / "file" / "b").problem or "")
 
 
-def test_source_probe_distinguishes_good_used_and_missing_sources(tmp_path: Path) -> None:
+def test_source_probe_distinguishes_good_used_missing_and_differently_sized_sources(tmp_path: Path) -> None:
     viewer = demo_rig("two-view").viewers[0]
-    assert look_at_source(viewer, runs=False, local=True).kind == "good"
-    assert look_at_source(viewer, runs=True, local=True).kind == "used"
-    camera = replace(viewer, source=Device(98))
-    assert look_at_source(camera, runs=False, local=True).kind == "missing"
-    assert look_at_source(replace(viewer, source=Images(tmp_path, "*.png")), runs=False, local=True).kind != "good"
+    images = replace(viewer, source=Images(tmp_path, "*.png"))
 
+    def kind(viewer: Viewer, *, runs: bool = False) -> str:
+        return look_at_source(viewer, runs=runs, local=True).kind
 
-def test_source_with_another_image_size_is_reported(tmp_path: Path) -> None:
-    import cv2
-    import numpy as np
-
-    viewer = demo_rig("two-view").viewers[0]
+    assert (kind(viewer), kind(viewer, runs=True), kind(replace(viewer, source=Device(98)))) == ("good", "used", "missing")
+    assert kind(images) != "good"  # there is none
     width, height = viewer.calibrated_size
-    for size, kind in (((width, height), "good"), ((width, height // 2), "size")):
-        cv2.imwrite(str(tmp_path / "a.png"), np.zeros((size[1], size[0], 3), np.uint8))
-        look = look_at_source(replace(viewer, source=Images(tmp_path, "*.png")), runs=False, local=True)
-        assert look.kind == kind, look
+    for shown, expected in (((height, width, 3), "good"), ((height // 2, width, 3), "size")):
+        cv2.imwrite(str(tmp_path / "a.png"), np.zeros(shown, np.uint8))
+        assert kind(images) == expected
 
 
 def test_certificate_files_permissions_and_keys_are_checked(tmp_path: Path) -> None:

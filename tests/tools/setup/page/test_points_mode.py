@@ -1,9 +1,11 @@
 """The page of points: what it publishes, what it saves, and the commands that it refuses."""
 
+from contextlib import closing
+
 import msgspec
 import pytest
 
-from tests.support.live_cameras import at_once, camera_of, picture, until
+from tests.support.live_cameras import at_once, camera_of, picture, running, until
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.page import messages as lm
 from zenocap.tools.setup.page import point_messages as pm
@@ -33,10 +35,9 @@ class Task:
     def solve(self, placed: Placed) -> Solution:
         if self.failure is not None:
             raise self.failure
-        good = set(placed.picks.get("cam01", {})) == set(placed.points)
-        return Solution(
-            [], "good" if good else "", [] if good else ["place all"], {}, [], "solved" if good else "place all"
-        )
+        if set(placed.picks.get("cam01", {})) == set(placed.points):
+            return Solution([], "good", [], {}, [], "solved")
+        return Solution([], "", ["place all"], {}, [], "place all")
 
     def write(self, placed: Placed, solution: Solution) -> list[str]:
         if solution.verdict != "good":
@@ -50,12 +51,9 @@ def page(request):
     """The mode of a task (default: editable), whose camera has given a picture."""
     task = getattr(request, "param", Task)()
     camera = camera_of(lambda: at_once(picture, 1), "cam01")
-    camera.start()
-    mode = PointsMode([camera], task)
-    until(lambda: camera.newest is not None, "an image")
-    yield mode, task
-    mode.close()
-    camera.stop()
+    with running(camera), closing(PointsMode([camera], task)) as mode:
+        until(lambda: camera.newest is not None, "an image")
+        yield mode, task
 
 
 def update_of(mode) -> dict:
@@ -114,9 +112,8 @@ def test_a_refused_change_leaves_everything_as_it_was(page):
         (pm.RemovePoint("gate"), "gate: no such point"),
         (lm.Calibrate(), "Calibrate: not on this page"),
     ):
-        with pytest.raises(UserError) as error:
+        with pytest.raises(UserError, match=message):
             mode.receive(command)
-        assert message in str(error.value)
     assert mode._placed is before
 
 

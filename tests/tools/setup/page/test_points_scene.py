@@ -93,10 +93,8 @@ def test_a_folder_that_is_missing_is_named(tmp_path):
         task.write(placed(), task.solve(placed()))
 
 
-def test_points_of_other_cameras_in_the_file_stay(tmp_path):
-    ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
-    both = ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
-    both.write(placed(), both.solve(placed()))
+def test_points_of_other_cameras_in_the_file_stay(task, tmp_path):
+    task.write(placed(), task.solve(placed()))
     one = ScenePointTask(["cam01"], tmp_path / "points.toml", tmp_path / "one.toml", LENSES)
     alone = replace(one.start(), sizes={"cam01": SIZES["cam01"]})
     one.write(alone, one.solve(alone))

@@ -85,10 +85,11 @@ def test_a_calibration_in_pieces_is_refused_with_the_name_of_the_missing_camera(
         views, moment = ({k: one for k, one in part.items() if k == number} for part in (burst.views, burst.moment))
         return Burst(views, moment, burst.looks)
 
-    search = SimulatedSearch(simulated(2, 20.0), end=20)
+    search = SimulatedSearch(simulated(2, 20.0), end=0)
     mode = mode_of(cameras, apart)
     with pytest.raises(UserError, match="not yet: cam01, cam02 has not seen the board"):
         mode.receive(lm.Calibrate())
+    search.end = 20
     until(lambda: search.second >= 20, "all seconds")
     with pytest.raises(UserError, match="cam02 is not connected with cam01"):
         mode.receive(lm.Calibrate())

@@ -47,6 +47,9 @@ def test_true_picks_give_the_cameras_and_the_file_is_read_again(task, tmp_path):
     again = LinePoints(NAMES, tmp_path / "lines.toml", tmp_path / "room.toml").start()
     assert again.fields == MEASURED
     assert again.picks["cam02"]["C"] == pytest.approx(placed(task).picks["cam02"]["C"], abs=0.01)
+    nowhere = LinePoints(NAMES, tmp_path / "none" / "lines.toml", tmp_path / "room.toml")
+    with pytest.raises(UserError, match=r"lines\.toml.*: cannot be written: No such file"):
+        nowhere.write(placed(task), solution)
 
 
 def test_without_distances_nothing_checks_the_result(task):
@@ -87,9 +90,3 @@ def test_other_numbers_of_cameras_are_refused(tmp_path):
     for names in (("cam01",), ("cam01", "cam02", "cam03")):
         with pytest.raises(UserError, match=f"{len(names)} cameras: allowed: two, camera 1 on"):
             LinePoints(names, tmp_path / "lines.toml", tmp_path / "room.toml")
-
-
-def test_a_folder_that_is_missing_is_named(tmp_path):
-    task = LinePoints(NAMES, tmp_path / "none" / "lines.toml", tmp_path / "room.toml")
-    with pytest.raises(UserError, match=r"lines\.toml.*: cannot be written: No such file"):
-        task.write(placed(task), task.solve(placed(task)))

@@ -12,6 +12,8 @@ from zenocap.tools.setup.page import point_messages as pm
 from zenocap.tools.setup.page.points_mode import PointsMode
 from zenocap.tools.setup.page.points_task import Placed, Solution, refused
 
+pytestmark = pytest.mark.slow
+
 
 class Task:
     """A task that is solved once every point has a place in the picture of the only camera."""
@@ -61,7 +63,6 @@ def update_of(mode) -> dict:
     return msgspec.json.decode(msgspec.json.encode(mode._update()))
 
 
-@pytest.mark.slow
 def test_picks_are_solved_saved_and_the_end_is_offered(page):
     mode, task = page
     mode.tick()
@@ -78,7 +79,6 @@ def test_picks_are_solved_saved_and_the_end_is_offered(page):
     assert mode.finished
 
 
-@pytest.mark.slow
 def test_save_solves_what_was_changed_just_now(page):
     mode, task = page
     mode.tick()
@@ -87,7 +87,6 @@ def test_save_solves_what_was_changed_just_now(page):
     assert len(task.saved) == 1
 
 
-@pytest.mark.slow
 def test_finish_asks_once_where_changes_are_not_saved(page):
     mode, _ = page
     mode.receive(pm.SetPoint("lamp", (0.0, 2.0, 0.0)))
@@ -98,7 +97,6 @@ def test_finish_asks_once_where_changes_are_not_saved(page):
     assert mode.finished
 
 
-@pytest.mark.slow
 def test_a_refused_change_leaves_everything_as_it_was(page):
     mode, _ = page
     mode.tick()
@@ -117,7 +115,6 @@ def test_a_refused_change_leaves_everything_as_it_was(page):
     assert mode._placed is before
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("page", [lambda: Task(editable=False)], indirect=True)
 def test_points_of_a_fixed_task_cannot_be_changed(page):
     mode, _ = page
@@ -127,7 +124,6 @@ def test_points_of_a_fixed_task_cannot_be_changed(page):
     assert list(mode._placed.points) == ["door"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "text"),
     [

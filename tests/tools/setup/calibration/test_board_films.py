@@ -39,19 +39,15 @@ def folder(tmp_path, one_video):
 
 
 @pytest.mark.slow
-def test_videos_are_found_in_both_layouts_and_as_files(folder):
+def test_videos_are_found_in_both_layouts_and_as_files_and_others_beside_them_are_not_cameras(folder):
     files = sorted((folder / "videos").iterdir())
+    for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
+        (folder / "videos" / name).write_bytes(b"\0")
     found = [board_films(paths) for paths in ([folder], [folder / "videos"], files)]
     assert [[film.path for film in films] for films, _ in found] == [files] * 3
     assert [[film.name for film in films] for films, _ in found] == [["cam01", "cam02"]] * 3
     assert not any(film.still for film in found[0][0])
     assert found[0][1] == []
-
-
-def test_hidden_files_and_others_beside_the_videos_are_not_cameras(folder):
-    for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
-        (folder / "videos" / name).write_bytes(b"\0")
-    assert [film.name for film in board_films([folder])[0]] == ["cam01", "cam02"]
 
 
 @pytest.mark.nightly
@@ -198,24 +194,16 @@ def test_an_image_that_cannot_be_read_or_has_another_size_is_named(tmp_path, pic
         (tmp_path / "a" / "001.png").write_bytes(content)
         with pytest.raises(UserError, match=f"001.png: {message}"):
             board_views(BOARD, board_films([tmp_path])[0])
-
-
-@pytest.mark.slow
-def test_a_file_that_is_no_video_is_named(folder):
-    (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
-    with pytest.raises(UserError, match=r"cam02.mp4"):
-        board_views(BOARD, board_films([folder])[0])
-
-
-def test_a_folder_without_images_given_beside_others_is_named(tmp_path, pictures):
-    picture_folder(tmp_path / "a", pictures[:1])
     (tmp_path / "b").mkdir()
     with pytest.raises(UserError, match=r"b: no images in it: allowed: a folder with videos"):
         board_views(BOARD, board_films([tmp_path / "a", tmp_path / "b"])[0])
 
 
 @pytest.mark.slow
-def test_a_camera_without_the_board_is_named_with_the_reason(folder):
+def test_a_file_that_is_no_video_and_a_camera_without_the_board_are_named(folder):
+    (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
+    with pytest.raises(UserError, match=r"cam02.mp4"):
+        board_views(BOARD, board_films([folder])[0])
     wall = np.random.default_rng(0).normal(120, 5, (240, 320)).astype(np.uint8)
     board_video(folder / "videos" / "cam02.mp4", [wall] * 2, FPS)
     with pytest.raises(UserError, match=r"cam02.mp4: the board is not found: no markers are seen"):

@@ -67,22 +67,18 @@ def viewed(*paths: Path, board: Board | None = None) -> tuple[Board, list[Camera
 
 
 @pytest.mark.nightly
-def test_the_views_are_those_of_the_videos(films, corners):
+def test_the_views_are_those_of_the_videos_also_where_both_are_mixed(films, corners, tmp_path):
     of_videos = viewed(films)
     assert board_films([corners])[1] == ["sync.toml: cam01 +0.000 s, cam02 -0.123 s"]
     assert of_videos[0] == OLD
     assert [len(one.views) > 3 for one in of_videos[1]] == [True, True]
     assert exact(*viewed(corners)) == exact(*of_videos)
-
-
-@pytest.mark.nightly
-def test_videos_and_corners_are_mixed_in_the_order_of_the_videos(films, corners, tmp_path):
     shutil.copytree(corners, tmp_path, dirs_exist_ok=True)
     (tmp_path / "corners" / "cam02.corners").unlink()
     (tmp_path / "videos").mkdir()
     shutil.copy(films / "videos" / "cam02.mp4", tmp_path / "videos")
-    assert [film.path.name for film in board_films([tmp_path])[0]] == ["cam01.corners", "cam02.mp4"]
-    assert exact(*viewed(tmp_path)) == exact(*viewed(films))
+    assert [film.path.name for film in board_films([tmp_path])[0]] == ["cam01.corners", "cam02.mp4"]  # as videos are
+    assert exact(*viewed(tmp_path)) == exact(*of_videos)
 
 
 @pytest.mark.nightly
@@ -94,6 +90,8 @@ def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, cor
     assert f"{tmp_path / 'corners' / 'cam01.corners'}: not used: the images of cam01 are here" in notes
     with pytest.raises(UserError, match=r"cam01.corners: .*cam01.mp4 exists too: allowed: one"):
         board_films([tmp_path / "videos" / "cam01.mp4", tmp_path / "corners" / "cam01.corners"])
+    with pytest.raises(UserError, match=r"corners and no images: allowed: a folder with videos"):
+        searchable_films([tmp_path / "corners" / "cam01.corners"])
 
 
 @pytest.mark.nightly
@@ -276,8 +274,3 @@ def test_the_checksum_is_that_of_the_content(corners):
     assert (version, checksum, length) == (1, zlib.crc32(data[-length:]), len(data) - FORMAT.header.size)
     path = Path("x.corners")
     assert packed(path, parsed(path, data)) == data
-
-
-def test_corner_files_are_not_searched(corners):
-    with pytest.raises(UserError, match=r"corners and no images: allowed: a folder with videos"):
-        searchable_films([corners / "corners" / "cam01.corners"])

@@ -23,7 +23,8 @@ FAULTS: tuple[tuple[type[SourceError], SourceKind], ...] = (
     (SizeMismatch, "size"),
     (AccessDenied, "denied"),
     (OpenError, "missing"),
-)  # what errors of a source are called; others: broken
+    (SourceError, "broken"),
+)  # what errors of a source are called; the first that fits
 
 
 def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
@@ -47,7 +48,7 @@ def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
     except StopIteration:
         return SourceState(viewer.id, "broken", "delivers no image", local)
     except SourceError as error:
-        kind = next((kind for fault, kind in FAULTS if isinstance(error, fault)), "broken")
+        kind = next(kind for fault, kind in FAULTS if isinstance(error, fault))
         return SourceState(viewer.id, kind, str(error), local)
     finally:
         close = getattr(frames, "close", None)

@@ -5,7 +5,7 @@ import base64
 import json
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import cv2
 import numpy as np
@@ -27,14 +27,13 @@ def served(cameras, table=None, mode=None) -> Iterator[LivePage]:
     page, ended = LivePage(cameras, table or PageTable(port=0), "zenocap test", mode or CamerasOnly()), threading.Event()
     page.open()
     thread = threading.Thread(target=page.run, args=(ended.is_set,), daemon=True)
-    with running(*cameras):
+    with closing(page), running(*cameras):
         thread.start()
         try:
             yield page
         finally:
             ended.set()
             thread.join(5.0)
-    page.close()
 
 
 async def updates_until_all(connection, *wanted):

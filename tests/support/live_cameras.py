@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -30,6 +31,18 @@ def camera_of(images: Callable[[], Iterator[Frame]], name: str = "left", fps: fl
     """A camera with these frames."""
     (viewer,) = viewers([name], fps)
     return LiveCamera(viewer, 0, opener=lambda *_: images())
+
+
+@contextmanager
+def running(*cameras: LiveCamera) -> Iterator[None]:
+    """The cameras between start and stop."""
+    for camera in cameras:
+        camera.start()
+    try:
+        yield
+    finally:
+        for camera in cameras:
+            camera.stop()
 
 
 def paced(make: Callable[[int], Image], fps: float = 30.0, count: int | None = None) -> Iterator[Frame]:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Image, Ints
-from zenocap.tools.setup.calibration.april_grid import AprilGridFinder, columns_of
+from zenocap.tools.setup.calibration.april_grid import REFINEMENT, AprilGridFinder, columns_of
 from zenocap.tools.setup.calibration.board import APRILGRID_DICTIONARY, DICTIONARIES, Board
 from zenocap.tools.setup.calibration.parameters import DARK_LEVEL, MIN_CORNERS
 
@@ -26,7 +26,6 @@ EVERY_TAG = Board("aprilgrid", 1, 587, 1.0, 1.0, APRILGRID_DICTIONARY, spacing=0
 CHESSBOARD_SQUARES = 5  # at least, of a chessboard that is named; between blurred markers fewer are seen
 APRILGRID_SEEN = "the board has the tags of an AprilGrid: --kind aprilgrid"
 MIRRORED = "the images are mirrored: switch mirroring off in the camera or its program"
-REFINEMENT = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.01)
 
 
 class BoardDetector:

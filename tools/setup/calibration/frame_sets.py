@@ -42,7 +42,7 @@ def _distinct(candidates: Sequence[BoardFrameSet]) -> list[BoardFrameSet]:
     last: dict[int, View] = {}
     kept = []
     for frame_set in sorted(candidates, key=lambda one: one.time_s):
-        moved = (k not in last or _moved_px(last[k], view) > RESTING_PX for k, view in frame_set.views.items())
+        moved = (k not in last or moved_px(last[k], view) > RESTING_PX for k, view in frame_set.views.items())
         if any(moved):
             kept.append(frame_set)
             last |= frame_set.views
@@ -54,7 +54,7 @@ def distinct_views(views: Sequence[View]) -> list[View]:
     return [one.views[0] for one in _distinct([BoardFrameSet(view.time_s, {0: view}) for view in views])]
 
 
-def _moved_px(before: View, view: View) -> float:
+def moved_px(before: View, view: View) -> float:
     """Mean distance between the common corners of two views; infinite without common ones."""
     _, old, new = np.intersect1d(before.ids, view.ids, return_indices=True)
     return float(np.hypot(*(view.pixels[new] - before.pixels[old]).T).mean()) if len(old) else float("inf")

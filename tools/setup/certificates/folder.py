@@ -15,20 +15,7 @@ from zenocap.common.bus.certificate import WARNED_DAYS, days_left, valid_until
 from zenocap.common.bus.revocations import Revocations, read_revocations
 from zenocap.common.errors import UserError
 from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file, revocations_file
-from zenocap.tools.setup.certificates.authority import (
-    Pair,
-    belong_together,
-    common_name,
-    hosts_of,
-    issue,
-    key_pem,
-    new_authority,
-    pem,
-    plain_host,
-    read_certificate,
-    read_key,
-    signed_by,
-)
+from zenocap.tools.setup.certificates import authority as ca
 
 SECRET = 0o600  # permissions of a private key
 VALID_DAYS = 730  # of certificates by default; chosen by hand
@@ -44,12 +31,12 @@ class MemberCertificate:
     hosts: tuple[str, ...]
 
 
-def ready_authority(folder: Path, rig: str, now: datetime) -> tuple[Pair, bool]:
+def ready_authority(folder: Path, rig: str, now: datetime) -> tuple[ca.Pair, bool]:
     """The folder's authority, and whether it was created now.  Raises UserError."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     certificate_path, key_path = certificate_file(folder, AUTHORITY), key_file(folder, AUTHORITY)
     if not certificate_path.exists() and not key_path.exists():
-        pair = new_authority(f"zenocap authority of {rig}"[:64], now)
+        pair = ca.new_authority(f"zenocap authority of {rig}"[:64], now)
         _write_pair(certificate_path, key_path, pair)
         return pair, True
     for path in (certificate_path, key_path):
@@ -58,11 +45,11 @@ def ready_authority(folder: Path, rig: str, now: datetime) -> tuple[Pair, bool]:
                 f"{path}: missing beside the other half of the authority: run this where the authority was made, or in an "
                 "empty folder, and give every machine new certificates"
             )
-    pair = Pair(
-        read_certificate(str(certificate_path), certificate_path.read_bytes()),
-        read_key(str(key_path), key_path.read_bytes()),
+    pair = ca.Pair(
+        ca.read_certificate(str(certificate_path), certificate_path.read_bytes()),
+        ca.read_key(str(key_path), key_path.read_bytes()),
     )
-    if not belong_together(pair.certificate, pair.key):
+    if not ca.belong_together(pair.certificate, pair.key):
         raise UserError(f"{key_path}: not the key of {certificate_path}")
     if pair.certificate.not_valid_after_utc <= now:
         raise UserError(
@@ -94,10 +81,10 @@ def certify(
                 made.append(kept)
                 continue
             hosts = tuple(dict.fromkeys((*kept.hosts, *hosts)))
-        pair = issue(authority, name, hosts, now, days)
+        pair = ca.issue(authority, name, hosts, now, days)
         _write_pair(path, secret, pair)
         done: Literal["made", "renewed"] = "renewed" if exists else "made"
-        made.append(MemberCertificate(member, done, pair.certificate.not_valid_after_utc, hosts_of(pair.certificate)))
+        made.append(MemberCertificate(member, done, pair.certificate.not_valid_after_utc, ca.hosts_of(pair.certificate)))
     return made
 
 
@@ -107,7 +94,7 @@ def renewed(folder: Path, rig: str, members: Sequence[Member], now: datetime, da
     for member in members:
         path = certificate_file(folder, member.name)
         if path.exists():
-            hosts[member] = hosts_of(read_certificate(str(path), path.read_bytes()))
+            hosts[member] = ca.hosts_of(ca.read_certificate(str(path), path.read_bytes()))
     return certify(folder, rig, hosts, now, days, renew=True)
 
 
@@ -123,19 +110,19 @@ def renew_expiring(folder: Path, rig: str, members: Sequence[Member], now: datet
     return renewed(folder, rig, soon, now, VALID_DAYS) if soon else []
 
 
-def _kept(path: Path, member: Member, name: str, hosts: Sequence[str], authority: Pair) -> MemberCertificate:
+def _kept(path: Path, member: Member, name: str, hosts: Sequence[str], authority: ca.Pair) -> MemberCertificate:
     """name: common name that it should have."""
     if not path.exists():
         raise UserError(f"{path}: missing beside its key: --renew replaces both")
-    certificate = read_certificate(str(path), path.read_bytes())
-    found = hosts_of(certificate)
-    if common_name(certificate).partition("@")[0] == name.partition("@")[0] and common_name(certificate) != name:
+    certificate = ca.read_certificate(str(path), path.read_bytes())
+    found = ca.hosts_of(certificate)
+    if ca.common_name(certificate).partition("@")[0] == name.partition("@")[0] and ca.common_name(certificate) != name:
         raise UserError(f"{path}: is revoked: --renew replaces it")
-    if common_name(certificate) != name:
-        raise UserError(f"{path}: exists already, of {common_name(certificate)!r}: choose another folder, or --renew")
-    if not signed_by(certificate, authority.certificate):
+    if ca.common_name(certificate) != name:
+        raise UserError(f"{path}: exists already, of {ca.common_name(certificate)!r}: choose another folder, or --renew")
+    if not ca.signed_by(certificate, authority.certificate):
         raise UserError(f"{path}: exists already, signed by another authority: --renew replaces it")
-    missing = [host for host in hosts if plain_host(host) not in found]
+    missing = [host for host in hosts if ca.plain_host(host) not in found]
     if missing:
         raise UserError(f"{path}: exists already, but not for {', '.join(missing)}: --renew replaces it")
     return MemberCertificate(member, "kept", certificate.not_valid_after_utc, found)
@@ -148,10 +135,10 @@ def _common_name(member: Member, rig: str, generations: Mapping[str, int]) -> st
         raise UserError(str(error)) from error
 
 
-def _write_pair(certificate: Path, secret: Path, pair: Pair) -> None:
+def _write_pair(certificate: Path, secret: Path, pair: ca.Pair) -> None:
     """Write the key first: a certificate without its key would be kept by the next run."""
-    write_atomically(secret, key_pem(pair.key), SECRET)
-    write_atomically(certificate, pem(pair.certificate))
+    write_atomically(secret, ca.key_pem(pair.key), SECRET)
+    write_atomically(certificate, ca.pem(pair.certificate))
 
 
 def revoke(folder: Path, rig: str, members: Sequence[Member], now: datetime) -> Revocations:

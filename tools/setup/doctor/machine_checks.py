@@ -11,6 +11,7 @@ from zenocap.common.recording.log import shortage
 from zenocap.tools.setup.doctor.finding import CheckResult, ok, warning, wrong
 
 SOON = timedelta(days=WARNED_DAYS)
+SourceKind = Literal["good", "used", "missing", "denied", "size", "broken"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class SourceState:
     """
 
     viewer: str
-    kind: Literal["good", "used", "missing", "denied", "size", "broken"]
+    kind: SourceKind
     words: str
     local: bool
 

@@ -15,10 +15,16 @@ from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, host_of, key_file
 from zenocap.common.rig.sources import Announced, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.setup.doctor.machine_checks import Certificate, Disk, Endpoint, Port, SourceState
+from zenocap.tools.setup.doctor.machine_checks import Certificate, Disk, Endpoint, Port, SourceKind, SourceState
 
 ROOT = Path(zenocap.__file__).resolve().parent
 CALL_S = 2.0
+FAULTS: tuple[tuple[type[SourceError], SourceKind], ...] = (
+    (SizeMismatch, "size"),
+    (AccessDenied, "denied"),
+    (OpenError, "missing"),
+    (SourceError, "broken"),
+)  # what errors of a source are called; the first that fits
 
 
 def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
@@ -41,14 +47,9 @@ def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
         next(frames)
     except StopIteration:
         return SourceState(viewer.id, "broken", "delivers no image", local)
-    except SizeMismatch as error:
-        return SourceState(viewer.id, "size", str(error), local)
-    except AccessDenied as error:
-        return SourceState(viewer.id, "denied", str(error), local)
-    except OpenError as error:
-        return SourceState(viewer.id, "missing", str(error), local)
     except SourceError as error:
-        return SourceState(viewer.id, "broken", str(error), local)
+        kind = next(kind for fault, kind in FAULTS if isinstance(error, fault))
+        return SourceState(viewer.id, kind, str(error), local)
     finally:
         close = getattr(frames, "close", None)
         if callable(close):
@@ -96,7 +97,7 @@ def look_at_port(title: str, key: str, host: str, port: int, *, ours: bool) -> P
 
 def look_at_certificates(folder: Path, names: Sequence[str]) -> list[Certificate]:
     """Certificates of the authority and of these members."""
-    return [_authority(folder), *(_certificate(folder, name) for name in names)]
+    return [_certificate(folder, name) for name in (AUTHORITY, *names)]
 
 
 def certified(folder: Path) -> list[str]:
@@ -106,47 +107,27 @@ def certified(folder: Path) -> list[str]:
     return [name for name in names if name != AUTHORITY]
 
 
-def _authority(folder: Path) -> Certificate:
-    from zenocap.tools.setup.certificates.authority import read_certificate
-
-    path = certificate_file(folder, AUTHORITY)
-    try:
-        return Certificate(AUTHORITY, None, read_certificate(str(path), path.read_bytes()).not_valid_after_utc)
-    except OSError as error:
-        return Certificate(AUTHORITY, f"{path}: {error.strerror}", None)
-    except UserError as error:
-        return Certificate(AUTHORITY, str(error), None)
-
-
 def _certificate(folder: Path, name: str) -> Certificate:
-    from zenocap.tools.setup.certificates.authority import (
-        belong_together,
-        common_name,
-        read_certificate,
-        read_key,
-        signed_by,
-    )
+    from zenocap.tools.setup.certificates import authority as ca
 
     path, secret, authority = certificate_file(folder, name), key_file(folder, name), certificate_file(folder, AUTHORITY)
     try:
-        certificate = read_certificate(str(path), path.read_bytes())
-        key = read_key(str(secret), secret.read_bytes())
-        issuer = read_certificate(str(authority), authority.read_bytes())
+        certificate = ca.read_certificate(str(path), path.read_bytes())
+        if name == AUTHORITY:
+            return Certificate(name, None, certificate.not_valid_after_utc)
+        key = ca.read_key(str(secret), secret.read_bytes())
+        issuer = ca.read_certificate(str(authority), authority.read_bytes())
+        if not ca.belong_together(certificate, key):
+            return Certificate(name, f"{secret} is not the key of {path}", None)
+        if not ca.signed_by(certificate, issuer):
+            return Certificate(name, f"{path} is not signed by {authority}", None)
+        base, _, generation = ca.common_name(certificate).partition("@")
+        if int(generation or 0) < generations_in(folder).get(base, 0):
+            return Certificate(name, f"{path} is revoked", None)
     except OSError as error:
         return Certificate(name, f"{error.filename}: {error.strerror}", None)
-    except UserError as error:
-        return Certificate(name, str(error), None)
-    if not belong_together(certificate, key):
-        return Certificate(name, f"{secret} is not the key of {path}", None)
-    if not signed_by(certificate, issuer):
-        return Certificate(name, f"{path} is not signed by {authority}", None)
-    base, _, generation = common_name(certificate).partition("@")
-    try:
-        revoked = int(generation or 0) < generations_in(folder).get(base, 0)
     except (UserError, ValueError) as error:
         return Certificate(name, str(error), None)
-    if revoked:
-        return Certificate(name, f"{path} is revoked", None)
     return Certificate(name, None, certificate.not_valid_after_utc, bool(secret.stat().st_mode & 0o077))
 
 

@@ -19,37 +19,12 @@ from zenocap.common.runtime.clock_offset import offset_at
 from zenocap.common.runtime.compiled import is_compiled
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.topics import CAMERA_ADVICE, HEALTH
+from zenocap.tools.setup.doctor import machine_checks as machine
+from zenocap.tools.setup.doctor import machine_probe as probe
+from zenocap.tools.setup.doctor import network_checks as net
 from zenocap.tools.setup.doctor.finding import CheckResult, warning
-from zenocap.tools.setup.doctor.machine_checks import (
-    Port,
-    check_certificate,
-    check_compiled,
-    check_disk,
-    check_endpoint,
-    check_file,
-    check_port,
-    check_source,
-)
-from zenocap.tools.setup.doctor.machine_probe import (
-    certified,
-    look_at_certificates,
-    look_at_disk,
-    look_at_file,
-    look_at_port,
-    look_at_source,
-    probe_endpoint,
-)
-from zenocap.tools.setup.doctor.network_checks import (
-    NetworkState,
-    check_clocks,
-    check_delays,
-    check_messages,
-    check_open,
-    check_pictures,
-    check_presence,
-    check_rigs,
-    check_versions,
-)
+from zenocap.tools.setup.doctor.machine_checks import Port
+from zenocap.tools.setup.doctor.network_checks import NetworkState
 
 OPEN_S = 4.0
 LISTEN_S = 2.5  # health is published once a second
@@ -62,33 +37,35 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
     chosen = [viewer for viewer in rig.viewers if service is None or (name == "viewer" and viewer.id == id)]
     kinds = [kind for kind in SERVICES if (kind in kinds_of(rig) if service is None else kind.name == name)]
     wanted = [kind.name for kind in kinds]
-    endpoints = [probe_endpoint(address, options.security) for address in options.connect]
+    endpoints = [probe.probe_endpoint(address, options.security) for address in options.connect]
     network = look_at_network(options, rig.name)
     frame_ns = min(round(1e9 / viewer.fps) for viewer in rig.viewers)
     expected = services_of(rig, required=True)
-    found = [*map(check_endpoint, endpoints), check_open(network, options.security is not None)]
+    found = [*map(machine.check_endpoint, endpoints), net.check_open(network, options.security is not None)]
     if network.problem is None:
-        found += check_presence(expected, network, str(path))
-        found += [*check_rigs(rig.digest, network), *check_versions(versions(), network)]
-        found += [*check_clocks(network, frame_ns), *check_delays(network, frame_ns)]
-        found += [*check_messages(network), *check_pictures(network)]
+        found += net.check_presence(expected, network, str(path))
+        found += [*net.check_rigs(rig.digest, network), *net.check_versions(versions(), network)]
+        found += [*net.check_clocks(network, frame_ns), *net.check_delays(network, frame_ns)]
+        found += [*net.check_messages(network), *net.check_pictures(network)]
     for viewer in chosen:
         runs = ("viewer", viewer.id) in network.alive
-        found.append(check_source(look_at_source(viewer, runs=runs, local=service is not None)))
-    found += [check_file(title, look_at_file(file)) for kind in kinds for title, file in kind.files(rig)]
+        found.append(machine.check_source(probe.look_at_source(viewer, runs=runs, local=service is not None)))
+    found += [machine.check_file(title, probe.look_at_file(file)) for kind in kinds for title, file in kind.files(rig)]
     if "integrator" in wanted:
-        found.append(check_disk(look_at_disk(takes)))
+        found.append(machine.check_disk(probe.look_at_disk(takes)))
     if "animator" in wanted:
-        found += map(check_port, _ports(rig, ours=_runs_here("animator", network)))
+        found += map(machine.check_port, _ports(rig, ours=_runs_here("animator", network)))
     if rig.security is not None and find_spec("cryptography") is None:
         text = "cannot be checked: the package cryptography is not installed on this machine"
         found.append(warning("certificates", text, "pip install 'zenocap[certs]'"))
     elif rig.security is not None:
-        names = [service] if service is not None else certified(rig.security)
-        found += [check_certificate(one, datetime.now(UTC)) for one in look_at_certificates(rig.security, names)]
+        names = [service] if service is not None else probe.certified(rig.security)
+        found += [
+            machine.check_certificate(one, datetime.now(UTC)) for one in probe.look_at_certificates(rig.security, names)
+        ]
     parts = list(dict.fromkeys(part for kind in kinds for part in kind.warmup(rig)))
     if parts:
-        found.append(check_compiled([part for part in parts if not is_compiled(part)]))
+        found.append(machine.check_compiled([part for part in parts if not is_compiled(part)]))
     return found
 
 
@@ -121,9 +98,11 @@ def _ports(rig: Rig, *, ours: bool) -> list[Port]:
     page, foxglove = rig.animator.page, rig.animator.outputs.get("foxglove")
     found = []
     if page.enabled and page.port:
-        found.append(look_at_port("page", "animator.page.port", page.host, page.port, ours=ours))
+        found.append(probe.look_at_port("page", "animator.page.port", page.host, page.port, ours=ours))
     if isinstance(foxglove, FoxgloveTable) and foxglove.enabled:
-        found.append(look_at_port("Foxglove output", "animator.foxglove.port", foxglove.host, foxglove.port, ours=ours))
+        found.append(
+            probe.look_at_port("Foxglove output", "animator.foxglove.port", foxglove.host, foxglove.port, ours=ours)
+        )
     return found
 
 

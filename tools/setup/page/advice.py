@@ -96,12 +96,7 @@ def rows(found: Measures) -> list[MeasureRow]:
 
 
 def _row(
-    key: str,
-    name: str,
-    known: T | None,
-    text: Callable[[T], str],
-    advise: Callable[[T], str],
-    share: float | None = None,
+    key: str, name: str, known: T | None, text: Callable[[T], str], advise: Callable[[T], str], share: float | None = None
 ) -> MeasureRow:
     if known is None:
         return MeasureRow(key, name, "–", "wait")

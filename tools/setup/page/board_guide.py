@@ -9,6 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
 from zenocap.tools.setup.calibration.board_views import View
+from zenocap.tools.setup.calibration.frame_sets import moved_px
 from zenocap.tools.setup.calibration.lens_model import LensModel, plane_poses
 from zenocap.tools.setup.calibration.parameters import CELLS
 from zenocap.tools.setup.page.parameters import (
@@ -68,12 +69,7 @@ def tilted_side(view: View, corners: Floats, size: tuple[int, int]) -> Side | No
 
 def has_moved(before: View | None, view: View, width: int) -> bool:
     """Whether the board is elsewhere in the image than in an earlier view."""
-    if before is None:
-        return True
-    _, old, new = np.intersect1d(before.ids, view.ids, return_indices=True)
-    if len(old) == 0:
-        return True
-    return bool(np.hypot(*(view.pixels[new] - before.pixels[old]).T).mean() > MOVED_SHARE * width)
+    return before is None or moved_px(before, view) > MOVED_SHARE * width
 
 
 @dataclass

@@ -40,24 +40,19 @@ class PageMode(Protocol):
     @property
     def hidden(self) -> Collection[str]:
         """Keys of measures that say nothing in this mode."""
-        ...
 
     @property
     def finished(self) -> bool:
         """Whether the command is to end."""
-        ...
 
     def corners(self, camera: LiveCamera, frame: Frame) -> Floats | None:
         """Corners (n, 2) px to be drawn into the picture of a frame; None where no board is searched."""
-        ...
 
     def tick(self) -> Sequence[EncodedUpdate]:
         """Work that is due, and updates of the page."""
-        ...
 
     def receive(self, command: lm.Command) -> None:
         """Handle a command.  Raises UserError with the reason for one that is refused."""
-        ...
 
 
 class CamerasOnly:

@@ -1,24 +1,18 @@
 """Three objects placed in the pictures of two cameras: the paper's calibration.  [Two-view 4.1]"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.camera.line_calibration import (
-    Measurements,
-    Pinnacles,
-    SolvedCamera,
-    check_measurements,
-    solved_camera,
-)
+from zenocap.common.camera.line_calibration import Measurements, Pinnacles, SolvedCamera, check_measurements, solved_camera
 from zenocap.common.camera.line_sensitivity import Sensitivity, pixel_effects, sensitivity
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.lines_file import read_measurements, solution_report, verdict, write_measurements
 from zenocap.tools.setup.page.point_messages import FieldRow, PlacedView, PointTask
-from zenocap.tools.setup.page.points_task import Pixel, Place, Placed, Size, Solution, next_sentence, refused
+from zenocap.tools.setup.page.points_task import Place, Placed, Solution, next_sentence, refused
 
 OBJECTS = ("A", "B", "C")
 FIELDS = (  # key, name, needed
@@ -49,7 +43,7 @@ class LinePoints:
     def start(self) -> Placed:
         names = [key for key, _, _ in FIELDS]
         if self._read is None:
-            return with_places(Placed({}, dict.fromkeys(names), {name: {} for name in self._names}))
+            return self.completed(Placed({}, dict.fromkeys(names), {name: {} for name in self._names}))
         one, two = self._read.camera1, self._read.camera2
         values = (self._read.d_x, self._read.d_z, self._read.t, one.distance_m, one.height_m, two.distance_m, two.height_m)
         picks = {
@@ -57,10 +51,12 @@ class LinePoints:
             for name, its in zip(self._names, (one, two), strict=True)
         }
         sizes = dict.fromkeys(self._names, self._read.size)
-        return with_places(Placed({}, dict(zip(names, values, strict=True)), picks, {}, sizes))
+        return self.completed(Placed({}, dict(zip(names, values, strict=True)), picks, {}, sizes))
 
     def completed(self, placed: Placed) -> Placed:
-        return with_places(placed)
+        d_x, d_z, t = (placed.fields.get(key) for key in ("d_x", "d_z", "t"))
+        places: dict[str, Place] = {"A": (0.0, t, 0.0), "B": (0.0, t, d_z), "C": (d_x, t, 0.0)}
+        return replace(placed, points=places)
 
     def fields(self, placed: Placed) -> list[FieldRow]:
         return [FieldRow(key, name, "m", placed.fields.get(key), needed) for key, name, needed in FIELDS]
@@ -112,13 +108,10 @@ class LinePoints:
         if len(set(sizes)) > 1:
             (one, two) = sizes
             raise UserError(f"pictures of {one[0]} x {one[1]} and {two[0]} x {two[1]} px: allowed: equal sizes")
-        return self._measurements(placed, number, sizes[0], picks)
-
-    def _measurements(self, placed: Placed, number: int, size: Size, picks: Mapping[str, Pixel]) -> Measurements:
         values = placed.fields
         d_x, d_z, t = (float(values[key] or 0.0) for key in ("d_x", "d_z", "t"))
         own = Pinnacles(picks["A"], picks["B"], picks["C"], values.get(f"distance{number}"), values.get(f"height{number}"))
-        measured = Measurements(size, d_x, d_z, t, own, own)
+        measured = Measurements(sizes[0], d_x, d_z, t, own, own)
         check_measurements(measured)
         return measured
 
@@ -141,9 +134,3 @@ class LinePoints:
             mm_per_px={key: 1e3 * effect for key, effect in pixel_effects(measured, number, solved).items()},
             lines=[*solution_report(solved, found), *(f"  {remark}" for remark in solved.remarks)],
         )
-
-
-def with_places(placed: Placed) -> Placed:
-    d_x, d_z, t = (placed.fields.get(key) for key in ("d_x", "d_z", "t"))
-    places: dict[str, Place] = {"A": (0.0, t, 0.0), "B": (0.0, t, d_z), "C": (d_x, t, 0.0)}
-    return replace(placed, points=places)

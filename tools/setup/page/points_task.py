@@ -61,21 +61,17 @@ class PointsTask(Protocol):
 
     def start(self) -> Placed:
         """What is known before the page is opened."""
-        ...
 
     def completed(self, placed: Placed) -> Placed:
         """With the places of points that follow from the measured quantities."""
-        ...
 
     def fields(self, placed: Placed) -> list[FieldRow]: ...
 
     def solve(self, placed: Placed) -> Solution:
         """Solve all cameras that can be solved."""
-        ...
 
     def write(self, placed: Placed, solution: Solution) -> list[str]:
         """Write the files; returns their names.  Raises UserError with the reason where there is nothing to write."""
-        ...
 
 
 def refused(texts: Sequence[str]) -> UserError:

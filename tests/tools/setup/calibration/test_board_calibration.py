@@ -12,6 +12,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.board_calibration import BoardCalibration, calibrated_rig
 from zenocap.tools.setup.calibration.board_report import report, report_data, verdict
+from zenocap.tools.setup.calibration.board_views import CameraViews
 
 pytestmark = pytest.mark.slow
 SHORT = {"seconds": 16.0, "fps": 8.0}
@@ -22,9 +23,22 @@ def cameras_of(found: BoardCalibration) -> list[Camera]:
     return [one.camera for one in found.cameras]
 
 
+def lenses_of(cameras) -> dict[str, Lens]:
+    return {one.name: Lens.of(one) for one in cameras}
+
+
+def later(seen: CameraViews, by_s: float) -> CameraViews:
+    return replace(seen, views=tuple(replace(one, time_s=one.time_s + by_s) for one in seen.views))
+
+
 @pytest.fixture(scope="module")
 def rig() -> tuple[Camera, ...]:
     return room(3, seed=1)
+
+
+@pytest.fixture(scope="module")
+def seen(rig) -> list[CameraViews]:
+    return board_views(rig, **FEW)[0]
 
 
 @pytest.fixture(scope="module")
@@ -33,12 +47,8 @@ def found(rig) -> BoardCalibration:
         views, _ = board_views(rig, delays_s=(0.0, 0.04, -0.03), floor_s=13.0, **SHORT)
         return calibrated_rig(BOARD, views, floor_s=[14.5])
 
-    return stored(
-        make,
-        "board calibration",
-        SHORT,
-        sources=("tests.support.board_views", "zenocap.tools.setup.calibration.board_calibration"),
-    )
+    sources = ("tests.support.board_views", "zenocap.tools.setup.calibration.board_calibration")
+    return stored(make, "board calibration", SHORT, sources=sources)
 
 
 def test_places_are_measured_within_the_claimed_error(rig, found):
@@ -60,50 +70,46 @@ def test_the_floor_is_that_of_the_board(rig, found):
         np.testing.assert_allclose(one.camera.centre, true.centre, atol=0.1)
 
 
-def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig):
-    views, _ = board_views(rig, **FEW)
-    guessed = calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in rig}, delays=False)
+def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig, seen):
+    guessed = calibrated_rig(BOARD, seen, lenses_of(rig), delays=False)
     word, reasons = verdict(guessed)
     assert word == "poor"
     assert "the floor is not known: lay the board on it and give --floor SECONDS" in reasons[-1]
     assert rig_error_m(cameras_of(guessed), rig, places()) < 0.002
 
 
-def test_given_lenses_stay(rig):
-    views, _ = board_views(rig, **FEW)
-    kept = calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in rig})
+def test_given_lenses_stay(rig, seen):
+    kept = calibrated_rig(BOARD, seen, lenses_of(rig))
     for one, true in zip(kept.cameras, rig, strict=True):
         np.testing.assert_array_equal(one.camera.matrix, true.matrix)
     with pytest.raises(UserError, match="no lens of cam02; there are: cam01, cam03"):
-        calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in (rig[0], rig[2])})
-    small = {one.name: replace(Lens.of(one), size=(640, 360)) for one in rig}
+        calibrated_rig(BOARD, seen, lenses_of((rig[0], rig[2])))
+    small = {name: replace(one, size=(640, 360)) for name, one in lenses_of(rig).items()}
     with pytest.raises(UserError, match="cam01: images of 1280 x 720 px, its lens is of 640 x 360"):
-        calibrated_rig(BOARD, views, small)
+        calibrated_rig(BOARD, seen, small)
 
 
 @pytest.mark.nightly
 def test_a_fisheye_rig_with_given_lenses_is_calibrated():
     wide = tuple(with_fisheye(one) for one in room(2, seed=3))
     views, _ = board_views(wide, **FEW)
-    found = calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in wide}, delays=False)
+    found = calibrated_rig(BOARD, views, lenses_of(wide), delays=False)
     assert all(one.camera.fisheye is not None for one in found.cameras)
     assert rig_error_m(cameras_of(found), wide, places()) < 0.004
 
 
-def test_wrong_views_are_left_out_and_counted(rig):
-    views, _ = board_views(rig, **FEW)
-    wrong = views[1].views[10]
+def test_wrong_views_are_left_out_and_counted(rig, seen):
+    wrong = seen[1].views[10]
     moved = replace(wrong, pixels=wrong.pixels + np.array([60.0, -45.0]))
-    spoilt = replace(views[1], views=tuple(moved if one is wrong else one for one in views[1].views))
-    found = calibrated_rig(BOARD, [views[0], spoilt, views[2]], {one.name: Lens.of(one) for one in rig}, delays=False)
+    spoilt = replace(seen[1], views=tuple(moved if one is wrong else one for one in seen[1].views))
+    found = calibrated_rig(BOARD, [seen[0], spoilt, seen[2]], lenses_of(rig), delays=False)
     assert rig_error_m(cameras_of(found), rig, places()) < 0.002
 
 
 @pytest.mark.nightly
 def test_videos_that_began_at_different_times_are_poor_and_the_reason_names_that(rig):
     views, _ = board_views(rig, floor_s=13.0, **SHORT)
-    late = replace(views[1], views=tuple(replace(one, time_s=one.time_s + 2.0) for one in views[1].views))
-    found = calibrated_rig(BOARD, [views[0], late, views[2]], {one.name: Lens.of(one) for one in rig}, floor_s=[14.5])
+    found = calibrated_rig(BOARD, [views[0], later(views[1], 2.0), views[2]], lenses_of(rig), floor_s=[14.5])
     assert rig_error_m(cameras_of(found), rig, places()) > 0.05
     word, reasons = verdict(found)
     assert word == "poor"
@@ -119,42 +125,30 @@ def test_unknown_errors_are_poor(found):
 
 
 @pytest.mark.nightly
-def test_cameras_that_share_no_view_are_named(rig):
-    views, _ = board_views(rig, **FEW)
-    early = replace(views[2], views=tuple(replace(one, time_s=one.time_s + 100.0) for one in views[2].views))
+def test_cameras_that_share_no_view_are_named(rig, seen):
     with pytest.raises(UserError, match="cam03"):
-        calibrated_rig(BOARD, [views[0], views[1], early])
+        calibrated_rig(BOARD, [seen[0], seen[1], later(seen[2], 100.0)])
 
 
-def test_a_camera_with_few_views_is_named(rig):
-    views, _ = board_views(rig, **FEW)
-    few = replace(views[1], views=views[1].views[:3])
-    with pytest.raises(
-        UserError, match="cam02: the board is found in 3 images, 3 of them of different places: allowed: 4 or more"
-    ):
-        calibrated_rig(BOARD, [views[0], few, views[2]])
+def test_a_camera_with_few_views_is_named(rig, seen):
+    few = replace(seen[1], views=seen[1].views[:3])
+    too_few = "cam02: the board is found in 3 images, 3 of them of different places: allowed: 4 or more"
+    with pytest.raises(UserError, match=too_few):
+        calibrated_rig(BOARD, [seen[0], few, seen[2]])
 
 
 @pytest.mark.nightly
-def test_a_time_without_the_board_on_the_floor_is_refused(rig):
-    views, _ = board_views(rig, **FEW)
-    lenses = {one.name: Lens.of(one) for one in rig}
-    with pytest.raises(UserError, match=r"--floor 99: the board is not seen within 0\.5 s"):
-        calibrated_rig(BOARD, views, lenses, floor_s=[99.0])
-    with pytest.raises(UserError, match=r"--floor 5: the board moves there, by \d+ px/s"):
-        calibrated_rig(BOARD, views, lenses, floor_s=[5.0])
+def test_a_time_without_the_board_on_the_floor_is_refused(rig, seen):
+    for time_s, text in ((99.0, r"the board is not seen within 0\.5 s"), (5.0, r"the board moves there, by \d+ px/s")):
+        with pytest.raises(UserError, match=f"--floor {time_s:g}: {text}"):
+            calibrated_rig(BOARD, seen, lenses_of(rig), floor_s=[time_s])
 
 
 def test_the_report_has_every_camera_and_the_error(found):
     text = "\n".join(report(found))
-    for part in (
-        "board: charuco, 7 x 9 squares of 60 mm",
-        "cam01: ",
-        "images +4",
-        "seen together: cam01 and cam02 ",
-        "expected error where the board was: ",
-    ):
+    for part in ("cam01: ", "images +4", "seen together: cam01 and cam02 ", "expected error where the board was: "):
         assert part in text
+    assert text.startswith("board: charuco, 7 x 9 squares of 60 mm")
     data = report_data(found)
     assert data["floor"] is True
     assert [one["name"] for one in data["cameras"]] == ["cam01", "cam02", "cam03"]  # type: ignore[attr-defined, index]

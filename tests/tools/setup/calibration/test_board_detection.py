@@ -13,16 +13,20 @@ from zenocap.tools.setup.calibration.board_detection import BoardDetector, board
 
 CAMERA = plain_camera()
 CHARUCO = checked_board("charuco", 5, 7, 35.0)
+EVEN = checked_board("charuco", 8, 6, 28.0)
 CHESSBOARD = checked_board("chessboard", 6, 9, 30.0)
+GRID = checked_board("aprilgrid", 6, 6, 60.0)
 TURNS = [(0.0, 0.0, 0.0), (0.4, -0.3, 0.2), (0.0, 0.5, 1.5), (0.3, 0.3, 3.1), (-0.3, 0.2, -2.0)]
 
 
-def drawn(board, turns=TURNS, distance=0.6, camera=CAMERA):
-    return [picture_of(board, camera, before(board, distance, turn), seed) for seed, turn in enumerate(turns)]
+def drawn(board, turns=TURNS[1:2]):
+    """Images in which the board fills most of the height."""
+    distance = 0.7 if board.kind == "aprilgrid" else 0.6
+    return [picture_of(board, CAMERA, before(board, distance, turn), seed) for seed, turn in enumerate(turns)]
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("board", [*CHARUCO.variants(), *checked_board("charuco", 8, 6, 28.0).variants(), CHESSBOARD])
+@pytest.mark.parametrize("board", [*CHARUCO.variants(), *EVEN.variants(), CHESSBOARD])
 @pytest.mark.parametrize("turn", TURNS)
 def test_corners_are_found_where_they_are(board, turn):
     pose = before(board, 0.55, turn, (0.02, -0.01))
@@ -58,23 +62,29 @@ def test_a_board_at_the_edge_is_found_in_part_and_a_hidden_one_is_not():
 
 
 @pytest.mark.slow
-def test_corners_hidden_by_a_hand_are_left_out():
-    pose = before(CHARUCO, 0.5, (0.2, 0.2, 0.0))
-    image, true = picture_of(CHARUCO, CAMERA, pose), true_pixels(CHARUCO, CAMERA, pose)
-    column, row = true[13].astype(int)
-    image[row - 40 : row + 40, column - 40 : column + 40] = 120
-    ids, pixels = BoardDetector(CHARUCO).corners(image)
-    assert 13 not in ids
-    assert len(ids) >= 10
-    assert pixels == pytest.approx(true[ids], abs=0.4)
+@pytest.mark.parametrize(
+    ("board", "distance", "turn", "hidden", "half_px", "least", "error_px"),
+    [(CHARUCO, 0.5, (0.2, 0.2, 0.0), 13, 40, 10, 0.4), (GRID, 0.8, TURNS[1], 66, 50, 81, 0.7)],
+    ids=["charuco", "aprilgrid"],
+)
+def test_a_hand_before_the_board_hides_its_corners_only(board, distance, turn, hidden, half_px, least, error_px):
+    pose = before(board, distance, turn)
+    image, true = picture_of(board, CAMERA, pose), true_pixels(board, CAMERA, pose)
+    column, row = true[hidden].astype(int)
+    image[row - half_px : row + half_px, column - half_px : column + half_px] = 120
+    ids, pixels = BoardDetector(board).corners(image)
+    assert hidden not in ids
+    assert len(ids) >= least
+    assert pixels == pytest.approx(true[ids], abs=error_px)
 
 
 @pytest.mark.nightly
-def test_variants_are_recognized():
-    for variant in checked_board("charuco", 8, 6, 28.0).variants():
-        found, count = board_variant(checked_board("charuco", 8, 6, 28.0), drawn(variant, TURNS[:2]))
+@pytest.mark.parametrize(("board", "least"), [(EVEN, 60), (GRID, 251)], ids=["charuco", "aprilgrid"])
+def test_variants_are_recognized(board, least):
+    for variant in board.variants():
+        found, count = board_variant(board, drawn(variant, TURNS[:2]))
         assert found == variant
-        assert count >= 60
+        assert count >= least
 
 
 @pytest.mark.slow
@@ -106,7 +116,6 @@ def test_mirrored_and_wrongly_numbered_corners_are_not_accepted():
     assert not in_order(other, (ids, true))
 
 
-ONE = TURNS[1:2]  # the search for other dictionaries takes most of a second for each image
 MARKERS_250 = checked_board("charuco", 8, 6, 28.0, dictionary="5x5_250")
 
 
@@ -121,23 +130,40 @@ MARKERS_250 = checked_board("charuco", 8, 6, 28.0, dictionary="5x5_250")
         (CHESSBOARD, replace(CHESSBOARD, columns=5, rows=8), "6 and 9 fit (squares, not inner corners)"),
         (CHESSBOARD, CHARUCO, "a chessboard of 6 and 9 squares without markers is seen: --kind chessboard"),
         (CHARUCO, CHESSBOARD, "the board has markers: --kind charuco --dictionary 4x4_50"),
+        (CHARUCO, GRID, "no AprilGrid is seen, but markers: --kind charuco --dictionary 4x4_50"),
+        (GRID, replace(GRID, columns=5), "its tags fit --columns 6 --rows 6"),
+        (GRID, replace(GRID, columns=9, rows=4), "its tags fit --columns 6 --rows 6"),
+        (GRID, CHARUCO, "the board has the tags of an AprilGrid: --kind aprilgrid"),
+        (GRID, CHESSBOARD, "the board has the tags of an AprilGrid: --kind aprilgrid"),
     ],
 )
 def test_what_is_wrong_with_the_description_is_named(shown, told, reason):
-    images = drawn(shown, ONE)
+    images = drawn(shown)
     assert board_variant(told, images)[1] == 0
     assert reason in why_not_found(told, images)
 
 
+CHANGES = {
+    "mirrored": lambda image: image[:, ::-1],
+    "dark": lambda image: (image * 0.08).astype(np.uint8),
+    "noise": lambda image: np.random.default_rng(0).normal(120, 20, image.shape).astype(np.uint8),
+    "half hidden": lambda image: np.where(np.arange(640) < 300, image, 120).astype(np.uint8),
+}
+
+
 @pytest.mark.nightly
-def test_what_is_wrong_with_the_images_is_named():
-    images = drawn(CHARUCO, ONE)
-    assert "the images are mirrored" in why_not_found(CHARUCO, [image[:, ::-1] for image in images])
-    dark = [(image * 0.08).astype(np.uint8) for image in images]
-    assert "too dark (mean level 14 of 255): more light" in why_not_found(CHARUCO, dark)
-    noise = np.random.default_rng(0).normal(120, 20, (480, 640)).astype(np.uint8)
-    assert "no markers are seen: is it a charuco, 5 x 7 squares of 35 mm" in why_not_found(CHARUCO, [noise])
-    assert "is it a chessboard, 6 x 9 squares" in why_not_found(CHESSBOARD, [noise])
-    half = images[0].copy()
-    half[:, 300:] = 120
-    assert "markers are seen at once: show more of the board" in why_not_found(CHARUCO, [half])
+@pytest.mark.parametrize(
+    ("board", "change", "reason"),
+    [
+        (CHARUCO, "mirrored", "the images are mirrored"),
+        (CHARUCO, "dark", "too dark (mean level 14 of 255): more light"),
+        (CHARUCO, "noise", "no markers are seen: is it a charuco, 5 x 7 squares of 35 mm"),
+        (CHARUCO, "half hidden", "markers are seen at once: show more of the board"),
+        (CHESSBOARD, "noise", "is it a chessboard, 6 x 9 squares"),
+        (GRID, "mirrored", "the images are mirrored"),
+        (GRID, "dark", "too dark"),
+        (GRID, "noise", "no tags are seen: is this a aprilgrid, 6 x 6 tags of 60 mm"),
+    ],
+)
+def test_what_is_wrong_with_the_images_is_named(board, change, reason):
+    assert reason in why_not_found(board, [CHANGES[change](image) for image in drawn(board)])

@@ -1,7 +1,5 @@
 """Videos and folders of images of a board: their layouts, offsets, sizes, and what is wrong with them."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -26,32 +24,30 @@ def pictures():
     return [picture_of(BOARD, CAMERA, pose, seed) for seed, pose in enumerate(poses())]
 
 
-def video(path: Path, pictures) -> Path:
-    return board_video(path, pictures, FPS)
+@pytest.fixture(scope="module")
+def one_video(tmp_path_factory, pictures) -> bytes:
+    return board_video(tmp_path_factory.mktemp("video") / "one.mp4", pictures, FPS).read_bytes()
 
 
 @pytest.fixture
-def folder(tmp_path, pictures):
+def folder(tmp_path, one_video):
     """Two cameras in videos/."""
+    (tmp_path / "videos").mkdir()
     for name in ("cam01", "cam02"):
-        video(tmp_path / "videos" / f"{name}.mp4", pictures)
+        (tmp_path / "videos" / f"{name}.mp4").write_bytes(one_video)
     return tmp_path
 
 
 @pytest.mark.slow
-def test_videos_are_found_in_both_layouts_and_as_files(folder):
+def test_videos_are_found_in_both_layouts_and_as_files_and_others_beside_them_are_not_cameras(folder):
     files = sorted((folder / "videos").iterdir())
+    for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
+        (folder / "videos" / name).write_bytes(b"\0")
     found = [board_films(paths) for paths in ([folder], [folder / "videos"], files)]
     assert [[film.path for film in films] for films, _ in found] == [files] * 3
     assert [[film.name for film in films] for films, _ in found] == [["cam01", "cam02"]] * 3
     assert not any(film.still for film in found[0][0])
     assert found[0][1] == []
-
-
-def test_hidden_files_and_others_beside_the_videos_are_not_cameras(folder):
-    for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
-        (folder / "videos" / name).write_bytes(b"\0")
-    assert [film.name for film in board_films([folder])[0]] == ["cam01", "cam02"]
 
 
 @pytest.mark.nightly
@@ -148,11 +144,10 @@ def test_a_long_video_is_searched_in_stretches(folder, monkeypatch):
 
 
 @pytest.mark.nightly
-def test_a_cut_video_counts_as_far_as_it_goes(folder):
+def test_a_cut_video_counts_as_far_as_it_goes(folder, pictures):
     path = folder / "videos" / "cam02.mkv"
-    (folder / "videos" / "cam02.mp4").rename(folder / "cam02.mp4")
-    shown = [picture_of(BOARD, CAMERA, pose) for pose in poses()]
-    whole = video(path, shown).read_bytes()
+    (folder / "videos" / "cam02.mp4").unlink()
+    whole = board_video(path, pictures, FPS).read_bytes()
     path.write_bytes(whole[: int(0.7 * len(whole))])
     _, seen = board_views(BOARD, board_films([folder])[0])
     assert 2 <= len(seen[1].views) < FRAMES
@@ -176,51 +171,41 @@ def test_a_folder_without_films_is_an_error(tmp_path, make, message):
 
 
 def test_mixed_and_doubled_cameras_are_errors(folder, pictures):
-    still = picture_folder(folder / "stills" / "cam03", pictures[:1])
     one = folder / "videos" / "cam01.mp4"
-    with pytest.raises(UserError, match=r"cam01.mp4: videos and folders of images together: allowed: one kind"):
-        board_films([one, still])
-    with pytest.raises(UserError, match=r"cam01.mov: .*cam01.mp4 exists too: allowed: one video per camera"):
-        board_films(_doubled(one))
-    with pytest.raises(UserError, match=r"none.mp4: no such file"):
-        board_films([one, folder / "none.mp4"])
-
-
-def _doubled(one: Path) -> list[Path]:
+    still = picture_folder(folder / "stills" / "cam03", pictures[:1])
     other = one.with_suffix(".mov")
-    other.write_bytes(one.read_bytes())
-    return [one, other]
+    other.write_bytes(b"")
+    for second, message in (
+        (still, "cam01.mp4: videos and folders of images together: allowed: one kind"),
+        (other, "cam01.mov: .*cam01.mp4 exists too: allowed: one video per camera"),
+        (folder / "none.mp4", "none.mp4: no such file"),
+    ):
+        with pytest.raises(UserError, match=message):
+            board_films([one, second])
 
 
 def test_an_image_that_cannot_be_read_or_has_another_size_is_named(tmp_path, pictures):
     picture_folder(tmp_path / "a", pictures[:3])
-    (tmp_path / "a" / "001.png").write_bytes(b"no image")
-    with pytest.raises(UserError, match=r"001.png: not an image that can be read: allowed: .png, .jpg, .jpeg, .bmp"):
-        board_views(BOARD, board_films([tmp_path])[0])
-    cv2.imwrite(str(tmp_path / "a" / "001.png"), pictures[1][:200])
-    changes = r"001.png: the size of the images changes from 320 x 240 to 320 x 200 px: allowed: one size"
-    with pytest.raises(UserError, match=changes):
-        board_views(BOARD, board_films([tmp_path])[0])
-
-
-@pytest.mark.slow
-def test_a_file_that_is_no_video_is_named(folder):
-    (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
-    with pytest.raises(UserError, match=r"cam02.mp4"):
-        board_views(BOARD, board_films([folder])[0])
-
-
-def test_a_folder_without_images_given_beside_others_is_named(tmp_path, pictures):
-    picture_folder(tmp_path / "a", pictures[:1])
+    other_size = cv2.imencode(".png", pictures[1][:200])[1].tobytes()
+    for content, message in (
+        (b"no image", "not an image that can be read: allowed: .png, .jpg, .jpeg, .bmp"),
+        (other_size, "the size of the images changes from 320 x 240 to 320 x 200 px: allowed: one size"),
+    ):
+        (tmp_path / "a" / "001.png").write_bytes(content)
+        with pytest.raises(UserError, match=f"001.png: {message}"):
+            board_views(BOARD, board_films([tmp_path])[0])
     (tmp_path / "b").mkdir()
     with pytest.raises(UserError, match=r"b: no images in it: allowed: a folder with videos"):
         board_views(BOARD, board_films([tmp_path / "a", tmp_path / "b"])[0])
 
 
 @pytest.mark.slow
-def test_a_camera_without_the_board_is_named_with_the_reason(folder):
+def test_a_file_that_is_no_video_and_a_camera_without_the_board_are_named(folder):
+    (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
+    with pytest.raises(UserError, match=r"cam02.mp4"):
+        board_views(BOARD, board_films([folder])[0])
     wall = np.random.default_rng(0).normal(120, 5, (240, 320)).astype(np.uint8)
-    video(folder / "videos" / "cam02.mp4", [wall] * 2)
+    board_video(folder / "videos" / "cam02.mp4", [wall] * 2, FPS)
     with pytest.raises(UserError, match=r"cam02.mp4: the board is not found: no markers are seen"):
         board_views(BOARD, board_films([folder])[0])
 

@@ -86,9 +86,8 @@ def test_the_largest_square_fits_and_a_larger_one_does_not(paper):
     largest = largest_square(5, 7, paper)
     board_pdf(checked_board("charuco", 5, 7, largest), paper)
     assert default_square(5, 7, paper) <= largest
-    with pytest.raises(
-        UserError, match=f"do not fit --paper {paper} with a margin of 10 mm: allowed: up to {largest:g} mm"
-    ):
+    too_large = f"do not fit --paper {paper} with a margin of 10 mm: allowed: up to {largest:g} mm"
+    with pytest.raises(UserError, match=too_large):
         board_pdf(checked_board("charuco", 5, 7, largest + 0.1), paper)
 
 

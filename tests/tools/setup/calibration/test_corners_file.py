@@ -3,6 +3,10 @@
 import shutil
 import struct
 import zlib
+from copy import deepcopy
+from dataclasses import replace
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 
 import msgspec
@@ -13,7 +17,7 @@ from tests.support.board_pictures import before, board_video, picture_folder, pi
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.board import Board, checked_board
 from zenocap.tools.setup.calibration.board_films import board_films, board_views, searchable_films
-from zenocap.tools.setup.calibration.board_views import CameraViews
+from zenocap.tools.setup.calibration.board_views import CameraViews, View
 from zenocap.tools.setup.calibration.corners_file import FORMAT, packed, parsed, read_corners, write_corners
 from zenocap.tools.setup.calibration.detection import detected
 
@@ -49,40 +53,32 @@ def corners(films, tmp_path_factory) -> Path:
     return folder
 
 
-def assert_same(first: tuple[Board, list[CameraViews]], second: tuple[Board, list[CameraViews]]) -> None:
-    """Bit for bit."""
-    assert first[0] == second[0]
-    assert len(first[1]) == len(second[1])
-    for one, other in zip(first[1], second[1], strict=True):
-        for name in ("name", "size", "period_s", "looks", "still", "coverage"):
-            assert getattr(one, name) == getattr(other, name)
-        assert len(one.views) == len(other.views)
-        for view, same in zip(one.views, other.views, strict=True):
-            assert view.time_s == same.time_s
-            for array in ("ids", "pixels", "velocities"):
-                assert getattr(view, array).dtype == getattr(same, array).dtype
-                assert getattr(view, array).tobytes() == getattr(same, array).tobytes()
+def exact(board: Board, seen: list[CameraViews]) -> list[object]:
+    """All that is seen, with the bytes of arrays."""
+
+    def arrays(view: View) -> list[object]:
+        return [view.time_s, *((one.dtype, one.shape, one.tobytes()) for one in (view.ids, view.pixels, view.velocities))]
+
+    return [board, *((replace(one, views=()), one.coverage, [arrays(view) for view in one.views]) for one in seen)]
+
+
+def viewed(*paths: Path, board: Board | None = None) -> tuple[Board, list[CameraViews]]:
+    return board_views(board or BOARD, board_films(paths)[0])
 
 
 @pytest.mark.nightly
-def test_the_views_are_those_of_the_videos(films, corners):
-    of_videos = board_views(BOARD, board_films([films])[0])
-    found, notes = board_films([corners])
-    assert notes == ["sync.toml: cam01 +0.000 s, cam02 -0.123 s"]
+def test_the_views_are_those_of_the_videos_also_where_both_are_mixed(films, corners, tmp_path):
+    of_videos = viewed(films)
+    assert board_films([corners])[1] == ["sync.toml: cam01 +0.000 s, cam02 -0.123 s"]
     assert of_videos[0] == OLD
     assert [len(one.views) > 3 for one in of_videos[1]] == [True, True]
-    assert_same(board_views(BOARD, found), of_videos)
-
-
-@pytest.mark.nightly
-def test_videos_and_corners_are_mixed_in_the_order_of_the_videos(films, corners, tmp_path):
+    assert exact(*viewed(corners)) == exact(*of_videos)
     shutil.copytree(corners, tmp_path, dirs_exist_ok=True)
     (tmp_path / "corners" / "cam02.corners").unlink()
     (tmp_path / "videos").mkdir()
     shutil.copy(films / "videos" / "cam02.mp4", tmp_path / "videos")
-    found, _ = board_films([tmp_path])
-    assert [film.path.name for film in found] == ["cam01.corners", "cam02.mp4"]
-    assert_same(board_views(BOARD, found), board_views(BOARD, board_films([films])[0]))
+    assert [film.path.name for film in board_films([tmp_path])[0]] == ["cam01.corners", "cam02.mp4"]  # as videos are
+    assert exact(*viewed(tmp_path)) == exact(*of_videos)
 
 
 @pytest.mark.nightly
@@ -94,6 +90,8 @@ def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, cor
     assert f"{tmp_path / 'corners' / 'cam01.corners'}: not used: the images of cam01 are here" in notes
     with pytest.raises(UserError, match=r"cam01.corners: .*cam01.mp4 exists too: allowed: one"):
         board_films([tmp_path / "videos" / "cam01.mp4", tmp_path / "corners" / "cam01.corners"])
+    with pytest.raises(UserError, match=r"corners and no images: allowed: a folder with videos"):
+        searchable_films([tmp_path / "corners" / "cam01.corners"])
 
 
 @pytest.mark.nightly
@@ -101,11 +99,11 @@ def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     shown = pictures(BOARD)[:3]
     picture_folder(tmp_path / "left", shown, ["a.png", "b.png", "d.png"])
     picture_folder(tmp_path / "right", [np.full((240, 320), 150, np.uint8), *shown[:2]], ["b.png", "c.png", "d.png"])
-    of_pictures = board_views(BOARD, board_films([tmp_path])[0])
+    of_pictures = viewed(tmp_path)
     assert [[view.time_s for view in one.views] for one in of_pictures[1]] == [[0.0, 1.0, 3.0], [2.0, 3.0]]
-    there = tmp_path / "there"
-    write_corners(there / "left.corners", detected(BOARD, tmp_path / "left", "left"))
-    assert_same(board_views(BOARD, board_films([there / "left.corners", tmp_path / "right"])[0]), of_pictures)
+    there = tmp_path / "there" / "left.corners"
+    write_corners(there, detected(BOARD, tmp_path / "left", "left"))
+    assert exact(*viewed(there, tmp_path / "right")) == exact(*of_pictures)
 
 
 @pytest.mark.slow
@@ -120,16 +118,18 @@ def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(
 
 
 @pytest.mark.nightly
-def test_the_corners_of_another_board_are_refused(corners):
-    for other, words in (
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
         (checked_board("charuco", 5, 6, 36.0), "board.square_m = 0.035: allowed: 0.036, as in the options"),
         (checked_board("charuco", 6, 6, 35.0), "board.columns = 5: allowed: 6, as in the options"),
         (checked_board("aprilgrid", 5, 6, 35.0), "board.kind = charuco: allowed: aprilgrid, as in the options"),
         (checked_board("charuco", 5, 6, 35.0, 20.0), "board.marker_m = 0.02625: allowed: 0.02, as in the options"),
-    ):
-        with pytest.raises(UserError) as error:
-            board_views(other, board_films([corners])[0])
-        assert f"cam01.corners: {words}" in str(error.value)
+    ],
+)
+def test_the_corners_of_another_board_are_refused(corners, other, words):
+    with pytest.raises(UserError, match=f"cam01.corners: {words}"):
+        viewed(corners, board=other)
 
 
 @pytest.mark.nightly
@@ -139,7 +139,7 @@ def test_a_board_that_other_cameras_see_with_exchanged_colours_is_refused(corner
     film = board_video(tmp_path / "v" / "cam02.mp4", exchanged, FPS)
     write_corners(tmp_path / "cam02.corners", detected(BOARD, film, "cam02"))
     with pytest.raises(UserError, match=r"cam01.corners: the board is seen with another pattern or with exchanged colours"):
-        board_views(BOARD, board_films([tmp_path])[0])
+        viewed(tmp_path)
 
 
 def test_a_film_without_the_board_is_named_with_the_reason(tmp_path):
@@ -156,30 +156,22 @@ def content(corners) -> dict:
 
 def changed(content: dict, key: str, value: object) -> bytes:
     """A whole file with another value."""
-    one = msgspec.msgpack.decode(msgspec.msgpack.encode(content))
-    place, parts = one, [int(part) if part.isdecimal() else part for part in key.split(".")]
-    for part in parts[:-1]:
-        place = place[part]
-    place[parts[-1]] = value(place[parts[-1]]) if callable(value) else value
+    one = deepcopy(content)
+    *parents, last = (int(part) if part.isdecimal() else part for part in key.split("."))
+    place = reduce(getitem, parents, one)
+    place[last] = value(place[last]) if callable(value) else value
     return FORMAT.with_header(msgspec.msgpack.encode(one))
 
 
-def array(kind: str, change):
-    """Change an array in its bytes."""
+def put(kind: str, place, value):
+    """Change values of an array in its bytes."""
 
     def apply(data: bytes) -> bytes:
         values = np.frombuffer(data, dtype=kind).copy()
-        change(values)
+        values[place] = value
         return values.tobytes()
 
     return apply
-
-
-def put(place, value):
-    def change(values):
-        values[place] = value
-
-    return change
 
 
 WRONG = [
@@ -206,20 +198,16 @@ WRONG = [
     ("variants.0.inverted", True, r"variants = .*allowed: "),
     ("variants.1.views", None, r"variants = no views: allowed"),
     ("variants.1.views.times", b"", r"times = 0 bytes: allowed: 8 bytes"),
-    ("variants.1.views.times", array("<f8", put(3, np.nan)), r"times = .*allowed: increasing numbers from 0 to"),
-    ("variants.1.views.times", array("<f8", put(3, 9.0)), r"times = .*allowed: increasing numbers from 0 to"),
-    ("variants.1.views.times", array("<f8", put(-1, 1e6)), r"times = 0.0 to 1000000.0: allowed: increasing"),
-    ("variants.1.views.counts", array("<u2", put(0, 5)), r"counts = 5 to \d+: allowed: 6 to 20"),
-    ("variants.1.views.counts", array("<u2", put(0, 65535)), r"counts = \d+ to 65535: allowed: 6 to 20"),
-    ("variants.1.views.ids", array("<u2", put(0, 19)), r"views\[0\].ids = .*allowed: increasing numbers below 20"),
+    ("variants.1.views.times", put("<f8", 3, np.nan), r"times = .*allowed: increasing numbers from 0 to"),
+    ("variants.1.views.times", put("<f8", 3, 9.0), r"times = .*allowed: increasing numbers from 0 to"),
+    ("variants.1.views.times", put("<f8", -1, 1e6), r"times = 0.0 to 1000000.0: allowed: increasing"),
+    ("variants.1.views.counts", put("<u2", 0, 5), r"counts = 5 to \d+: allowed: 6 to 20"),
+    ("variants.1.views.counts", put("<u2", 0, 65535), r"counts = \d+ to 65535: allowed: 6 to 20"),
+    ("variants.1.views.ids", put("<u2", 0, 19), r"views\[0\].ids = .*allowed: increasing numbers below 20"),
     ("variants.1.views.ids", lambda data: data[:-2], r"ids = \d+ bytes: allowed: \d+ bytes"),
-    ("variants.1.views.pixels", array("<f8", put(0, np.inf)), r"pixels = \[inf, .*allowed: in the image of 320 x 240 px"),
-    ("variants.1.views.pixels", array("<f8", put(1, -9.0)), r"pixels = .*-9.0\]: allowed: in the image of 320 x 240 px"),
-    (
-        "variants.1.views.pixels",
-        array("<f8", put(slice(None), 100.0)),
-        r"allowed: corners of a board that is seen from the",
-    ),
+    ("variants.1.views.pixels", put("<f8", 0, np.inf), r"pixels = \[inf, .*allowed: in the image of 320 x 240 px"),
+    ("variants.1.views.pixels", put("<f8", 1, -9.0), r"pixels = .*-9.0\]: allowed: in the image of 320 x 240 px"),
+    ("variants.1.views.pixels", put("<f8", slice(None), 100.0), r"allowed: corners of a board that is seen from the"),
     ("variants.1.views.pixels", lambda data: data + data, r"pixels = \d+ bytes: allowed: \d+ bytes"),
     ("more", 1, r"Object contains unknown field `more`"),
 ]
@@ -286,8 +274,3 @@ def test_the_checksum_is_that_of_the_content(corners):
     assert (version, checksum, length) == (1, zlib.crc32(data[-length:]), len(data) - FORMAT.header.size)
     path = Path("x.corners")
     assert packed(path, parsed(path, data)) == data
-
-
-def test_corner_files_are_not_searched(corners):
-    with pytest.raises(UserError, match=r"corners and no images: allowed: a folder with videos"):
-        searchable_films([corners / "corners" / "cam01.corners"])

@@ -8,31 +8,41 @@ import pytest
 
 from tests.support.moving_balls import mask_of, ring
 from tests.tools.judge.test_view_lag import messages
+from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
-from zenocap.common.lags.tangents import outline_of
+from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.tools.setup.calibration.drift import Drift, drift_of, moved_camera
 from zenocap.tools.setup.calibration.drift_report import contradicts, corrected, drift_data, drift_lines, take_drift
 
 CAMERAS = ring((0, 70, 150, 250))
 TURN, SHIFT = np.radians([0.4, 0.9, -0.3]), np.array([0.05, 0.0, 0.02])
+TURNED, SHIFTED = np.concatenate([TURN, np.zeros(3)]), np.concatenate([TURN, SHIFT])
 
 
-def found_with(cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera], count: int = 60) -> Drift:
-    """Drift found from what `cameras` see, when the calibration says `calibrated`."""
-    instants = []
+def with_moved(motions: Mapping[str, Floats], cameras: Mapping[str, Camera] = CAMERAS) -> dict[str, Camera]:
+    return dict(cameras) | {name: moved_camera(cameras[name], motion) for name, motion in motions.items()}
+
+
+def instants(cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera], count: int = 60) -> list[dict[str, Outline]]:
+    """What `cameras` see, when the calibration says `calibrated`."""
+    found = []
     for k in range(count):
         seen = {name: outline_of(calibrated[name], mask_of(camera, 0.25 * k), 0.0) for name, camera in cameras.items()}
-        instants.append({name: one for name, one in seen.items() if one is not None})
-    return drift_of(calibrated, instants)
+        found.append({name: one for name, one in seen.items() if one is not None})
+    return found
+
+
+def found_with(cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera] = CAMERAS) -> Drift:
+    return drift_of(calibrated, instants(cameras, calibrated))
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", ["cam01", "cam03"])
-@pytest.mark.parametrize("motion", [np.concatenate([TURN, np.zeros(3)]), np.concatenate([TURN, SHIFT])])
+@pytest.mark.parametrize("motion", [TURNED, SHIFTED], ids=["turned", "and shifted"])
 def test_a_moved_camera_is_named_with_its_new_pose(name, motion):
-    now = dict(CAMERAS) | {name: moved_camera(CAMERAS[name], motion)}
-    found = found_with(now, CAMERAS)
+    now = with_moved({name: motion})
+    found = found_with(now)
     assert [one.name for one in found.moved] == [name]
     one = found.moved[0]
     assert one.after_px < 0.6 < one.before_px
@@ -45,15 +55,13 @@ def test_a_moved_camera_is_named_with_its_new_pose(name, motion):
 
 @pytest.mark.nightly
 def test_two_moved_cameras_are_named():
-    now = dict(CAMERAS)
-    for name, sign in (("cam02", 1.0), ("cam04", -1.0)):
-        now[name] = moved_camera(CAMERAS[name], np.concatenate([sign * TURN, np.zeros(3)]))
-    assert {one.name for one in found_with(now, CAMERAS).moved} == {"cam02", "cam04"}
+    found = found_with(with_moved({"cam02": TURNED, "cam04": -TURNED}))
+    assert {one.name for one in found.moved} == {"cam02", "cam04"}
 
 
 @pytest.mark.nightly
 def test_unmoved_cameras_are_not_named():
-    found = found_with(CAMERAS, CAMERAS)
+    found = found_with(CAMERAS)
     assert found.moved == ()
     assert not contradicts(found)
     assert drift_lines(found)[-1] == "no camera was moved"
@@ -62,8 +70,7 @@ def test_unmoved_cameras_are_not_named():
 
 def test_of_two_cameras_none_is_named():
     two = {name: CAMERAS[name] for name in ("cam01", "cam02")}
-    now = two | {"cam01": moved_camera(two["cam01"], np.concatenate([3 * TURN, np.zeros(3)]))}
-    found = found_with(now, two)
+    found = found_with(with_moved({"cam01": 3 * TURNED}, two), two)
     assert found.moved == ()
     assert contradicts(found)
     assert "two cameras do not show which one was moved" in drift_lines(found)[-1]
@@ -71,8 +78,7 @@ def test_of_two_cameras_none_is_named():
 
 @pytest.mark.nightly
 def test_the_corrected_calibration_is_right_at_its_own_size():
-    now = dict(CAMERAS) | {"cam03": moved_camera(CAMERAS["cam03"], np.concatenate([TURN, SHIFT]))}
-    found = found_with(now, CAMERAS)
+    found = found_with(with_moved({"cam03": SHIFTED}))
     large = {name: camera.resized((1280, 960)) for name, camera in CAMERAS.items()}
     written = corrected(found, CAMERAS, large)
     assert written["cam03"].size == (1280, 960)
@@ -83,8 +89,8 @@ def test_the_corrected_calibration_is_right_at_its_own_size():
 
 @pytest.mark.nightly
 def test_another_calibration_is_not_corrected():
-    now = dict(CAMERAS) | {"cam03": moved_camera(CAMERAS["cam03"], np.concatenate([TURN, SHIFT]))}
-    found = found_with(now, CAMERAS)
+    now = with_moved({"cam03": SHIFTED})
+    found = found_with(now)
     with pytest.raises(UserError, match=r"cam03: the calibration has it turned by 1\.03 degrees and .* mm away"):
         corrected(found, CAMERAS, now)
     with pytest.raises(UserError, match="no camera 'cam04', which is in the take; there are: cam01, cam02, cam03"):
@@ -93,23 +99,20 @@ def test_another_calibration_is_not_corrected():
 
 @pytest.mark.nightly
 def test_a_camera_that_cannot_be_compared_is_named_and_is_not_called_unmoved():
-    instants = []
-    for k in range(60):
-        seen = {name: outline_of(camera, mask_of(camera, 0.25 * k), 0.0) for name, camera in CAMERAS.items()}
-        instants.append({name: one for name, one in seen.items() if one is not None})
-    rarely = [{name: one for name, one in seen.items() if name != "cam02" or k < 5} for k, seen in enumerate(instants)]
+    seen_by_all = instants(CAMERAS, CAMERAS)
+    rarely = [{name: one for name, one in seen.items() if name != "cam02" or k < 5} for k, seen in enumerate(seen_by_all)]
     found = drift_of(CAMERAS, rarely)
     assert found.unchecked == ("cam02",)
     assert contradicts(found)
     assert any("not checked: cam02" in line for line in drift_lines(found))
-    hidden = [{name: replace(one, cut=np.ones_like(one.cut)) for name, one in seen.items()} for seen in instants]
+    hidden = [{name: replace(one, cut=np.ones_like(one.cut)) for name, one in seen.items()} for seen in seen_by_all]
     with pytest.raises(ValueError, match="no two cameras show the person whole"):
         drift_of(CAMERAS, hidden)
 
 
 def test_few_instants_are_refused():
     with pytest.raises(ValueError, match="seen by two cameras at 5 instants: allowed: 12 or more"):
-        found_with(CAMERAS, CAMERAS, 5)
+        drift_of(CAMERAS, instants(CAMERAS, CAMERAS, 5))
 
 
 @pytest.mark.slow

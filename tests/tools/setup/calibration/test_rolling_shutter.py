@@ -7,7 +7,7 @@ import pytest
 from tests.support.board_views import BOARD, board_views, room
 from tests.support.stored import stored
 from zenocap.common.camera.lens import Lens
-from zenocap.tools.setup.calibration.board_calibration import BoardCalibration, CalibratedCamera, calibrated_rig
+from zenocap.tools.setup.calibration.board_calibration import BoardCalibration, calibrated_rig
 from zenocap.tools.setup.calibration.board_report import report, report_data
 from zenocap.tools.setup.calibration.parameters import LEAST_READOUT_S
 
@@ -49,18 +49,15 @@ def test_cameras_that_are_only_late_have_none():
     assert not any("rolling" in line for line in report(found))
 
 
-def camera_with(rolled: BoardCalibration, readout_s: float, error_s: float) -> CalibratedCamera:
-    return replace(rolled.cameras[0], readout_s=readout_s, readout_error_s=error_s)
-
-
 def test_small_or_uncertain_times_are_not_named_and_turned_images_are(rolled):
-    assert not camera_with(rolled, 0.9 * LEAST_READOUT_S, 0.0001).rolling_shutter
-    assert not camera_with(rolled, 0.02, 0.01).rolling_shutter
-    turned = camera_with(rolled, -0.02, 0.001)
-    assert turned.rolling_shutter
-    lines = report(replace(rolled, cameras=(turned,)))
-    assert "rolling shutter of about 20 ms ± 1 in cam01" in "\n".join(lines)
-    assert any("turned by 180 degrees" in line for line in lines)
+    small, uncertain, turned = (
+        replace(rolled.cameras[0], readout_s=readout_s, readout_error_s=error_s)
+        for readout_s, error_s in ((0.9 * LEAST_READOUT_S, 0.0001), (0.02, 0.01), (-0.02, 0.001))
+    )
+    assert [one.rolling_shutter for one in (small, uncertain, turned)] == [False, False, True]
+    text = "\n".join(report(replace(rolled, cameras=(turned,))))
+    assert "rolling shutter of about 20 ms ± 1 in cam01" in text
+    assert "turned by 180 degrees" in text
 
 
 @pytest.mark.nightly

@@ -13,11 +13,16 @@ from zenocap.tools.setup.cameras.away import AWAY, copy_commands, detect_command
 PLACES = {"cam01": ("lab1", '/home/a "b"/films/x'), "cam02": ("lab2", "/home/c/films/x")}
 
 
-def test_missing_videos_are_named_until_they_are_copied(tmp_path: Path) -> None:
-    folder = tmp_path / "my walk"
-    (folder / "videos").mkdir(parents=True)
-    require_copied(folder)
-    write_away(folder, PLACES)
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A film whose videos are away."""
+    (tmp_path / "my walk" / "videos").mkdir(parents=True)
+    require_copied(tmp_path / "my walk")  # nothing is away yet
+    write_away(tmp_path / "my walk", PLACES)
+    return tmp_path / "my walk"
+
+
+def test_missing_videos_are_named_until_they_are_copied(folder: Path) -> None:
     with pytest.raises(UserError, match="cam01 on lab1, cam02 on lab2: allowed: all videos in the folder"):
         board_films([folder])
     (folder / "videos" / "cam01.mkv").touch()
@@ -47,19 +52,14 @@ def test_the_commands_copy_videos_and_times(tmp_path: Path) -> None:
     assert (here / "times" / "cam01.csv").read_bytes() == b"times"
 
 
-def test_corners_do_in_place_of_videos_for_a_board_only(tmp_path: Path) -> None:
-    folder = tmp_path / "my walk"
-    (folder / "videos").mkdir(parents=True)
+def test_corners_do_in_place_of_videos_for_a_board_only(folder: Path) -> None:
     (folder / "videos" / "cam01.mkv").touch()
-    write_away(folder, PLACES)
     with pytest.raises(UserError, match="cam02 on lab2: allowed: all videos in the folder; film with --fetch") as caught:
         board_films([folder])
     text = str(caught.value)
     assert "or the corners of the board, detected there, in place of videos:\n" in text
-    for command in (
-        *copy_commands(folder, {"cam02": PLACES["cam02"]}),
-        *detect_commands(folder, {"cam02": PLACES["cam02"]}),
-    ):
+    missing = {"cam02": PLACES["cam02"]}
+    for command in (*copy_commands(folder, missing), *detect_commands(folder, missing)):
         assert f"\n  {command}" in text
     (folder / "corners").mkdir()
     (folder / "corners" / "cam02.corners").touch()

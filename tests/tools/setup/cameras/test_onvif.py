@@ -50,16 +50,6 @@ def test_streams_have_profile_encoding_size_and_address():
 
 
 @pytest.mark.slow
-def test_the_password_is_sent_as_a_digest_with_the_time_of_the_device():
-    with SimulatedOnvif(STREAMS, user=("admin", "p&<ß")) as device:
-        assert len(streams_of(device.address, User("admin", "p&<ß"))) == 2
-        with pytest.raises(UserError, match="user or password is wrong"):
-            streams_of(device.address, User("admin", "other"))
-        with pytest.raises(UserError, match="it wants a user: --user NAME"):
-            streams_of(device.address, None)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("uri", ["file:///etc/passwd", "http://127.0.0.1/x", "rtsp://", "rtsp://host:99999/", "nothing"])
 def test_addresses_that_are_not_of_rtsp_are_left_out(uri):
     with SimulatedOnvif({"main": uri}) as device:

@@ -13,6 +13,7 @@ from zenocap.tools.setup.cameras.onvif_device import streams_of
 from zenocap.tools.setup.cameras.onvif_http import User, trusted
 from zenocap.tools.setup.certificates.authority import issue, key_pem, new_authority, pem
 
+pytestmark = pytest.mark.slow
 STREAMS = {"main": "rtsp://127.0.0.1:1/live"}
 ADMIN = User("admin", "p&<ß")
 
@@ -29,7 +30,6 @@ def certified(folder: Path, host: str) -> tuple[ssl.SSLContext, Path]:
     return context, folder / "authority.pem"
 
 
-@pytest.mark.slow
 def test_a_trusted_certificate_is_taken_and_another_one_refused(tmp_path):
     tls, authority = certified(tmp_path, LOOPBACK)
     with SimulatedOnvif(STREAMS, ("admin", ADMIN.password), tls=tls) as device:
@@ -42,7 +42,6 @@ def test_a_trusted_certificate_is_taken_and_another_one_refused(tmp_path):
         assert len(streams_of(device.address, ADMIN, trusted(any_certificate=True))) == 1
 
 
-@pytest.mark.slow
 def test_a_certificate_of_another_host_is_refused(tmp_path):
     tls, authority = certified(tmp_path, "10.0.0.9")
     with (
@@ -52,9 +51,9 @@ def test_a_certificate_of_another_host_is_refused(tmp_path):
         streams_of(device.address, None, trusted(authority))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("algorithms", [("MD5",), ("SHA-256",), ("MD5", "SHA-256"), ("SHA-512-256", "MD5")])
-def test_http_digest_with_the_password_and_not_with_another(algorithms):
+@pytest.mark.parametrize("algorithms", [(), ("MD5",), ("SHA-256",), ("MD5", "SHA-256"), ("SHA-512-256", "MD5")])
+def test_streams_with_the_password_and_not_with_another(algorithms):
+    """With HTTP digest; without one as ONVIF's own digest, with the time of the device."""
     with SimulatedOnvif(STREAMS, ("admin", ADMIN.password), digest=algorithms) as device:
         assert len(streams_of(device.address, ADMIN)) == 1
         with pytest.raises(UserError, match="user or password is wrong"):
@@ -63,7 +62,6 @@ def test_http_digest_with_the_password_and_not_with_another(algorithms):
             streams_of(device.address, None)
 
 
-@pytest.mark.slow
 def test_a_nonce_that_expires_is_followed():
     class Forgetful(SimulatedOnvif):
         def answer(self, body: bytes) -> str:
@@ -74,7 +72,6 @@ def test_a_nonce_that_expires_is_followed():
         assert len(streams_of(device.address, ADMIN)) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("algorithms", [("SHA-512-256",), ("MD5-sess",)])
 def test_other_authentications_are_named(algorithms):
     class Basic(SimulatedOnvif):
@@ -97,7 +94,6 @@ def test_the_command_takes_the_certificate(tmp_path):
             assert (status, STREAMS["main"] in text) == (0, True)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [

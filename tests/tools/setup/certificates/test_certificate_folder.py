@@ -51,19 +51,23 @@ def test_renewed_certificates_are_signed_by_the_same_authority(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("file", "content", "message"),
     [
-        (lambda folder: (folder / "authority-key.pem").unlink(), r"authority-key\.pem: missing beside the other half"),
-        (lambda folder: (folder / "authority.pem").unlink(), r"authority\.pem: missing beside the other half"),
-        (lambda folder: (folder / "authority.pem").write_text("x"), r"authority\.pem: no certificate"),
-        (lambda folder: (folder / "viewer-1.pem").unlink(), r"viewer-1\.pem: missing beside its key"),
-        (lambda folder: (folder / "viewer-1.pem").write_text("x"), r"viewer-1\.pem: no certificate"),
+        ("authority-key.pem", None, "missing beside the other half"),
+        ("authority.pem", None, "missing beside the other half"),
+        ("authority.pem", "x", "no certificate"),
+        ("viewer-1.pem", None, "missing beside its key"),
+        ("viewer-1.pem", "x", "no certificate"),
     ],
 )
-def test_missing_or_damaged_file_is_named_in_the_error(tmp_path: Path, change: object, message: str) -> None:
+def test_missing_or_damaged_file_is_named_in_the_error(
+    tmp_path: Path, file: str, content: str | None, message: str
+) -> None:
     certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
-    change(tmp_path)  # type: ignore[operator]
-    with pytest.raises(UserError, match=message):
+    (tmp_path / file).unlink()
+    if content is not None:
+        (tmp_path / file).write_text(content)
+    with pytest.raises(UserError, match=f"{file}: {message}"):
         certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
 
 

@@ -11,32 +11,9 @@ from hypothesis import strategies as st
 from tests.support.built_messages import built
 from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, Health, ServiceInfo
 from zenocap.common.runtime.clock_offset import Offset
+from zenocap.tools.setup.doctor import machine_checks as machine
+from zenocap.tools.setup.doctor import network_checks as net
 from zenocap.tools.setup.doctor.finding import CheckResult
-from zenocap.tools.setup.doctor.machine_checks import (
-    Certificate,
-    Disk,
-    Endpoint,
-    Port,
-    SourceState,
-    check_certificate,
-    check_compiled,
-    check_disk,
-    check_endpoint,
-    check_file,
-    check_port,
-    check_source,
-)
-from zenocap.tools.setup.doctor.network_checks import (
-    NetworkState,
-    check_clocks,
-    check_delays,
-    check_messages,
-    check_open,
-    check_pictures,
-    check_presence,
-    check_rigs,
-    check_versions,
-)
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
 FRAME_NS = 33_000_000
@@ -57,31 +34,62 @@ def health(name: tuple[str, str], offset_ns: int = 0, **counts: int) -> Health:
     )  # fmt: skip
 
 
-def verdicts(findings: list[CheckResult]) -> list[str]:
-    return [finding.verdict for finding in findings]
-
-
-def network(*infos: ServiceInfo, **changes: object) -> NetworkState:
+def network(*infos: ServiceInfo, **changes: object) -> net.NetworkState:
     by_service = {(one.service, one.id): one for one in infos}
-    return replace(NetworkState(None, frozenset(by_service), dict(by_service)), **changes)  # type: ignore[arg-type]
+    return replace(net.NetworkState(None, frozenset(by_service), dict(by_service)), **changes)  # type: ignore[arg-type]
 
 
-def test_differing_rig_file_is_reported_with_its_machine() -> None:
-    (found,) = check_rigs("abc", network(service_info(ONE), service_info(TWO, digest="xyz")))
-    assert found.verdict == "wrong"
-    assert "viewer 2 on pc-2" in found.words
-    assert "xyz" in found.words
-    assert verdicts(check_rigs("abc", network(service_info(ONE), service_info(TWO)))) == ["ok"]
+BOTH = network(service_info(ONE), service_info(TWO))
+OTHER_RIG = network(service_info(ONE), service_info(TWO, digest="xyz"))
+UNREADABLE = network(about={ONE: "ServiceInfo: Invalid enum value 2"}, alive=frozenset({ONE, TWO}))
+FAULTY = network(health={ONE: health(ONE, rejected_invalid=3, rejected_names=4), TWO: health(TWO, step_errors=2)})
+EXPECTED = [ONE, TWO, INTEGRATOR, ("recognizer", "main")]
+STOPPED = net.NetworkState("stopped while waiting")
+PART = network(service_info(ONE), service_info(INTEGRATOR))
 
 
-def test_service_without_readable_info_is_reported() -> None:
-    unreadable = replace(
-        network(service_info(ONE)), about={ONE: "ServiceInfo: Invalid enum value 2"}, alive=frozenset({ONE, TWO})
-    )
-    found = check_rigs("abc", unreadable)
-    assert verdicts(found) == ["warning", "warning"]
-    assert "viewer 1: its reply cannot be decoded" in found[0].words
-    assert "viewer 2" in found[1].words
+FINDINGS = {  # of the network, and their expected verdicts and texts
+    "same rig file": (net.check_rigs("abc", BOTH), [("ok", "the same for all 2 running services")]),
+    "another rig file": (
+        net.check_rigs("abc", OTHER_RIG),
+        [("wrong", "viewer 2 on pc-2 runs with another rig file or calibration (xyz)")],
+    ),
+    "unreadable": (
+        net.check_rigs("abc", UNREADABLE),
+        [("warning", "viewer 1: its reply cannot be decoded"), ("warning", "viewer 2")],
+    ),
+    "no clocks": (net.check_clocks(network(), FRAME_NS), []),
+    "own clock": (
+        net.check_clocks(network(offset=Offset(500_000_000, 100_000)), FRAME_NS),
+        [("warning", "this machine: its clock is 500.0 ms ahead")],
+    ),
+    "good messages": (net.check_messages(network(health={ONE: health(ONE)})), [("ok", "all valid")]),
+    "bad messages": (
+        net.check_messages(FAULTY),
+        [("warning", "viewer 1 has rejected 7"), ("warning", "viewer 2: 2 steps failed")],
+    ),
+    "no service": (net.check_presence(EXPECTED, network(), "studio.toml"), [("ok", "no service is running")]),
+    "some services": (
+        net.check_presence(EXPECTED, PART, "studio.toml"),
+        [("ok", "running"), ("ok", "running"), ("warning", "not on the network"), ("warning", "not on the network")],
+    ),
+    "closed": ([net.check_open(STOPPED, secured=True)], [("wrong", "stopped while waiting")]),
+    "open": ([net.check_open(network(), secured=True)], [("ok", "open")]),
+}
+
+
+@pytest.mark.parametrize(("findings", "expected"), FINDINGS.values(), ids=FINDINGS)
+def test_faults_of_the_network_are_reported(findings: list[CheckResult], expected: list[tuple[str, str]]) -> None:
+    assert len(findings) == len(expected)
+    for finding, (verdict, words) in zip(findings, expected, strict=True):
+        assert finding.verdict == verdict
+        assert words in finding.words
+
+
+def test_the_remedy_is_the_command_that_starts_a_service_or_the_certificate() -> None:
+    found = net.check_presence(EXPECTED, PART, "studio.toml")
+    assert found[2].remedy.endswith("zenocap viewer studio.toml --id 2")
+    assert "certificate" in net.check_open(STOPPED, secured=True).remedy
 
 
 @pytest.mark.parametrize(
@@ -96,72 +104,46 @@ def test_service_without_readable_info_is_reported() -> None:
     ],
 )
 def test_differing_versions_are_reported(versions: dict[str, str], expected: list[str]) -> None:
-    assert verdicts(check_versions(HERE, network(service_info(ONE), service_info(TWO, **versions)))) == expected
+    found = net.check_versions(HERE, network(service_info(ONE), service_info(TWO, **versions)))
+    assert [finding.verdict for finding in found] == expected
 
 
 @given(st.integers(min_value=-(10**12), max_value=10**12))
 def test_clock_offset_above_a_quarter_frame_is_a_warning(offset_ns: int) -> None:
-    found = check_clocks(network(health={ONE: health(ONE, offset_ns)}), FRAME_NS)
-    assert verdicts(found) == (["warning"] if abs(offset_ns) > FRAME_NS / 4 else ["ok"])
-
-
-def test_clock_of_this_machine_is_checked() -> None:
-    (found,) = check_clocks(network(offset=Offset(500_000_000, 100_000)), FRAME_NS)
-    assert found.verdict == "warning"
-    assert found.words.startswith("this machine: its clock is 500.0 ms ahead")
-    assert check_clocks(network(), FRAME_NS) == []
-
-
-def test_rejected_messages_and_failing_steps_are_reported() -> None:
-    faulty = network(health={ONE: health(ONE, rejected_invalid=3, rejected_names=4), TWO: health(TWO, step_errors=2)})
-    found = check_messages(faulty)
-    assert verdicts(found) == ["warning", "warning"]
-    assert "viewer 1 has rejected 7" in found[0].words
-    assert verdicts(check_messages(network(health={ONE: health(ONE)}))) == ["ok"]
-
-
-def test_missing_service_is_reported_with_its_start_command() -> None:
-    expected = [ONE, TWO, INTEGRATOR, ("recognizer", "main")]
-    found = check_presence(expected, network(service_info(ONE), service_info(INTEGRATOR)), "studio.toml")
-    assert verdicts(found) == ["ok", "ok", "warning", "warning"]
-    assert found[2].remedy.endswith("zenocap viewer studio.toml --id 2")
-    assert verdicts(check_presence(expected, network(), "studio.toml")) == ["ok"]
-
-
-def test_network_that_cannot_be_opened_is_reported() -> None:
-    found = check_open(NetworkState("stopped while waiting"), secured=True)
-    assert found.verdict == "wrong"
-    assert "certificate" in found.remedy
-    assert check_open(network(), secured=True).verdict == "ok"
+    (found,) = net.check_clocks(network(health={ONE: health(ONE, offset_ns)}), FRAME_NS)
+    assert found.verdict == ("warning" if abs(offset_ns) > FRAME_NS / 4 else "ok")
 
 
 @pytest.mark.parametrize(
     ("finding", "verdict"),
     [
-        (check_endpoint(Endpoint("tcp/a:1")), "ok"),
-        (check_endpoint(Endpoint("tcp/a:1", "Connection refused")), "wrong"),
-        (check_endpoint(Endpoint("tls/a:1", "its certificate is not accepted: self-signed", trusted=False)), "wrong"),
-        (check_source(SourceState("1", "good", "", True)), "ok"),
-        (check_source(SourceState("1", "used", "", False)), "ok"),
-        (check_source(SourceState("1", "missing", "", True)), "wrong"),
-        (check_source(SourceState("1", "missing", "", False)), "warning"),
-        (check_source(SourceState("1", "size", "", False)), "wrong"),
-        (check_disk(Disk(Path("x"), None, 10**12)), "ok"),
-        (check_disk(Disk(Path("x"), None, None)), "ok"),
-        (check_disk(Disk(Path("x"), None, 10**8)), "warning"),
-        (check_disk(Disk(Path("x"), "cannot be written to", None)), "wrong"),
-        (check_port(Port("page", "animator.page.port", "a:1")), "ok"),
-        (check_port(Port("page", "animator.page.port", "a:1", "in use")), "wrong"),
-        (check_port(Port("page", "animator.page.port", "a:1", "in use", ours=True)), "ok"),
-        (check_certificate(Certificate("router", None, NOW + timedelta(days=100)), NOW), "ok"),
-        (check_certificate(Certificate("router", None, NOW + timedelta(days=10)), NOW), "warning"),
-        (check_certificate(Certificate("router", None, NOW), NOW), "wrong"),
-        (check_certificate(Certificate("router", "no file", None), NOW), "wrong"),
-        (check_certificate(Certificate("router", None, NOW + timedelta(days=100), True), NOW), "wrong"),
-        (check_compiled([]), "ok"),
-        (check_compiled(["tracking"]), "warning"),
-        (check_file("postures", None), "ok"),
-        (check_file("postures", "no such file"), "wrong"),
+        (machine.check_endpoint(machine.Endpoint("tcp/a:1")), "ok"),
+        (machine.check_endpoint(machine.Endpoint("tcp/a:1", "Connection refused")), "wrong"),
+        (
+            machine.check_endpoint(machine.Endpoint("tls/a:1", "TLS fails", trusted=False)),
+            "wrong",
+        ),
+        (machine.check_source(machine.SourceState("1", "good", "", True)), "ok"),
+        (machine.check_source(machine.SourceState("1", "used", "", False)), "ok"),
+        (machine.check_source(machine.SourceState("1", "missing", "", True)), "wrong"),
+        (machine.check_source(machine.SourceState("1", "missing", "", False)), "warning"),
+        (machine.check_source(machine.SourceState("1", "size", "", False)), "wrong"),
+        (machine.check_disk(machine.Disk(Path("x"), None, 10**12)), "ok"),
+        (machine.check_disk(machine.Disk(Path("x"), None, None)), "ok"),
+        (machine.check_disk(machine.Disk(Path("x"), None, 10**8)), "warning"),
+        (machine.check_disk(machine.Disk(Path("x"), "cannot be written to", None)), "wrong"),
+        (machine.check_port(machine.Port("page", "animator.page.port", "a:1")), "ok"),
+        (machine.check_port(machine.Port("page", "animator.page.port", "a:1", "in use")), "wrong"),
+        (machine.check_port(machine.Port("page", "animator.page.port", "a:1", "in use", ours=True)), "ok"),
+        (machine.check_certificate(machine.Certificate("router", None, NOW + timedelta(days=100)), NOW), "ok"),
+        (machine.check_certificate(machine.Certificate("router", None, NOW + timedelta(days=10)), NOW), "warning"),
+        (machine.check_certificate(machine.Certificate("router", None, NOW), NOW), "wrong"),
+        (machine.check_certificate(machine.Certificate("router", "no file", None), NOW), "wrong"),
+        (machine.check_certificate(machine.Certificate("router", None, NOW + timedelta(days=100), True), NOW), "wrong"),
+        (machine.check_compiled([]), "ok"),
+        (machine.check_compiled(["tracking"]), "warning"),
+        (machine.check_file("postures", None), "ok"),
+        (machine.check_file("postures", "no such file"), "wrong"),
     ],
 )
 def test_only_faults_have_a_remedy(finding: CheckResult, verdict: str) -> None:
@@ -170,20 +152,20 @@ def test_only_faults_have_a_remedy(finding: CheckResult, verdict: str) -> None:
 
 
 def test_remedy_for_an_untrusted_endpoint_is_new_certificates() -> None:
-    assert "firewall" in check_endpoint(Endpoint("tcp/a:1", "Connection refused")).remedy
-    assert "zenocap certs" in check_endpoint(Endpoint("tls/a:1", "TLS fails", trusted=False)).remedy
+    assert "firewall" in machine.check_endpoint(machine.Endpoint("tcp/a:1", "Connection refused")).remedy
+    assert "zenocap certs" in machine.check_endpoint(machine.Endpoint("tls/a:1", "TLS fails", trusted=False)).remedy
 
 
 def test_faults_of_images_are_warnings_with_what_to_change() -> None:
     fault = CameraFault(code=AdviceCode.FOCUS, value=6.0, limit=3.5, unit="px")
     faults = {"1": [fault], "2": []}
     advice = {name: CameraAdvice(frame=0, captured_ns=0, viewer=name, faults=found) for name, found in faults.items()}
-    soft, good = check_pictures(NetworkState(advice=advice))
+    soft, good = net.check_pictures(net.NetworkState(advice=advice))
     assert (soft.check, soft.verdict) == ("images of viewer 1", "warning")
     assert "6.0 px" in soft.words
     assert "focus" in soft.remedy
     assert (good.check, good.verdict) == ("images of viewer 2", "ok")
-    assert check_pictures(NetworkState()) == []
+    assert net.check_pictures(net.NetworkState()) == []
 
 
 def test_cameras_more_than_a_quarter_frame_apart_are_a_warning() -> None:
@@ -192,7 +174,7 @@ def test_cameras_more_than_a_quarter_frame_apart_are_a_warning() -> None:
         report = built(
             Health, service="integrator", id="main", state="viewer 2 40 ms late", counts={"camera_skew_us": skew_us},
         )  # fmt: skip
-        (found,) = check_delays(NetworkState(health={key: report}), 33_333_333)
+        (found,) = net.check_delays(net.NetworkState(health={key: report}), 33_333_333)
         assert (found.verdict, f"{skew_us // 1000} ms apart" in found.words) == (verdict, True)
         assert ("viewer 2 40 ms late" in found.words, "delay_ms" in found.remedy) == ((verdict == "warning"),) * 2
-    assert check_delays(NetworkState(), 33_333_333) == []
+    assert net.check_delays(net.NetworkState(), 33_333_333) == []

@@ -19,6 +19,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.viewer.people.network import load_network
 from zenocap.tools.setup.models.wheel import INSIDE, download_command
 
+pytestmark = pytest.mark.slow
 CONTENT = b"a model" * 1000
 
 
@@ -44,7 +45,6 @@ def written(folder: Path, content: bytes = CONTENT) -> tuple[Path, Path]:
     return folder / "mediapipe-0.10.21-x.whl", model
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_model_is_added_from_a_file_listed_and_removed(tmp_path: Path, which: int) -> None:
     assert "missing" in zenocap("models", "list")[1]
@@ -59,7 +59,6 @@ def test_a_model_is_added_from_a_file_listed_and_removed(tmp_path: Path, which: 
     assert "was not there" in zenocap("models", "remove", "people")[1]
 
 
-@pytest.mark.slow
 def test_another_file_is_refused_and_the_old_one_stays(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     assert zenocap("models", "add", "people", "--from", written(tmp_path)[0])[0] == 0
@@ -73,7 +72,6 @@ def test_another_file_is_refused_and_the_old_one_stays(tmp_path: Path) -> None:
     assert model_path().read_bytes() == b"damaged"
 
 
-@pytest.mark.slow
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / "broken.whl").write_bytes(b"no zip")
     for name in ("missing.whl", "missing.tflite", "broken.whl", "model.onnx"):

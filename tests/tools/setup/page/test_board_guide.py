@@ -24,9 +24,12 @@ def guide(*names: str) -> BoardGuide:
     return BoardGuide(BOARD.corners, [CameraProgress(name, SIZE) for name in names])
 
 
-def places(count: int) -> list[View]:
-    """Different places of the board."""
-    return [view(aside=(0.15 * np.cos(k), 0.15 * np.sin(k))) for k in range(count)]
+def show(one: BoardGuide, count: int, *groups: tuple[int, ...]) -> None:
+    """Show the board at `count` places to groups of cameras, one group after the other."""
+    for k in range(count):
+        place = view(aside=(0.15 * np.cos(k), 0.15 * np.sin(k)))
+        for group in groups:
+            one.add(dict.fromkeys(group, place))
 
 
 @pytest.mark.parametrize(
@@ -42,17 +45,11 @@ def places(count: int) -> list[View]:
 def test_the_tilted_side_is_the_edge_that_looks_larger(turn, side):
     one = view(turn=turn)
     assert tilted_side(one, BOARD.corners, SIZE) == side
-    if side is None:
-        return
     grid = one.pixels.reshape(BOARD.rows - 1, BOARD.columns - 1, 2)
-    lengths = {
-        "left": np.linalg.norm(grid[-1, 0] - grid[0, 0]),
-        "right": np.linalg.norm(grid[-1, -1] - grid[0, -1]),
-        "upper": np.linalg.norm(grid[0, -1] - grid[0, 0]),
-        "lower": np.linalg.norm(grid[-1, -1] - grid[-1, 0]),
-    }
-    opposite = {"left": "right", "right": "left", "upper": "lower", "lower": "upper"}[side]
-    assert lengths[side] > lengths[opposite]
+    left, right = np.linalg.norm(grid[-1] - grid[0], axis=1)[[0, -1]]
+    upper, lower = np.linalg.norm(grid[:, -1] - grid[:, 0], axis=1)[[0, -1]]
+    larger = {"left": left > right, "right": right > left, "upper": upper > lower, "lower": lower > upper}
+    assert side is None or larger[side]
 
 
 def test_a_board_at_rest_is_one_moment():
@@ -72,17 +69,14 @@ def test_first_it_asks_for_the_board_then_for_the_camera_that_has_not_seen_it():
 
 def test_while_the_graph_is_in_pieces_it_names_who_is_missing_and_is_not_ready():
     one = guide("left", "right", "door")
-    for each in places(MIN_MOMENTS):
-        one.add({0: each, 1: each})
-        one.add({2: each})
+    show(one, MIN_MOMENTS, (0, 1), (2,))
     assert one.groups() == [[0, 1], [2]]
     assert one.missing == ["door"]
     assert not one.ready
     sentence, about, _ = one.advice()
     assert "door both see it" in sentence
     assert about == "door"
-    for each in places(MIN_MOMENTS - 1):
-        one.add({1: each, 2: each})
+    show(one, MIN_MOMENTS - 1, (1, 2))
     assert one.advice()[0].startswith("Hold the board so that right and door both see it")
     one.add({1: view(0.9), 2: view(0.9)})
     assert one.missing == []
@@ -90,26 +84,20 @@ def test_while_the_graph_is_in_pieces_it_names_who_is_missing_and_is_not_ready()
 
 def test_cameras_are_connected_along_a_chain():
     one = guide("a", "b", "c", "d")
-    for each in places(MIN_MOMENTS):
-        for pair in ((0, 1), (2, 3), (1, 2)):
-            one.add(dict.fromkeys(pair, each))
+    show(one, MIN_MOMENTS, (0, 1), (2, 3), (1, 2))
     assert one.groups() == [[0, 1, 2, 3]]
 
 
-@pytest.mark.parametrize("asked", [region[0] for region in REGIONS])
-def test_it_asks_for_the_part_of_the_image_that_is_not_covered(asked):
-    one = CameraProgress("left", SIZE)
+@pytest.mark.parametrize(("name", "columns", "rows"), REGIONS, ids=[region[0] for region in REGIONS])
+def test_it_asks_for_the_part_of_the_image_that_is_not_covered(name, columns, rows):
     grid = np.ones((4, 6), dtype=bool)
-    name, columns, rows = next(region for region in REGIONS if region[0] == asked)
     grid[rows, columns] = False
-    one.cells = grid.ravel()
-    assert one.region() == name
+    assert CameraProgress("left", SIZE, cells=grid.ravel()).region() == name
 
 
 def test_then_it_asks_for_tilts_of_the_side_that_is_missing():
     one = guide("left")
-    for each in places(MIN_CAMERA_MOMENTS):
-        one.add({0: each})
+    show(one, MIN_CAMERA_MOMENTS, (0,))
     one.cameras[0].cells[:] = True
     one.cameras[0].tilted.update(left=9, right=9)
     assert one.cameras[0].enough
@@ -122,8 +110,7 @@ def test_then_it_asks_for_tilts_of_the_side_that_is_missing():
 
 def test_known_lenses_need_no_coverage():
     one = BoardGuide(BOARD.corners, [CameraProgress("left", SIZE)], lens_known=True)
-    for each in places(MIN_MOMENTS):
-        one.add({0: each})
+    show(one, MIN_MOMENTS, (0,))
     assert one.ready
 
 

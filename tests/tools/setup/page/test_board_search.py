@@ -55,8 +55,6 @@ def test_images_of_another_time_are_no_moment():
 def test_the_variant_is_told_by_a_few_images(inverted):
     shown = Board("charuco", 5, 7, 0.06, 0.045, inverted=inverted)
     search = VariantSearch(BOARD)
-    grey = cv2.cvtColor(image(shown), cv2.COLOR_BGR2GRAY)
-    assert [search.add(cv2.cvtColor(EMPTY, cv2.COLOR_BGR2GRAY)), search.add(grey), search.add(grey)] == [False] * 3
-    assert search.add(grey)
+    empty, grey = (cv2.cvtColor(one, cv2.COLOR_BGR2GRAY) for one in (EMPTY, image(shown)))
+    assert [search.add(one) for one in (empty, grey, grey, grey, grey)] == [False, False, False, True, False]
     assert search.board.inverted == inverted
-    assert not search.add(grey)

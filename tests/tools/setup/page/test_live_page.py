@@ -5,14 +5,14 @@ import base64
 import json
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import cv2
 import numpy as np
 import pytest
 
 from tests.common.web.test_server import fetched, talk, updates_of
-from tests.support.live_cameras import at_once, camera_of, paced, picture, until
+from tests.support.live_cameras import at_once, camera_of, paced, picture, running, until
 from zenocap.common.errors import OpenError, UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.tools.cli.live_page import page_table
@@ -26,18 +26,14 @@ def served(cameras, table=None, mode=None) -> Iterator[LivePage]:
     """A page that runs in a thread."""
     page, ended = LivePage(cameras, table or PageTable(port=0), "zenocap test", mode or CamerasOnly()), threading.Event()
     page.open()
-    for camera in cameras:
-        camera.start()
     thread = threading.Thread(target=page.run, args=(ended.is_set,), daemon=True)
-    thread.start()
-    try:
-        yield page
-    finally:
-        ended.set()
-        thread.join(5.0)
-        for camera in cameras:
-            camera.stop()
-        page.close()
+    with closing(page), running(*cameras):
+        thread.start()
+        try:
+            yield page
+        finally:
+            ended.set()
+            thread.join(5.0)
 
 
 async def updates_until_all(connection, *wanted):
@@ -91,7 +87,7 @@ def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
         assert talk(page.address, sizes) == [640, 1280, 640]
 
 
-def test_files_of_the_page_and_nothing_else():
+def test_files_of_the_page_and_nothing_else_are_served_to_those_with_the_token():
     with served([]) as page:
         for name in ("", "main.js", "camera_card.js", "live.css", "base.css", "connection.js", "icon.svg"):
             status, headers, body = fetched(page.address + name)
@@ -100,9 +96,6 @@ def test_files_of_the_page_and_nothing_else():
             assert body
         assert fetched(page.address + "page.py")[0] == 404
         assert fetched(page.address, Host="evil.example")[0] == 403
-
-
-def test_a_token_is_required_where_one_is_set():
     with served([], PageTable(port=0, token=TOKEN)) as page:
         assert fetched(page.address)[0] == 200
         assert fetched(page.address.partition("?")[0])[0] == 403
@@ -115,14 +108,10 @@ def test_a_token_is_required_where_one_is_set():
         ("127.0.0.1", "short", "16 to 128 letters"),
     ],
 )
-def test_an_open_page_needs_a_token(host, token, text):
+def test_an_open_page_needs_a_long_token(host, token, text):
     with pytest.raises(UserError, match=text):
         page_table(host, 0, token)
-
-
-def test_a_generated_token_is_in_the_address():
-    table = page_table("0.0.0.0", 0, "new")
-    assert len(table.token) >= 16
+    assert len(page_table(host, 0, "new").token) >= 16
 
 
 def test_an_unknown_command_is_answered_and_the_page_lives():
@@ -143,14 +132,9 @@ def test_a_command_ends_when_no_camera_opens():
         raise OpenError("camera 0: no such camera")
         yield
 
-    cameras = [camera_of(refused, "left"), camera_of(refused, "right")]
-    for camera in cameras:
-        camera.start()
-    with pytest.raises(OpenError, match="no such camera"):
-        wait_for_images(cameras, lambda: False, 5.0)
-    one = camera_of(lambda: at_once(picture, 3))
-    one.start()
-    wait_for_images([cameras[0], one], lambda: False, 5.0)
-    until(lambda: one.newest is not None, "an image")
-    for camera in (*cameras, one):
-        camera.stop()
+    left, right, one = camera_of(refused, "left"), camera_of(refused, "right"), camera_of(lambda: at_once(picture, 3))
+    with running(left, right), pytest.raises(OpenError, match="no such camera"):
+        wait_for_images([left, right], lambda: False, 5.0)
+    with running(one):
+        wait_for_images([left, one], lambda: False, 5.0)
+        until(lambda: one.newest is not None, "an image")

@@ -53,7 +53,6 @@ def test_the_viewers_of_a_rig_are_shown():
         (["left=0", "right"], "right: allowed: a rig file with cameras, or NAME=SOURCE"),
         (["left=missing.mp4"], "missing.mp4: no such video file"),
         (["left=actor:demo"], "no camera and no stream and no video"),
-        (["left=0", "left=1"], "this name or this source was given already"),
     ],
 )
 def test_wrong_sources_are_refused(texts, text):

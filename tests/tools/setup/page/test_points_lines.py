@@ -32,11 +32,8 @@ def placed(task: LinePoints, **fields: float | None) -> Placed:
 
 
 def test_the_objects_are_where_the_measures_put_them(task):
-    assert placed(task, d_x=1.2, d_z=0.8, t=1.5).points == {
-        "A": (0.0, 1.5, 0.0),
-        "B": (0.0, 1.5, 0.8),
-        "C": (1.2, 1.5, 0.0),
-    }
+    measured = placed(task, d_x=1.2, d_z=0.8, t=1.5)
+    assert measured.points == {"A": (0.0, 1.5, 0.0), "B": (0.0, 1.5, 0.8), "C": (1.2, 1.5, 0.0)}
     assert [row.key for row in task.fields(task.start())] == [key for key, _, _ in FIELDS]
     assert [row.key for row in task.fields(task.start()) if row.needed] == ["d_x", "d_z", "t"]
 
@@ -50,6 +47,9 @@ def test_true_picks_give_the_cameras_and_the_file_is_read_again(task, tmp_path):
     again = LinePoints(NAMES, tmp_path / "lines.toml", tmp_path / "room.toml").start()
     assert again.fields == MEASURED
     assert again.picks["cam02"]["C"] == pytest.approx(placed(task).picks["cam02"]["C"], abs=0.01)
+    nowhere = LinePoints(NAMES, tmp_path / "none" / "lines.toml", tmp_path / "room.toml")
+    with pytest.raises(UserError, match=r"lines\.toml.*: cannot be written: No such file"):
+        nowhere.write(placed(task), solution)
 
 
 def test_without_distances_nothing_checks_the_result(task):
@@ -64,10 +64,7 @@ def test_without_distances_nothing_checks_the_result(task):
         ({"fields": {**MEASURED, "d_z": None, "t": None}}, "type the B on the Z axis, the height of the objects"),
         ({"picks": {"cam01": {"A": (80.0, 60.0)}, "cam02": {}}}, "cam01: place B, C: the tops of the objects at A, B"),
         ({"sizes": {**SIZES, "cam01": (320, 240)}}, "cam01: its picture has 320 x 240 px, its points were placed in"),
-        (
-            {"sizes": {**SIZES, "cam02": (32, 24)}, "picked_sizes": {}},
-            " and 32 x 24 px: allowed: equal sizes",
-        ),
+        ({"sizes": {**SIZES, "cam02": (32, 24)}, "picked_sizes": {}}, " and 32 x 24 px: allowed: equal sizes"),
     ],
 )
 def test_what_is_missing_or_contradicts_is_named_and_not_written(task, tmp_path, change, message):
@@ -93,9 +90,3 @@ def test_other_numbers_of_cameras_are_refused(tmp_path):
     for names in (("cam01",), ("cam01", "cam02", "cam03")):
         with pytest.raises(UserError, match=f"{len(names)} cameras: allowed: two, camera 1 on"):
             LinePoints(names, tmp_path / "lines.toml", tmp_path / "room.toml")
-
-
-def test_a_folder_that_is_missing_is_named(tmp_path):
-    task = LinePoints(NAMES, tmp_path / "none" / "lines.toml", tmp_path / "room.toml")
-    with pytest.raises(UserError, match=r"lines\.toml.*: cannot be written: No such file"):
-        task.write(placed(task), task.solve(placed(task)))

@@ -1,14 +1,18 @@
 """The page of points: what it publishes, what it saves, and the commands that it refuses."""
 
+from contextlib import closing
+
 import msgspec
 import pytest
 
-from tests.support.live_cameras import at_once, camera_of, picture, until
+from tests.support.live_cameras import at_once, camera_of, picture, running, until
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.page import messages as lm
 from zenocap.tools.setup.page import point_messages as pm
 from zenocap.tools.setup.page.points_mode import PointsMode
 from zenocap.tools.setup.page.points_task import Placed, Solution, refused
+
+pytestmark = pytest.mark.slow
 
 
 class Task:
@@ -33,10 +37,9 @@ class Task:
     def solve(self, placed: Placed) -> Solution:
         if self.failure is not None:
             raise self.failure
-        good = set(placed.picks.get("cam01", {})) == set(placed.points)
-        return Solution(
-            [], "good" if good else "", [] if good else ["place all"], {}, [], "solved" if good else "place all"
-        )
+        if set(placed.picks.get("cam01", {})) == set(placed.points):
+            return Solution([], "good", [], {}, [], "solved")
+        return Solution([], "", ["place all"], {}, [], "place all")
 
     def write(self, placed: Placed, solution: Solution) -> list[str]:
         if solution.verdict != "good":
@@ -50,12 +53,9 @@ def page(request):
     """The mode of a task (default: editable), whose camera has given a picture."""
     task = getattr(request, "param", Task)()
     camera = camera_of(lambda: at_once(picture, 1), "cam01")
-    camera.start()
-    mode = PointsMode([camera], task)
-    until(lambda: camera.newest is not None, "an image")
-    yield mode, task
-    mode.close()
-    camera.stop()
+    with running(camera), closing(PointsMode([camera], task)) as mode:
+        until(lambda: camera.newest is not None, "an image")
+        yield mode, task
 
 
 def update_of(mode) -> dict:
@@ -63,7 +63,6 @@ def update_of(mode) -> dict:
     return msgspec.json.decode(msgspec.json.encode(mode._update()))
 
 
-@pytest.mark.slow
 def test_picks_are_solved_saved_and_the_end_is_offered(page):
     mode, task = page
     mode.tick()
@@ -80,7 +79,6 @@ def test_picks_are_solved_saved_and_the_end_is_offered(page):
     assert mode.finished
 
 
-@pytest.mark.slow
 def test_save_solves_what_was_changed_just_now(page):
     mode, task = page
     mode.tick()
@@ -89,7 +87,6 @@ def test_save_solves_what_was_changed_just_now(page):
     assert len(task.saved) == 1
 
 
-@pytest.mark.slow
 def test_finish_asks_once_where_changes_are_not_saved(page):
     mode, _ = page
     mode.receive(pm.SetPoint("lamp", (0.0, 2.0, 0.0)))
@@ -100,7 +97,6 @@ def test_finish_asks_once_where_changes_are_not_saved(page):
     assert mode.finished
 
 
-@pytest.mark.slow
 def test_a_refused_change_leaves_everything_as_it_was(page):
     mode, _ = page
     mode.tick()
@@ -114,13 +110,11 @@ def test_a_refused_change_leaves_everything_as_it_was(page):
         (pm.RemovePoint("gate"), "gate: no such point"),
         (lm.Calibrate(), "Calibrate: not on this page"),
     ):
-        with pytest.raises(UserError) as error:
+        with pytest.raises(UserError, match=message):
             mode.receive(command)
-        assert message in str(error.value)
     assert mode._placed is before
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("page", [lambda: Task(editable=False)], indirect=True)
 def test_points_of_a_fixed_task_cannot_be_changed(page):
     mode, _ = page
@@ -130,7 +124,6 @@ def test_points_of_a_fixed_task_cannot_be_changed(page):
     assert list(mode._placed.points) == ["door"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "text"),
     [

@@ -44,6 +44,9 @@ def test_placed_points_give_the_cameras_and_both_files(task, tmp_path):
     again = ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES).start()
     assert again.points == ROOM
     assert again.picks["cam02"]["lamp"] == pytest.approx(pixels_of("cam02")["lamp"], abs=0.01)
+    nowhere = ScenePointTask(NAMES, tmp_path / "none" / "points.toml", tmp_path / "room.toml", LENSES)
+    with pytest.raises(UserError, match=r"points\.toml.*: cannot be written: No such file"):
+        nowhere.write(placed(), solution)
 
 
 def test_the_sentence_asks_for_points_then_for_their_places_in_pictures(task):
@@ -87,16 +90,8 @@ def test_points_without_coordinates_and_unsolved_cameras_are_not_written(task, t
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_is_missing_is_named(tmp_path):
-    task = ScenePointTask(NAMES, tmp_path / "none" / "points.toml", tmp_path / "room.toml", LENSES)
-    with pytest.raises(UserError, match=r"points\.toml.*: cannot be written: No such file"):
-        task.write(placed(), task.solve(placed()))
-
-
-def test_points_of_other_cameras_in_the_file_stay(tmp_path):
-    ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
-    both = ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES)
-    both.write(placed(), both.solve(placed()))
+def test_points_of_other_cameras_in_the_file_stay(task, tmp_path):
+    task.write(placed(), task.solve(placed()))
     one = ScenePointTask(["cam01"], tmp_path / "points.toml", tmp_path / "one.toml", LENSES)
     alone = replace(one.start(), sizes={"cam01": SIZES["cam01"]})
     one.write(alone, one.solve(alone))

@@ -21,16 +21,10 @@ from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
+from zenocap.services.animator import parameters
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
-from zenocap.services.animator.parameters import (
-    MAX_PLAYER_COMMANDS,
-    MAX_TAKES,
-    PLAYER_PERIOD_NS,
-    PLAYER_WAIT_S,
-    REPLAY_TIMEOUT_S,
-)
 from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, free_port
 from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
@@ -100,16 +94,16 @@ class TakePlayer:
         except OSError as error:
             logger.warning("%s: its takes cannot be listed: %s", self._folder, error.strerror or error)
             found = []
-        return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[:MAX_TAKES]])
+        return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[: parameters.MAX_TAKES]])
 
     def send(self, command: PlayerCommand) -> None:
         """Queue a command; callable from any thread, never blocks.  Commands beyond MAX_PLAYER_COMMANDS are dropped."""
-        if self._commands.qsize() < MAX_PLAYER_COMMANDS:
+        if self._commands.qsize() < parameters.MAX_PLAYER_COMMANDS:
             self._commands.put(command)
 
     def close(self) -> None:
         self._commands.put(StopPlayer(shut_down=True))
-        self._thread.join(2 * REPLAY_TIMEOUT_S)
+        self._thread.join(2 * parameters.REPLAY_TIMEOUT_S)
 
     def _run(self) -> None:
         command: PlayerCommand | None = None
@@ -194,7 +188,7 @@ class TakePlayer:
         next_ns, published = 0, None
         seen: dict[str, tuple[ActorPose, int]] = {}  # latest pose by source, and its shift
         while replay.running:
-            event = bus.receive(PLAYER_WAIT_S)
+            event = bus.receive(parameters.PLAYER_WAIT_S)
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
@@ -210,7 +204,7 @@ class TakePlayer:
                     self._on_pose(actor, shift_ns)
                     places = _place(actor, start_ns, shift_ns, shift_frames)
             if self._clock.elapsed_ns() >= next_ns:
-                next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
+                next_ns = self._clock.elapsed_ns() + parameters.PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if status is not None and status != published:
                     published = status

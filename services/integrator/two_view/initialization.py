@@ -136,8 +136,6 @@ def point(position: Floats) -> tuple[float, float, float]:
     return float(position[0]), float(position[1]), float(position[2])
 
 
-
-
 def integrate_bodies(
     anatomy: Anatomy,
     fronts: Sequence[Mapping[str, float]],

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import NAMES
-from zenocap.services.recognizer.training.labelling import HOLD_S, LEAST_REACH, Candidate, candidates_of
+from zenocap.services.recognizer.training.labelling import Candidate, candidates_of
+from zenocap.services.recognizer.training.parameters import HOLD_S, LEAST_REACH
 
 RATE = 30.0
 

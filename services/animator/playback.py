@@ -55,7 +55,8 @@ class TakePlayer:
     """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player.
 
     on_pose: called with every pose, and again when the shift is known better: by how much its capture time is later than
-    recorded, ns.  raw: show the poses of the forward pass also of takes that were tracked both ways.
+    recorded, ns.  raw: show the poses of the forward pass also of takes that were tracked both ways.  current: the take
+    that is played; None while none is.
     """
 
     def __init__(
@@ -72,16 +73,11 @@ class TakePlayer:
         self._raw = raw
         self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
         self._on_update, self._on_pose = on_update, on_pose
-        self._current: Path | None = None
+        self.current: Path | None = None
         self._opened = 0  # number of takes that were played
         self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
         self._thread.start()
-
-    @property
-    def current(self) -> Path | None:
-        """The take that is played; None while none is."""
-        return self._current
 
     def owns(self, take: Path) -> bool:
         """Whether a take is in the folder, and was not dropped on the page."""
@@ -141,7 +137,7 @@ class TakePlayer:
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
-                    self._current = path
+                    self.current = path
                     self._publish(pm.PlayerUpdate(take, opened=self._opened))
                     self._show_opening(path, topics, start_ns)
                     self._broadcaster.publish(None, [encoded("verdict", verdict_update(path))])
@@ -152,7 +148,7 @@ class TakePlayer:
                         command = self._show(take, bus, replay, pose_s, start_ns)
                     finally:
                         reading.set()
-                        self._current = None
+                        self.current = None
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)

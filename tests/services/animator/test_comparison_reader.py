@@ -1,6 +1,7 @@
 """Reader of two takes beside the page: poses as in exports, errors, early end."""
 
 import threading
+import time
 from contextlib import closing
 from pathlib import Path
 
@@ -75,7 +76,7 @@ def test_reading_ends_when_the_page_is_closed(take: Path) -> None:
     def read(ended: Stopped) -> TakeComparison:
         begun.set()
         while not ended():
-            pass
+            time.sleep(0.01)  # leaves the processor to the thread that ends it
         return compare(take, take, stopped=ended)
 
     reader = ComparisonReader(read, found.append)

@@ -69,6 +69,8 @@ def test_the_viewer_that_sees_the_stretched_arms_is_the_front_viewer() -> None:
     _, (first,) = play(NEW, sighting("1", 0, view="flank"), sighting("2", 0, view="facade"))
     assert views_of(first) == {"1": "flank", "2": "facade"}
     assert first.yaw == pytest.approx(-np.pi / 2, abs=1e-3)  # towards camera 2 on -X
+    _, (unclear,) = play(NEW, sighting("1", 0, view="flank"), sighting("2", 0, view="flank"))
+    assert views_of(unclear) == {"1": "facade", "2": "flank"}  # as before
 
 
 def test_no_body_is_measured_without_both_viewers() -> None:

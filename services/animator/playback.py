@@ -21,16 +21,10 @@ from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
+from zenocap.services.animator import parameters
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
-from zenocap.services.animator.parameters import (
-    MAX_PLAYER_COMMANDS,
-    MAX_TAKES,
-    PLAYER_PERIOD_NS,
-    PLAYER_WAIT_S,
-    REPLAY_TIMEOUT_S,
-)
 from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, free_port
 from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
@@ -61,7 +55,8 @@ class TakePlayer:
     """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player.
 
     on_pose: called with every pose, and again when the shift is known better: by how much its capture time is later than
-    recorded, ns.  raw: show the poses of the forward pass also of takes that were tracked both ways.
+    recorded, ns.  raw: show the poses of the forward pass also of takes that were tracked both ways.  current: the take
+    that is played; None while none is.
     """
 
     def __init__(
@@ -78,16 +73,11 @@ class TakePlayer:
         self._raw = raw
         self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
         self._on_update, self._on_pose = on_update, on_pose
-        self._current: Path | None = None
+        self.current: Path | None = None
         self._opened = 0  # number of takes that were played
         self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
         self._thread.start()
-
-    @property
-    def current(self) -> Path | None:
-        """The take that is played; None while none is."""
-        return self._current
 
     def owns(self, take: Path) -> bool:
         """Whether a take is in the folder, and was not dropped on the page."""
@@ -100,16 +90,16 @@ class TakePlayer:
         except OSError as error:
             logger.warning("%s: its takes cannot be listed: %s", self._folder, error.strerror or error)
             found = []
-        return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[:MAX_TAKES]])
+        return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[: parameters.MAX_TAKES]])
 
     def send(self, command: PlayerCommand) -> None:
         """Queue a command; callable from any thread, never blocks.  Commands beyond MAX_PLAYER_COMMANDS are dropped."""
-        if self._commands.qsize() < MAX_PLAYER_COMMANDS:
+        if self._commands.qsize() < parameters.MAX_PLAYER_COMMANDS:
             self._commands.put(command)
 
     def close(self) -> None:
         self._commands.put(StopPlayer(shut_down=True))
-        self._thread.join(2 * REPLAY_TIMEOUT_S)
+        self._thread.join(2 * parameters.REPLAY_TIMEOUT_S)
 
     def _run(self) -> None:
         command: PlayerCommand | None = None
@@ -147,7 +137,7 @@ class TakePlayer:
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
-                    self._current = path
+                    self.current = path
                     self._publish(pm.PlayerUpdate(take, opened=self._opened))
                     self._show_opening(path, topics, start_ns)
                     self._broadcaster.publish(None, [encoded("verdict", verdict_update(path))])
@@ -158,7 +148,7 @@ class TakePlayer:
                         command = self._show(take, bus, replay, pose_s, start_ns)
                     finally:
                         reading.set()
-                        self._current = None
+                        self.current = None
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)
@@ -194,7 +184,7 @@ class TakePlayer:
         next_ns, published = 0, None
         seen: dict[str, tuple[ActorPose, int]] = {}  # latest pose by source, and its shift
         while replay.running:
-            event = bus.receive(PLAYER_WAIT_S)
+            event = bus.receive(parameters.PLAYER_WAIT_S)
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
@@ -210,7 +200,7 @@ class TakePlayer:
                     self._on_pose(actor, shift_ns)
                     places = _place(actor, start_ns, shift_ns, shift_frames)
             if self._clock.elapsed_ns() >= next_ns:
-                next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
+                next_ns = self._clock.elapsed_ns() + parameters.PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if status is not None and status != published:
                     published = status

@@ -29,7 +29,8 @@ class SaveJob:
     """Saves takes for pages.  publish: called with every state of the work.
 
     offer: makes a saved file available to pages and returns its path there; "" for one that is too large.
-    niceness: of the process, so that a live rig keeps its rates.
+    niceness: of the process, so that a live rig keeps its rates.  running: whether a file is being written; False before
+    its last state is published, so that a page can start another.
     """
 
     def __init__(self, publish: Callable[[SavingUpdate], None], offer: Callable[[Path], str], niceness: int = 0) -> None:
@@ -38,12 +39,7 @@ class SaveJob:
         self._thread: threading.Thread | None = None
         self._process: subprocess.Popen[str] | None = None
         self._cancelled = threading.Event()
-        self._running = False
-
-    @property
-    def running(self) -> bool:
-        """Whether a file is being written; False before its last state is published, so that a page can start another."""
-        return self._running
+        self.running = False
 
     def start(self, request: SaveTake, take: Path, folder: Path, *, raw: bool = False, kept: bool = True) -> None:
         """Save `take` into `folder`; returns at once.
@@ -51,16 +47,14 @@ class SaveJob:
         kept: see `SavingUpdate`.  Raises ValueError while another file is being written.
         """
         with self._lock:
-            if self._running:
+            if self.running:
                 raise ValueError("refused: another file is being saved; wait for its end or cancel it")
             if request.start_s is not None and request.end_s is not None and request.end_s < request.start_s:
                 raise ValueError(f"refused: the part ends at {request.end_s:g} s: allowed: {request.start_s:g} s or later")
             self._cancelled.clear()
-            self._running = True
-            self._thread = threading.Thread(
-                target=self._run, args=(request, take, folder, raw, kept), name="saving", daemon=True
-            )
-            self._thread.daemon = True
+            self.running = True
+            arguments = (request, take, folder, raw, kept)
+            self._thread = threading.Thread(target=self._run, args=arguments, name="saving", daemon=True)
             self._thread.start()
 
     def cancel(self) -> None:
@@ -88,7 +82,7 @@ class SaveJob:
             update = SavingUpdate("failed", name, text=str(error).partition("\n")[0])
         if self._cancelled.is_set() and update.state == "failed":
             update = SavingUpdate("cancelled", name)
-        self._running = False
+        self.running = False
         self._publish(msgspec.structs.replace(update, kept=kept))
 
     def _write(self, request: SaveTake, take: Path, unfinished: Path, folder: Path, raw: bool) -> SavingUpdate:

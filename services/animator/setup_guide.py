@@ -8,13 +8,7 @@ import numpy as np
 
 from zenocap.common.arrays import Mask
 from zenocap.common.body.proportions import FRONT_SPAN, SIDE_WIDTH
-from zenocap.services.animator.parameters import (
-    MAX_FRAYED,
-    MAX_HOLES,
-    MAX_PERSON_HEIGHT,
-    MIN_PERSON_AREA,
-    MIN_PERSON_HEIGHT,
-)
+from zenocap.services.animator import parameters
 
 Verdict = Literal["good", "bad", "wait"]
 Finding = tuple[str, Verdict, str]  # name of the check, verdict, and advice
@@ -62,7 +56,7 @@ def measure_silhouette(mask: Mask) -> SilhouetteShape:
 
 def silhouette_findings(shape: SilhouetteShape, side: Literal["front", "side"] | None) -> list[Finding]:
     """Findings with advice for the person.  side: of the T-pose that this view shows; None: do not check the T-pose."""
-    if shape.area < MIN_PERSON_AREA * shape.size[0] * shape.size[1]:
+    if shape.area < parameters.MIN_PERSON_AREA * shape.size[0] * shape.size[1]:
         return [("person", "wait", "step into the view")]
     return [_in_view(shape), _size(shape), _mask_quality(shape), *_posture(shape, side)]
 
@@ -78,17 +72,17 @@ def _in_view(shape: SilhouetteShape) -> Finding:
 
 def _size(shape: SilhouetteShape) -> Finding:
     height = shape.box[3] / shape.size[1]
-    if height < MIN_PERSON_HEIGHT:
+    if height < parameters.MIN_PERSON_HEIGHT:
         return "size", "bad", f"only {height:.0%} of the image height: come closer"
-    if height > MAX_PERSON_HEIGHT:
+    if height > parameters.MAX_PERSON_HEIGHT:
         return "size", "bad", "too close: step back"
     return "size", "good", f"{height:.0%} of the image height"
 
 
 def _mask_quality(shape: SilhouetteShape) -> Finding:
-    if shape.holes > MAX_HOLES:
+    if shape.holes > parameters.MAX_HOLES:
         return "silhouette", "bad", "it has holes: clothes have the colour of the background, or the light has changed"
-    if shape.frayed > MAX_FRAYED:
+    if shape.frayed > parameters.MAX_FRAYED:
         return "silhouette", "bad", "its edge is frayed: more light is needed, or learn the background again"
     return "silhouette", "good", "clean"
 

@@ -34,7 +34,7 @@ class TakePage:
     """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass.
 
     pictures: of the cameras at a time of the take; None without videos.  compared: reads the comparison with a second take
-    (see `comparison_reader.compare`) while the page is served; None without one.
+    (see `comparison_reader.compare`) while the page is served; None without one.  player: its latest state.
     """
 
     def __init__(
@@ -58,17 +58,12 @@ class TakePage:
         self._dropped: Path | None = None  # take that is shown instead
         self._switching = False  # to another take: the end of the one before is no end of the page
         self._feed = TakeFeed(table, self._direct, self._on_drop)
-        self._player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
+        self.player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
 
     @property
     def address(self) -> str:
         """URL of the page."""
         return self._feed.page.address
-
-    @property
-    def player(self) -> pm.PlayerUpdate:
-        """Latest state of the player."""
-        return self._player
 
     @property
     def problem(self) -> str:
@@ -132,7 +127,7 @@ class TakePage:
         if self._switching and not (update.take or update.problem):
             return
         self._switching = False
-        self._player = update
+        self.player = update
         moves = not update.paused and time.monotonic() - self._posed_s < POSED_S
         if self._camera_feed is not None and update.take and not moves:
             self._camera_feed.show(update.position_s)
@@ -143,8 +138,8 @@ class TakePage:
             return
         self._posed_s = time.monotonic()
         position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
-        if self._camera_feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
-            self._camera_feed.show(position_s, self._player.rate)
+        if self._camera_feed is not None and not self.player.paused and 0 <= position_s <= self.player.duration_s:
+            self._camera_feed.show(position_s, self.player.rate)
         comparison = None if self._reader is None else self._reader.found
         ghost = None if comparison is None else comparison.at(actor, shift_ns)
         if ghost is not None:

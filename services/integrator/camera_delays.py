@@ -111,10 +111,7 @@ def hear(setup: DelaySetup, state: DelayState, message: CameraDelays) -> DelaySt
 
 def replace_applied(message: CameraDelays, now_ns: int, applied: Delays) -> CameraDelays:
     """The next message with this correction."""
-    return CameraDelays(
-        frame=message.frame + 1, captured_ns=now_ns, found_ms=message.found_ms, errors_ms=message.errors_ms,
-        uncertain=message.uncertain, applied_ms=dict(applied),
-    )  # fmt: skip
+    return structs.replace(message, frame=message.frame + 1, captured_ns=now_ns, applied_ms=dict(applied))
 
 
 def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> DelayState:

@@ -13,9 +13,8 @@ HEIGHTS_AGREE = 0.12  # largest |r_t - 1| of both heights in metres; chosen by h
 STANDS_STILL = 0.03  # spread of the measured heights over their median in one posture; chosen by hand
 
 # Facade and flank  [Two-view 4.3]
-VIEWS_SETTLED_NS = (
-    120_000_000  # ns for which the arbitrator must request other views: widths vary by a pixel; chosen by hand
-)
+VIEWS_SETTLED_NS = 120_000_000  # ns of requests before other views hold: widths vary by a pixel; chosen by hand
+
 UPRIGHT = cos(radians(25))  # cosine of the lean beyond which a torso is narrower than its columns; chosen by hand
 
 # Position by the paper  [Two-view 4.1, 4.2]

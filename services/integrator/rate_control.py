@@ -13,18 +13,7 @@ from msgspec import structs
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.messages import FrameRate, Health, Message, TrackerDetail
 from zenocap.common.runtime.frame_rate import ViewerCounts, common_phase, farthest_phase, reduced_text, share_of
-from zenocap.services.integrator.parameters import (
-    DETAIL_LEVELS,
-    FARTHEST_PHASE,
-    GREATEST_CUT,
-    LEAD_NS,
-    LOST,
-    LOST_AT_ONCE,
-    MOST_NAMED,
-    PHASE_GAIN,
-    RECOVERY_TICKS,
-    SETTLE_NS,
-)
+from zenocap.services.integrator import parameters
 from zenocap.services.integrator.rate_ladder import Ladder, lowered, raised
 from zenocap.services.integrator.rate_reports import TRACKER, Limit, LossShares, RateSetup, RateState, losses, report
 
@@ -68,7 +57,7 @@ def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail)
         case FrameRate():
             own = state.decided is None or _followed(state.decided) == _followed(message)
         case TrackerDetail(share=share):
-            own = state.decided is None or not setup.has_tracker or share == DETAIL_LEVELS[state.detail.level]
+            own = state.decided is None or not setup.has_tracker or share == parameters.DETAIL_LEVELS[state.detail.level]
     return state if own else replace(state, contradicted=True)
 
 
@@ -90,7 +79,7 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
     """Levels of the next interval, and a message when they change."""
     state = replace(state, ticks=state.ticks + 1)
     if state.decided is None:
-        if state.ticks < RECOVERY_TICKS:
+        if state.ticks < parameters.RECOVERY_TICKS:
             return state, []
         state = replace(state, rate=Ladder(calm_ns=now_ns), detail=Ladder(calm_ns=now_ns))
         state, first = _new_rate(setup, state, now_ns)
@@ -116,22 +105,22 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
 
 def _adjusted(setup: RateSetup, state: RateState, found: LossShares, now_ns: int) -> RateState:
     worst = max(found.overrun.values(), default=0.0)
-    suspected = max(worst, found.lost, found.dropped) > LOST
+    suspected = max(worst, found.lost, found.dropped) > parameters.LOST
     # One stall loses many frame sets in one interval: only the share of overrun frames counts at once.
-    too_fast = worst > LOST_AT_ONCE or (found.lost > LOST and state.suspected)
-    too_detailed = found.dropped > LOST_AT_ONCE or (found.dropped > LOST and state.suspected)
+    too_fast = worst > parameters.LOST_AT_ONCE or (found.lost > parameters.LOST and state.suspected)
+    too_detailed = found.dropped > parameters.LOST_AT_ONCE or (found.dropped > parameters.LOST and state.suspected)
     state = replace(state, suspected=suspected)
     if suspected:
         rate, detail = replace(state.rate, calm_ns=now_ns), replace(state.detail, calm_ns=now_ns)
         state = replace(state, rate=rate, detail=detail)
     shares = setup.shares
-    thinned = too_detailed and state.detail.level + 1 < len(DETAIL_LEVELS)
+    thinned = too_detailed and state.detail.level + 1 < len(parameters.DETAIL_LEVELS)
     if thinned:
         state = replace(state, detail=lowered(state.detail, state.detail.level + 1, now_ns))
     if too_fast or (too_detailed and not thinned):
         # While frames are dropped, what is processed is about what can be.
         possible = [found.processed[viewer] for viewer in found.limiting] if too_fast else [1.0 - found.dropped]
-        most = shares[state.rate.level].value * max(GREATEST_CUT, min(possible, default=1.0))
+        most = shares[state.rate.level].value * max(parameters.GREATEST_CUT, min(possible, default=1.0))
         below = range(state.rate.level + 1, len(shares))
         level = next((level for level in below if shares[level].value <= most + 1e-9), len(shares) - 1)
         limit: Limit = "viewers" if too_fast else "tracker"
@@ -142,7 +131,7 @@ def _adjusted(setup: RateSetup, state: RateState, found: LossShares, now_ns: int
         busiest = max(state.busy.values(), default=0.0)
         state = replace(state, rate=raised(state.rate, [share.value for share in shares], busiest, now_ns))
     elif not suspected and state.detail.level > 0:
-        state = replace(state, detail=raised(state.detail, DETAIL_LEVELS, state.busy.get(TRACKER, 0.0), now_ns))
+        state = replace(state, detail=raised(state.detail, parameters.DETAIL_LEVELS, state.busy.get(TRACKER, 0.0), now_ns))
     return state if state.rate.level else replace(state, limit="", limiting=())
 
 
@@ -153,7 +142,7 @@ def _out_of_phase(setup: RateSetup, state: RateState) -> bool:
     phases = state.phases.values()
     best = farthest_phase(phases, common_phase(phases, setup.fps), setup.fps)
     now = farthest_phase(phases, state.decided.phase_ns, setup.fps)
-    return now > FARTHEST_PHASE and now - best > PHASE_GAIN
+    return now > parameters.FARTHEST_PHASE and now - best > parameters.PHASE_GAIN
 
 
 def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
@@ -161,16 +150,16 @@ def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateStat
     share = setup.shares[state.rate.level]
     message = FrameRate(
         frame=0 if state.decided is None else state.decided.frame + 1, captured_ns=now_ns, keep=share.keep, of=share.of,
-        from_ns=now_ns + LEAD_NS, phase_ns=common_phase(state.phases.values(), setup.fps), fps=setup.fps,
+        from_ns=now_ns + parameters.LEAD_NS, phase_ns=common_phase(state.phases.values(), setup.fps), fps=setup.fps,
         limit=state.limit if state.rate.level else "",
-        viewers=list(state.limiting[:MOST_NAMED]) if state.rate.level else [],
+        viewers=list(state.limiting[:parameters.MOST_NAMED]) if state.rate.level else [],
     )  # fmt: skip
     return _settling(replace(state, decided=message), now_ns), [message]
 
 
 def _detail(setup: RateSetup, state: RateState, now_ns: int) -> list[Message]:
     """The message for the tracker, if there is one."""
-    share = DETAIL_LEVELS[state.detail.level]
+    share = parameters.DETAIL_LEVELS[state.detail.level]
     return [TrackerDetail(frame=state.ticks, captured_ns=now_ns, share=share)] if setup.has_tracker else []
 
 
@@ -178,9 +167,9 @@ def _settling(state: RateState, now_ns: int) -> RateState:
     """State after a change: reports about the levels before are not used."""
     none: dict[str, ViewerCounts] = {}
     state = replace(state, since=none, newest=none, since_instants=None, instants=None, suspected=False)
-    return replace(state, settled_ns=now_ns + LEAD_NS + SETTLE_NS)
+    return replace(state, settled_ns=now_ns + parameters.LEAD_NS + parameters.SETTLE_NS)
 
 
 def describe(state: RateState) -> str:
     """Health text; empty at full rate and detail."""
-    return reduced_text(state.decided, DETAIL_LEVELS[state.detail.level])
+    return reduced_text(state.decided, parameters.DETAIL_LEVELS[state.detail.level])

@@ -4,7 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
+from zenocap.common.body.proportions import FRONT_LENGTHS, PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS, SIDE_LENGTHS
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
+from zenocap.common.conversion import angles_of
 from zenocap.common.messages import (
     FrameRate,
     Health,
@@ -29,7 +31,6 @@ from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.fusion import pose_person
 from zenocap.services.integrator.two_view.initialization import assign_first, define_body
 from zenocap.services.integrator.two_view.root_pose import assign_pose
-from zenocap.services.integrator.two_view.validation import validate
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the integrator has no frames
 Result: TypeAlias = tuple[IntegratorState, list[Message]]
@@ -57,11 +58,11 @@ def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result
             pairs, sightings = push(state.sightings, viewer, _time(state, message), message)
             return _for_each_frame_set(setup, replace(state, sightings=pairs), sightings, _assign)
         case PartialBdp(viewer=viewer):
-            validate(setup.anatomy, message, setup.additions)
+            _validate(setup, message)
             bdps, pairs_of_bdps = push(state.bdps, viewer, _time(state, message), message)
             return _for_each_frame_set(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
         case PartialBap(viewer=viewer):
-            validate(setup.anatomy, message, setup.additions)
+            _validate(setup, message)
             baps, pairs_of_baps = push(state.baps, viewer, _time(state, message), message)
             state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
             return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
@@ -120,6 +121,18 @@ def measure_again(state: IntegratorState) -> IntegratorState:
         state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, published_body=None, answered={},
         discard_recovered=True,
     )  # fmt: skip
+
+
+def _validate(setup: IntegratorSetup, message: PartialBdp | PartialBap) -> None:
+    """Raise ValueError for joint angles of another anatomy, and for lengths other than those of this side."""
+    if isinstance(message, PartialBap):
+        angles_of(setup.anatomy, message.angles, setup.anatomy.neutral)
+        return
+    in_use = (FRONT_LENGTHS, SIDE_LENGTHS) if "body" in setup.additions else (PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS)
+    expected = in_use[message.side == "side"]
+    if message.lengths.keys() != set(expected) or min(message.lengths.values()) <= 0:
+        found = ", ".join(f"{name} {length:g}" for name, length in sorted(message.lengths.items())) or "none"
+        raise ValueError(f"lengths of the {message.side}, metres: {found}; expected above 0: {', '.join(expected)}")
 
 
 def _set_clock(setup: IntegratorSetup, state: IntegratorState, viewer: str, offset: Offset | None) -> IntegratorState:

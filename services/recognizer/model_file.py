@@ -153,18 +153,13 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
     stored = contents.training
     figures = tuple(LabelFigures(**msgspec.structs.asdict(row)) for row in stored.figures)
     training = Training(tuple(stored.people), tuple(stored.sources), stored.frames, dict(stored.settings), figures)
+    features = next(kind for kind in KINDS if kind == contents.features)
     return PostureModel(
-        next(kind for kind in KINDS if kind == contents.features),
-        contents.rate,
-        tuple(contents.labels),
-        **arrays,
-        farthest=contents.farthest,
-        calm=contents.calm,
-        slow=contents.slow,
-        training=training,
+        features, contents.rate, tuple(contents.labels), **arrays, farthest=contents.farthest, calm=contents.calm,
+        slow=contents.slow, training=training,
         forest=None if contents.forest is None else _unpacked_forest(path, contents.forest, n),
         ignored=() if contents.ignored is msgspec.UNSET else tuple(contents.ignored),
-    )
+    )  # fmt: skip
 
 
 def _unpacked_forest(path: Path, contents: _Forest, labels: int) -> Forest:

@@ -113,18 +113,12 @@ def _features(setup: RecognizerSetup, pose: UniversalBap | TrackerPose, lost: bo
 
 
 def _message(setup: RecognizerSetup, found: Recognition, pose: UniversalBap | TrackerPose) -> Posture:
-    scores = found.classification
-    labels = setup.stream.model.labels
+    scores, labels = found.classification, setup.stream.model.labels
     return Posture(
-        frame=pose.frame,
-        captured_ns=pose.captured_ns,
-        label=found.label,
-        start_ns=found.start_ns,
-        end_ns=found.end_ns,
+        frame=pose.frame, captured_ns=pose.captured_ns, label=found.label, start_ns=found.start_ns, end_ns=found.end_ns,
         log_likelihoods={label: float(value) for label, value in zip(labels, scores.log_likelihoods, strict=True)},
-        score=float(scores.scores[scores.best]),
-        margin=scores.margin,
-    )
+        score=float(scores.scores[scores.best]), margin=scores.margin,
+    )  # fmt: skip
 
 
 def _count(state: RecognizerState, name: str) -> RecognizerState:

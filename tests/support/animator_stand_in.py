@@ -18,6 +18,7 @@ from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.observe.view import RigView
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.runtime.clock import Clock, RealClock
@@ -25,6 +26,7 @@ from zenocap.common.topics import topic_of
 from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page_bridge import PageBridge
+from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.states import TOPICS, AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.services.viewer.shell import camera_info
@@ -34,12 +36,30 @@ from zenocap.simulation.motion.timeline import MotionTimeline, motion_timeline
 
 SETUP = AnimatorSetup(("1", "2"))
 EXPECTED = (("viewer", "1"), ("viewer", "2"), ("integrator", "main"))
+NOW = 1_700_000_000_000_000_000
 
 
 def received(message: m.Message, received_ns: int, rig: str = "demo") -> Envelope:
     """The message as delivered by the bus."""
     topic = topic_of(type(message))
     return Envelope(topic.at(rig, **topic.names_of(message)), topic, message, received_ns)
+
+
+def after(*messages: m.Message, state: AnimatorState | None = None, now_ns: int = NOW) -> AnimatorState:
+    """State after messages that are received at a time, from `state` or the initial one.  The step publishes nothing."""
+    state = state or AnimatorState()
+    for message in messages:
+        state, published = step(SETUP, state, received(message, now_ns))
+        assert published == []
+    return state
+
+
+def observed_after(*events: m.Message | Alive, presence: Presence | None = None, now_ns: int = NOW) -> Presence:
+    """Presence after events that are received at a time."""
+    presence = presence or Presence(RigView("demo", EXPECTED))
+    for event in events:
+        presence = observed(presence, event if isinstance(event, Alive) else received(event, now_ns), now_ns)
+    return presence
 
 
 def health(

@@ -58,9 +58,10 @@ def http_receiver() -> Iterator[HttpReceiver]:
 
 
 @contextmanager
-def udp_receiver() -> Iterator[socket.socket]:
+def udp_receiver(port: int = 0) -> Iterator[socket.socket]:
+    """port: any free one for 0."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
-        receiver.bind(("127.0.0.1", 0))
+        receiver.bind(("127.0.0.1", port))
         receiver.settimeout(5.0)
         yield receiver
 

@@ -30,11 +30,9 @@ from zenocap.services.animator.states import ActorPose, Source
 
 logger = logging.getLogger(__name__)
 
-CONVERTED_ALWAYS = (
-    m.UniversalBdp,
-    m.TrackerBdp,
-    m.CameraInfo,
-)  # converted also without subscribers: they are published once
+# Converted also without subscribers: they are published once.
+CONVERTED_ALWAYS = (m.UniversalBdp, m.TrackerBdp, m.CameraInfo)
+
 REPEATED = ("/fixed", "/calibration")  # channels whose last message is sent again to every new subscriber
 
 

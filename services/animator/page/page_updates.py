@@ -20,16 +20,9 @@ from zenocap.common.observe.losses import described
 from zenocap.common.observe.view import ObservedService, rows
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.web.broadcast import EncodedUpdate, encoded
+from zenocap.services.animator import parameters
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.parameters import (
-    BEST_POSTURES,
-    CHECKS_PERIOD_NS,
-    GOOD_SCORE,
-    POSE_WAIT_NS,
-    SERVICES_PERIOD_NS,
-    VIEWS_PERIOD_NS,
-)
 from zenocap.services.animator.presence import Presence, condition, silent_ns
 from zenocap.services.animator.setup_guide import Finding, measure_silhouette, silhouette_findings
 from zenocap.services.animator.states import ActorPose, AnimatorState, Source
@@ -61,13 +54,13 @@ def due_updates(
     updates = list(changes(schedule.state, state))
     silhouettes, actors = schedule.silhouettes, schedule.actors
     views_ns, services_ns, checks_ns = schedule.views_ns, schedule.services_ns, schedule.checks_ns
-    if now_ns - views_ns >= VIEWS_PERIOD_NS and _views_changed(schedule, state):
+    if now_ns - views_ns >= parameters.VIEWS_PERIOD_NS and _views_changed(schedule, state):
         views_ns, silhouettes, actors = now_ns, state.silhouettes, state.actors
         updates += view_updates(state)
-    if now_ns - services_ns >= SERVICES_PERIOD_NS:
+    if now_ns - services_ns >= parameters.SERVICES_PERIOD_NS:
         services_ns = now_ns
         updates.append(services_update(state, presence, pages, now_ns))
-    if now_ns - checks_ns >= CHECKS_PERIOD_NS:
+    if now_ns - checks_ns >= parameters.CHECKS_PERIOD_NS:
         checks_ns = now_ns
         updates.append(checks_update(state, presence))
     return Schedule(state, silhouettes, actors, views_ns, services_ns, checks_ns), updates
@@ -75,7 +68,7 @@ def due_updates(
 
 def _views_changed(schedule: Schedule, state: AnimatorState) -> bool:
     """True for a new pose to draw into the silhouettes, or for a new silhouette while no poses arrive."""
-    posed = any(state.now_ns - actor.received_ns < POSE_WAIT_NS for actor in state.actors.values())
+    posed = any(state.now_ns - actor.received_ns < parameters.POSE_WAIT_NS for actor in state.actors.values())
     return state.actors is not schedule.actors if posed else state.silhouettes is not schedule.silhouettes
 
 
@@ -205,7 +198,7 @@ def _view_update(state: AnimatorState, viewer: str, silhouette: m.Silhouette) ->
 
 def _best_models(posture: m.Posture) -> list[tuple[str, float]]:
     """Return the best models and their log-likelihoods, best first."""
-    best = sorted(posture.log_likelihoods.items(), key=lambda pair: -pair[1])[:BEST_POSTURES]
+    best = sorted(posture.log_likelihoods.items(), key=lambda pair: -pair[1])[: parameters.BEST_POSTURES]
     return [(label, round(value, 1)) for label, value in best]
 
 
@@ -249,7 +242,7 @@ def _silhouette_findings(state: AnimatorState, viewer: str) -> list[Finding]:
     found = silhouette_findings(measure_silhouette(mask), _initial_side(state, viewer))
     sighting = state.sightings.get(viewer)
     if sighting is not None and sighting.present and sighting.score:
-        verdict: Literal["good", "bad"] = "good" if sighting.score > GOOD_SCORE else "bad"
+        verdict: Literal["good", "bad"] = "good" if sighting.score > parameters.GOOD_SCORE else "bad"
         found.append(("fit", verdict, f"matching score {sighting.score:.2f} of 1"))
     return found
 

@@ -136,11 +136,6 @@ def point(position: Floats) -> tuple[float, float, float]:
     return float(position[0]), float(position[1]), float(position[2])
 
 
-def height_ratio(front: Mapping[str, float], side: Mapping[str, float]) -> float:
-    """r_t = t2 / t1: height of the person in the side view over that in the front view.  [Two-view 4.2]"""
-    return side["height"] / front["height"]
-
-
 def integrate_bodies(
     anatomy: Anatomy,
     fronts: Sequence[Mapping[str, float]],
@@ -154,7 +149,7 @@ def integrate_bodies(
     """
     # Paper (replaced): 4.2 scales BDPs in px of viewer 1; here lengths are metres, and r_t near 1 checks the calibration.
     front, side = _medians(fronts), _medians(sides)
-    ratio = height_ratio(front, side)
+    ratio = side["height"] / front["height"]  # r_t = t2 / t1  [Two-view 4.2]
     depths = {name: side[name] / ratio for name in ("torso_depth", "head_depth") if name in side}
     build = body_from_lengths if "body" in additions else body_from_paper_lengths
     return build(anatomy, front | depths), ratio

@@ -14,23 +14,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.segments import Limb as LimbIndex
-from zenocap.services.integrator.parameters import (
-    ALONG_ARM,
-    ALONG_LEG,
-    ALONG_SQUAT,
-    EXCHANGE_AT,
-    EXCHANGE_BIAS,
-    EXCHANGE_FLOOR,
-    EXCHANGE_MEMORY,
-    FACING_COST,
-    HIDDEN_ARM,
-    MOST_TURN,
-    RESTING_ARM,
-    SQUAT_LIFTED_M,
-    SQUAT_M,
-    STANCE_TOLERANCE,
-    TURN_COST,
-)
+from zenocap.services.integrator import parameters
 
 
 @dataclass(frozen=True)
@@ -47,17 +31,17 @@ def integrate_limbs(views: Sequence[ViewedLimbs], resting: Floats, squatting: bo
     merged = np.empty((4, 2, 3))
     for limb in range(4):
         leg = limb >= 2
-        along = (ALONG_SQUAT if squatting else ALONG_LEG) if leg else ALONG_ARM
+        along = (parameters.ALONG_SQUAT if squatting else parameters.ALONG_LEG) if leg else parameters.ALONG_ARM
         for part in range(2):
             information, weighted = np.zeros((3, 3)), np.zeros(3)
             for view in views:
-                weight = 1.0 if leg else view.visible[limb] + HIDDEN_ARM
+                weight = 1.0 if leg else view.visible[limb] + parameters.HIDDEN_ARM
                 across = weight * (np.eye(3) - (1 - along) * np.outer(view.axis, view.axis))
                 information += across
                 weighted += across @ view.directions[limb, part]
             if not leg:
-                information += RESTING_ARM * np.eye(3)
-                weighted += RESTING_ARM * resting[part]
+                information += parameters.RESTING_ARM * np.eye(3)
+                weighted += parameters.RESTING_ARM * resting[part]
             direction = np.linalg.solve(information, weighted)
             merged[limb, part] = direction / max(float(np.linalg.norm(direction)), 1e-9)
     return merged
@@ -77,7 +61,7 @@ def select_angles(facade: Floats, flank: Floats, table: Sequence[LimbIndex], squ
             continue
         # Paper (corrected): 175 to 180 degrees in 4.4 fails for a wider stance; here 5 degrees about the initial stance.
         # Paper (replaced): by 4.4 theta_Z alone decides; here a leg also counts as lifted while the navel is not lowered.
-        lifted = abs(abs(float(facade[limb.z]) - pi) - stance) < STANCE_TOLERANCE
+        lifted = abs(abs(float(facade[limb.z]) - pi) - stance) < parameters.STANCE_TOLERANCE
         if squatting and not lifted:
             angles[limb.x], angles[limb.flexion] = facade[limb.x], facade[limb.flexion]
     return angles
@@ -95,8 +79,8 @@ def is_squatting(navel_height: float, initial_height: float, hips_z: tuple[float
     straight down in the T-pose, radians.
     """
     # Paper (replaced): in 3.4 any lowering is a squat; here by more than a threshold, which depends on the stance.
-    near_stance = all(abs(abs(z - pi) - stance) < STANCE_TOLERANCE for z in hips_z)
-    return navel_height < initial_height - (SQUAT_LIFTED_M if near_stance else SQUAT_M)
+    near_stance = all(abs(abs(z - pi) - stance) < parameters.STANCE_TOLERANCE for z in hips_z)
+    return navel_height < initial_height - (parameters.SQUAT_LIFTED_M if near_stance else parameters.SQUAT_M)
 
 
 def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: float) -> float:
@@ -107,7 +91,11 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
     # Paper (replaced): in 3.1 and 4.3 the body turns by 90 degrees when facade and flank change; here continuously.
     step = float(turns[1] - turns[0])
     total = np.sum(np.array(profiles), axis=0)
-    total = total - TURN_COST * (turns / step) ** 2 - FACING_COST * ((off_axis + turns) / radians(45)) ** 2
+    total = (
+        total
+        - parameters.TURN_COST * (turns / step) ** 2
+        - parameters.FACING_COST * ((off_axis + turns) / radians(45)) ** 2
+    )
     best = int(np.argmax(total))
     turn = float(turns[best])
     if 0 < best < len(turns) - 1:
@@ -115,7 +103,7 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
         curvature = left - 2 * middle + right
         if curvature < 0:
             turn += step * 0.5 * float((left - right) / curvature)
-    return float(np.clip(turn, -MOST_TURN, MOST_TURN))
+    return float(np.clip(turn, -parameters.MOST_TURN, parameters.MOST_TURN))
 
 
 def best_hypotheses(profiles: Sequence[Sequence[float]], cost: float) -> int:
@@ -135,8 +123,8 @@ def best_hypotheses(profiles: Sequence[Sequence[float]], cost: float) -> int:
 def exchange_evidence(before: float, gain: float) -> tuple[float, bool]:
     """(evidence, True when the legs are exchanged) after a frame with this gain in the facade."""
     # Paper (added): 4.4 does not exchange legs.
-    evidence = max(EXCHANGE_FLOOR, EXCHANGE_MEMORY * before + gain + EXCHANGE_BIAS)
-    return (0.0, True) if evidence > EXCHANGE_AT else (evidence, False)
+    evidence = max(parameters.EXCHANGE_FLOOR, parameters.EXCHANGE_MEMORY * before + gain + parameters.EXCHANGE_BIAS)
+    return (0.0, True) if evidence > parameters.EXCHANGE_AT else (evidence, False)
 
 
 def spine_after(spine: Floats, tilts: Sequence[tuple[float, Floats]]) -> Floats:

@@ -18,20 +18,7 @@ from zenocap.common.body.segments import (
 )
 from zenocap.common.messages import Message, Sighting
 from zenocap.common.synchronizer import FrameSet
-from zenocap.services.integrator.parameters import (
-    ARM_COST,
-    ASSIGNMENTS_KEPT,
-    BACKWARDS_M,
-    BACKWARDS_MEMORY_S,
-    FIRST_VIEW_GAIN,
-    LEG_COST,
-    SNAP,
-    TOES_GAIN,
-    TOES_MEMORY,
-    UPRIGHT,
-    VIEWS_SETTLED_NS,
-    WALKING_M_S,
-)
+from zenocap.services.integrator import parameters
 from zenocap.services.integrator.states import AssignedRootPose, IntegratedPerson, IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import Claim, View, arbitrate
 from zenocap.services.integrator.two_view.initialization import assignment, facing
@@ -59,13 +46,13 @@ def assign_pose(
     proposed = _views(setup, state, sightings, position)
     asked_ns = 0 if proposed == state.views else state.asked_ns or frames.captured_ns
     # Paper (added): 4.3 changes the views at once; with the addition turn, after 120 ms.
-    settled = frames.captured_ns - asked_ns >= VIEWS_SETTLED_NS or "turn" not in added
+    settled = frames.captured_ns - asked_ns >= parameters.VIEWS_SETTLED_NS or "turn" not in added
     views = proposed if settled else dict(state.views)
     if "toes" in added:
         person = replace(person, toes=_toes(person, sightings))
     yaw, lean, roll = _torso(setup, person, sightings, position, views)
     backwards = _backwards(person, frames.captured_ns, position) if "toes" in added else 0.0
-    if backwards > BACKWARDS_M:
+    if backwards > parameters.BACKWARDS_M:
         person = replace(person, pose=_turned_round(setup, person.pose))
         yaw, lean, roll, backwards = _wrapped(yaw + pi), -lean, -roll, 0.0
     index = setup.anatomy.index
@@ -74,11 +61,11 @@ def assign_pose(
     if "merging" in added:
         squatting = is_squatting(float(position[1]), person.height, (hips[0], hips[1]), person.stance)
     placed = AssignedRootPose(frames.captured_ns, position, yaw, lean, roll, squatting, views, stale)
-    person = replace(person, placed=(*person.placed, placed)[-ASSIGNMENTS_KEPT:], backwards=backwards)
+    person = replace(person, placed=(*person.placed, placed)[-parameters.ASSIGNMENTS_KEPT :], backwards=backwards)
     numbers = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}
     both = list(sightings.values()) if not stale else []
-    arms = best_hypotheses([sighting.arms for sighting in both], ARM_COST)
-    legs = best_hypotheses([sighting.legs for sighting in both], LEG_COST)
+    arms = best_hypotheses([sighting.arms for sighting in both], parameters.ARM_COST)
+    legs = best_hypotheses([sighting.legs for sighting in both], parameters.LEG_COST)
     answer = assignment(setup, placed, numbers, tracking=True, arms=arms, legs=legs)
     return replace(state, person=person, views=views, asked_ns=asked_ns), [answer]
 
@@ -124,9 +111,9 @@ def _torso(
     # Paper (open): 3.1 does not decide between front and back to the facade viewer; the nearer one is taken.
     if "turn" not in setup.additions:  # the axis of the facade viewer, front or back to it, whichever is nearer
         yaw -= off_axis
-    elif abs(off_axis) > SNAP:  # the views have changed: a turn larger than the search of the yaw finds
+    elif abs(off_axis) > parameters.SNAP:  # the views have changed: a turn larger than the search of the yaw finds
         yaw = _turned_to(setup, person, yaw, views)
-    elif spine[1] > UPRIGHT:
+    elif spine[1] > parameters.UPRIGHT:
         profiles = [sighting.turns for sighting in sightings.values() if len(sighting.turns) == len(YAW_OFFSETS)]
         if profiles:
             yaw += turn_of_body(profiles, YAW_OFFSETS, off_axis)
@@ -141,12 +128,12 @@ def _backwards(person: IntegratedPerson, captured_ns: int, position: Floats) -> 
     # Paper (added): 5.2 (4) leaves the facing direction open; here the walking direction corrects it.
     last = person.placed[-1]
     seconds = (captured_ns - last.captured_ns) / 1e9
-    if not 0 < seconds < BACKWARDS_MEMORY_S:
+    if not 0 < seconds < parameters.BACKWARDS_MEMORY_S:
         return 0.0
     step = position - last.position
     forward = float(step[0] * np.sin(last.yaw) + step[2] * np.cos(last.yaw))
-    walked = person.backwards * float(np.exp(-seconds / BACKWARDS_MEMORY_S))
-    return max(0.0, walked - forward) if abs(forward) > WALKING_M_S * seconds else walked
+    walked = person.backwards * float(np.exp(-seconds / parameters.BACKWARDS_MEMORY_S))
+    return max(0.0, walked - forward) if abs(forward) > parameters.WALKING_M_S * seconds else walked
 
 
 def _turned_round(setup: IntegratorSetup, pose: Pose) -> Pose:
@@ -162,7 +149,10 @@ def _turned_round(setup: IntegratorSetup, pose: Pose) -> Pose:
 def _toes(person: IntegratedPerson, sightings: Mapping[str, Sighting]) -> Mapping[str, float]:
     """Smoothed distance of the feet from the shins by viewer, metres."""
     before = person.toes
-    return {viewer: TOES_MEMORY * before.get(viewer, 0.0) + (1 - TOES_MEMORY) * s.toes for viewer, s in sightings.items()}
+    return {
+        viewer: parameters.TOES_MEMORY * before.get(viewer, 0.0) + (1 - parameters.TOES_MEMORY) * s.toes
+        for viewer, s in sightings.items()
+    }
 
 
 def _toes_agreement(setup: IntegratorSetup, toes: Mapping[str, float], yaw: float) -> float:
@@ -179,8 +169,8 @@ def _turned_to(setup: IntegratorSetup, person: IntegratedPerson, yaw: float, vie
     front = facing(setup.cameras[facade])
 
     def cost(candidate: float) -> float:
-        turn = abs(_wrapped(candidate - yaw)) + FIRST_VIEW_GAIN * abs(_wrapped(candidate - start))
-        return turn - TOES_GAIN * _toes_agreement(setup, person.toes, candidate)
+        turn = abs(_wrapped(candidate - yaw)) + parameters.FIRST_VIEW_GAIN * abs(_wrapped(candidate - start))
+        return turn - parameters.TOES_GAIN * _toes_agreement(setup, person.toes, candidate)
 
     return min((front, front + pi), key=cost)
 
@@ -202,7 +192,7 @@ def _views(
     index, angles = setup.anatomy.index, person.pose.angles
     spine = torso_rotation(0.0, float(angles[index["navel.x"]]), float(angles[index["navel.z"]]))[1, 1]
     # Paper (added): a torso that leans is narrower than its columns, so 4.3 is not applied.
-    if spine < UPRIGHT:
+    if spine < parameters.UPRIGHT:
         return dict(state.views)
     torso = person.bdp.sizes[setup.anatomy.index["torso"]]
     low, high = width_thresholds(2 * float(torso[2]), 2 * float(torso[1]))

@@ -1,6 +1,6 @@
 """Examples of postures, training settings, and preparation of examples: one rate, no gaps."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -20,6 +20,11 @@ Topology = Literal["left-right", "ergodic"]
 TOPOLOGIES: tuple[Topology, ...] = get_args(Topology)
 Classifier = Literal["forest", "paper"]
 CLASSIFIERS: tuple[Classifier, ...] = get_args(Classifier)
+CHOICES = {"classifier": CLASSIFIERS, "features": KINDS, "topology": TOPOLOGIES, "scale": SCALES}  # of settings, by name
+RANGES: Mapping[str, tuple[float, float]] = {
+    "trees": (1, 10_000), "rate": (1, 1000), "symbols": (2, 1024), "states": (1, 32), "floor": (1e-6, 0.5),
+    "spread": (0, 10), "restarts": (1, 100), "folds": (0, 1000), "seed": (0, 2**31 - 1), "false_per_hour": (1e-3, 3600),
+}  # fmt: skip
 LONGEST_LABEL = 64
 BACKGROUND = "-"  # label of movement without postures
 LEAST_ROWS = 2
@@ -79,38 +84,20 @@ class TrainingSettings:
     ignored: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, allowed in (
-            ("classifier", CLASSIFIERS),
-            ("features", KINDS),
-            ("topology", TOPOLOGIES),
-            ("scale", SCALES),
-        ):
+        for name, allowed in CHOICES.items():
             if getattr(self, name) not in allowed:
                 raise UserError(f"{name} = {getattr(self, name)!r}: allowed: {', '.join(allowed)}")
         if unknown := [part for part in self.ignored if part not in PARTS]:
             raise UserError(f"ignored = {unknown[0]!r}: allowed: {', '.join(PARTS)}")
         if len(set(self.ignored)) < len(self.ignored) or {"arms", "legs"} <= set(self.ignored):
             raise UserError(f"ignored = {', '.join(self.ignored)}: allowed: each part once, arms or legs but not both")
-        ranges: tuple[tuple[str, float, float], ...] = (
-            ("trees", 1, 10_000),
-            ("rate", 1, 1000),
-            ("symbols", 2, 1024),
-            ("states", 1, 32),
-            ("floor", 1e-6, 0.5),
-            ("spread", 0, 10),
-            ("restarts", 1, 100),
-            ("folds", 0, 1000),
-            ("seed", 0, 2**31 - 1),
-        )
-        if self.false_per_hour is not None:
-            ranges = (*ranges, ("false_per_hour", 1e-3, 3600))
-            if self.classifier != "forest" or not self.folds:
-                raise UserError(
-                    f"false_per_hour = {self.false_per_hour:g}: allowed: for the classifier forest with thresholds"
-                )
-        for name, low, high in ranges:
-            if not low <= getattr(self, name) <= high:
-                raise UserError(f"{name} = {getattr(self, name)}: allowed: {low:g} to {high:g}")
+        rate = self.false_per_hour
+        if rate is not None and (self.classifier != "forest" or not self.folds):
+            raise UserError(f"false_per_hour = {rate:g}: allowed: for the classifier forest with thresholds")
+        for name, (low, high) in RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise UserError(f"{name} = {value}: allowed: {low:g} to {high:g}")
 
 
 @dataclass(frozen=True)

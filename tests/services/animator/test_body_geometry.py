@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.support.animator_stand_in import body, pose_at
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import ANATOMIES, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, end_ellipses, part_frames
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
@@ -19,11 +19,10 @@ CAMERA = demo_rig("two-view").viewers[0].camera
 BODY = body_from_lengths(TEN_PARTS, average_lengths(1.8))
 
 
-def turned(quaternion: Floats, vector: Floats) -> Floats:
+def turned(quaternion: Floats, *vector: float) -> Floats:
     """Hamilton product q v q*."""
     axis, w = quaternion[:3], quaternion[3]
-    turned: Floats = vector + 2 * np.cross(axis, np.cross(axis, vector) + w * vector)
-    return turned
+    return vector + 2 * np.cross(axis, np.cross(axis, vector) + w * np.array(vector))
 
 
 def random_pose(anatomy: Anatomy, seed: int) -> Pose:
@@ -43,25 +42,18 @@ def random_body(anatomy: Anatomy, seed: int) -> Bdp:
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 10_000), name=st.sampled_from(sorted(ANATOMIES)))
-def test_both_ends_of_every_capsule_are_the_centres_of_the_parts_end_ellipses(seed: int, name: str) -> None:
+def test_both_ends_of_every_capsule_are_the_centres_of_the_parts_end_ellipses_and_its_radii_lie_along_its_axes(
+    seed: int, name: str
+) -> None:
     anatomy = ANATOMIES[name]
     body, pose = random_body(anatomy, seed), random_pose(anatomy, seed)
     shapes, placed = capsule_shapes(body), placed_capsules(anatomy, body, pose)
     for part, ellipses in enumerate(body_ellipses(body, placed.frames)):
+        place, quaternion = placed.positions[part], placed.quaternions[part]
         near, far = ellipses[:24].mean(axis=0), ellipses[24:].mean(axis=0)
-        axis = turned(placed.quaternions[part], np.array([0.0, shapes.lengths[part], 0.0]))
-        np.testing.assert_allclose(placed.positions[part], near, atol=1e-9)
-        np.testing.assert_allclose(placed.positions[part] + axis, far, atol=1e-9)
-
-
-@pytest.mark.slow
-@given(seed=st.integers(0, 10_000))
-def test_a_capsules_radii_lie_along_its_own_axes(seed: int) -> None:
-    body, pose = random_body(FOURTEEN_PARTS, seed), random_pose(FOURTEEN_PARTS, seed)
-    shapes, placed = capsule_shapes(body), placed_capsules(FOURTEEN_PARTS, body, pose)
-    for part, ellipses in enumerate(body_ellipses(body, placed.frames)):
-        across = turned(placed.quaternions[part], np.array([shapes.near[part, 0], 0.0, 0.0]))
-        np.testing.assert_allclose(placed.positions[part] + across, ellipses[0], atol=1e-9)
+        np.testing.assert_allclose(place, near, atol=1e-9)
+        np.testing.assert_allclose(place + turned(quaternion, 0.0, shapes.lengths[part], 0.0), far, atol=1e-9)
+        np.testing.assert_allclose(place + turned(quaternion, shapes.near[part, 0], 0.0, 0.0), ellipses[0], atol=1e-9)
 
 
 def test_cylinders_have_equal_radii_at_both_ends() -> None:

@@ -1,6 +1,8 @@
 """Reader of two takes beside the page: poses as in exports, errors, early end."""
 
 import threading
+import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -20,17 +22,17 @@ from zenocap.services.animator.show import TakePage, show_take
 PATIENCE_S = 60.0
 
 
-def comparison() -> TakeComparison:
-    one = timed(moving(5), "a.mcap")
-    return TakeComparison(one, one)
+@pytest.fixture
+def take(tmp_path: Path) -> Path:
+    return write_take(tmp_path / "a.mcap", messages_of_track(moving(5)))
 
 
 @pytest.mark.parametrize("raw", [False, True])
-@pytest.mark.parametrize("take", sorted(GOLDEN.glob("*.mcap")), ids=lambda path: path.stem)
-def test_the_poses_are_those_of_exports(take: Path, raw: bool) -> None:
-    found, expected = read_track(take, raw=raw), read_poses(take, raw=raw)
+@pytest.mark.parametrize("golden", sorted(GOLDEN.glob("*.mcap")), ids=lambda path: path.stem)
+def test_the_poses_are_those_of_exports(golden: Path, raw: bool) -> None:
+    found, expected = read_track(golden, raw=raw), read_poses(golden, raw=raw)
     track = expected.track()
-    assert found.name == take.name
+    assert found.name == golden.name
     assert found.captured_ns.tolist() == [bap.captured_ns for bap in expected.baps]
     np.testing.assert_array_equal(found.track.frames, track.frames)
     np.testing.assert_array_equal(found.track.times_s, track.times_s)
@@ -49,29 +51,24 @@ def test_of_two_poses_of_one_time_the_last_counts_and_lost_ones_are_empty(tmp_pa
     assert found.known.tolist() == [True, True, True, True, False, True]
 
 
-def test_the_page_is_served_before_the_takes_are_read(tmp_path: Path) -> None:
+def test_the_page_is_served_before_the_takes_are_read(take: Path) -> None:
     allowed = threading.Event()
 
     def read(ended: Stopped) -> TakeComparison:
         assert allowed.wait(PATIENCE_S)
-        return comparison()
+        return TakeComparison(timed(), timed())
 
-    page = TakePage(write_take(tmp_path / "a.mcap", messages_of_track(moving(5))), PageTable(port=0), compared=read)
-    page.open()
-    try:
+    with closing(TakePage(take, PageTable(port=0), compared=read)) as page:
+        page.open()
         assert page.address.startswith("http://")
-        assert page._reader is not None
         assert page._reader.found is None
         allowed.set()
         page._reader._thread.join(PATIENCE_S)
         assert page._reader.found is not None
         assert page.problem == ""
-    finally:
-        page.close()
 
 
-def test_reading_ends_when_the_page_is_closed(tmp_path: Path) -> None:
-    take = write_take(tmp_path / "a.mcap", messages_of_track(moving(5)))
+def test_reading_ends_when_the_page_is_closed(take: Path) -> None:
     with pytest.raises(ReadingStopped):
         compare(take, take, stopped=lambda: True)
     begun, found = threading.Event(), []
@@ -79,7 +76,7 @@ def test_reading_ends_when_the_page_is_closed(tmp_path: Path) -> None:
     def read(ended: Stopped) -> TakeComparison:
         begun.set()
         while not ended():
-            pass
+            time.sleep(0.01)  # leaves the processor to the thread that ends it
         return compare(take, take, stopped=ended)
 
     reader = ComparisonReader(read, found.append)
@@ -90,10 +87,8 @@ def test_reading_ends_when_the_page_is_closed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_second_take_without_poses_ends_the_page_with_its_error(tmp_path: Path) -> None:
-    take = write_take(tmp_path / "a.mcap", messages_of_track(moving(5)))
-    empty = write_take(tmp_path / "empty.mcap", messages_of_track(moving(5))[:2])
-    addresses: list[str] = []
+def test_a_second_take_without_poses_ends_the_page_with_its_error(take: Path, tmp_path: Path) -> None:
+    empty, addresses = write_take(tmp_path / "empty.mcap", messages_of_track(moving(5))[:2]), []
     with pytest.raises(UserError, match=r"empty\.mcap: no universal BAP"):
         show_take(
             take, PageTable(port=0), lambda: False, addresses.append,

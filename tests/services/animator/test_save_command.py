@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.errors import UserError
@@ -35,9 +36,8 @@ def test_options_of_a_format_and_no_others_are_given() -> None:
     part = ["--from", "10.999500000s", "--until", "12.000500000s", "--smooth", "6"]
     assert found == ["export", *common, *part, "--to", "trc", "--joints", "halpe", "--axes", "opensim"]
     found = line(SaveTake("mp4", view="front", follow=True, trails_s=1.0, theme="dark"))
-    assert found == [
-        "render", *common, "--view", "front", "--size", "1280x720", "--theme", "dark", "--trails", "1", "--follow",
-    ]  # fmt: skip
+    drawn = ["--view", "front", "--size", "1280x720", "--theme", "dark", "--trails", "1", "--follow"]
+    assert found == ["render", *common, *drawn]
 
 
 @pytest.mark.parametrize(
@@ -51,15 +51,10 @@ def test_other_values_are_refused(field: str) -> None:
 
 def test_positions_of_the_player_become_times_since_frame_0(tmp_path: Path) -> None:
     """The first message, at which the player begins, may be earlier than frame 0."""
-    poses = messages_of_track(moving(20, rate=10.0))
-    early = m.Posture(
-        frame=0, captured_ns=START_NS - 3_000_000_000, label="squat", start_ns=START_NS - 3_000_000_000,
-        end_ns=START_NS - 3_000_000_000, log_likelihoods={}, score=1.0, margin=0.0,
-    )  # fmt: skip
-    take = write_take(tmp_path / "a.mcap", [early, *poses])
-    index = read_summary(take)
-    assert index is not None
-    assert index.start_ns == START_NS - 3_000_000_000
+    begin_ns = START_NS - 3_000_000_000
+    early = built(m.Posture, captured_ns=begin_ns, label="squat", start_ns=begin_ns, end_ns=begin_ns)
+    take = write_take(tmp_path / "a.mcap", [early, *messages_of_track(moving(20, rate=10.0))])
+    assert read_summary(take).start_ns == begin_ns
     assert shift_s(take, SaveTake("bvh", 3.5, 4.0), raw=False) == pytest.approx(-3.0)
     for request in (SaveTake("bvh", 5.0), SaveTake("bvh", None, 2.9)):
         with pytest.raises(UserError, match=r"the part has no pose: allowed: between 3\.00 and 4\.90 s"):
@@ -80,8 +75,6 @@ def test_output_of_the_commands() -> None:
     lines = ["note: 2 frames without pose: blank", "lost: cut before its end", "drawing"]
     assert notes_of(lines) == ["2 frames without pose: blank", "lost: cut before its end"]
     assert reason(["note: a", "error: x: allowed: y", "z"], 1) == "x: allowed: y"
-    assert (
-        reason(["Usage: export", "╭─ Error ─╮", "│ no such option │", "╰──╯"], 2)
-        == "the command ended with status 2: no such option"
-    )
+    usage = ["Usage: export", "╭─ Error ─╮", "│ no such option │", "╰──╯"]
+    assert reason(usage, 2) == "the command ended with status 2: no such option"
     assert reason([], -9) == "the command ended with status -9"

@@ -38,24 +38,25 @@ class Job(SaveJob):
 WRITE = "import sys; open(sys.argv[1], 'w').write('new'); print(f'{sys.argv[1]}: 3 frames');"
 
 
+def new_file(folder: Path, text: str = "") -> Path:
+    (folder / "new").mkdir(exist_ok=True)
+    file = folder / "new" / "walk.bvh"
+    file.write_text(text)
+    return file
+
+
 def test_a_taken_name_gets_a_number(tmp_path: Path) -> None:
     for expected in ("walk.bvh", "walk-2.bvh", "walk-3.bvh"):
-        (tmp_path / "new").mkdir()
-        file = tmp_path / "new" / "walk.bvh"
-        file.write_text(expected)
-        assert moved(file, tmp_path).name == expected
-        file.parent.rmdir()
+        assert moved(new_file(tmp_path, expected), tmp_path).name == expected
+    assert list((tmp_path / "new").iterdir()) == []
     assert (tmp_path / "walk.bvh").read_text() == "walk.bvh"
 
 
 def test_too_many_names_are_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MAX_SAVED_NAMES", 1)
     (tmp_path / "walk.bvh").touch()
-    (tmp_path / "new").mkdir()
-    file = tmp_path / "new" / "walk.bvh"
-    file.touch()
     with pytest.raises(UserError, match=r"walk\.bvh: 1 files of this name exist"):
-        moved(file, tmp_path)
+        moved(new_file(tmp_path), tmp_path)
 
 
 def test_states_of_a_file_that_is_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

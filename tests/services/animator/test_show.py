@@ -1,7 +1,7 @@
 """Pictures of a shown take: time of the pose, or position of a paused player."""
 
 from pathlib import Path
-from types import SimpleNamespace
+from unittest.mock import Mock, call
 
 import pytest
 
@@ -14,53 +14,41 @@ from zenocap.services.animator.playback import PlayFile
 from zenocap.services.animator.show import TakePage
 
 SHIFT_NS = 40_000_000_000  # of the fifth repetition of a take of 10 s
-
-
-class Feed:
-    """Positions whose pictures were asked for."""
-
-    def __init__(self) -> None:
-        self.shown: list[float] = []
-
-    def show(self, position_s: float, rate: float = 0.0) -> None:
-        self.shown.append(position_s)
+DROPPED = Path("/tmp/x/b.mcap")
 
 
 @pytest.fixture
 def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TakePage:
     page = TakePage(write_take(tmp_path / "a.mcap", messages_of_track(moving(10))), PageTable(port=0))
-    monkeypatch.setattr(page, "_camera_feed", Feed())
+    monkeypatch.setattr(page, "_camera_feed", Mock())
     monkeypatch.setattr(page, "_start_ns", START_NS)
     return page
 
 
 def test_pictures_follow_the_poses_while_a_take_plays_and_the_position_while_it_is_paused(page: TakePage) -> None:
-    feed, track = page._camera_feed, timed(moving(10, rate=20.0), "a.mcap")
-    assert isinstance(feed, Feed)
-    playing = PlayerUpdate("a.mcap", 0.2, 0.5)
+    track, playing = timed(moving(10, rate=20.0)), PlayerUpdate("a.mcap", 0.2, 0.5)
     page._on_update(playing)  # no pose yet: the position
     page._on_pose(actor(track, 5, SHIFT_NS), SHIFT_NS)
     page._on_update(playing)  # behind the pose by up to a period of the player: not shown
     page._on_pose(actor(track, 6, SHIFT_NS), 0)  # its shift is not known yet: not shown
     page._on_update(PlayerUpdate("a.mcap", 0.4, 0.5, paused=True))
     page._on_pose(actor(track, 7, SHIFT_NS), SHIFT_NS)
-    assert feed.shown == pytest.approx([0.2, 0.25, 0.4])
+    assert [call.args[0] for call in page._camera_feed.show.call_args_list] == pytest.approx([0.2, 0.25, 0.4])
 
 
 def test_a_dropped_take_that_cannot_be_played_does_not_end_the_page(
     page: TakePage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sent: list[object] = []
-    playback = SimpleNamespace(send=sent.append)
-    monkeypatch.setattr(page._feed, "player", playback)
+    player = Mock()
+    monkeypatch.setattr(page._feed, "player", player)
     page._on_update(PlayerUpdate("a.mcap", opened=1))
-    page._on_drop(Path("/tmp/x/b.mcap"))
+    page._on_drop(DROPPED)
     page._on_update(PlayerUpdate("b.mcap", opened=2))
     assert page.player.take == "a.mcap"
     page._on_update(PlayerUpdate("", problem="b.mcap: unreadable"))
     page._on_update(PlayerUpdate(""))  # end of the dropped one
     assert page.player.take == "a.mcap"
-    assert sent == [PlayFile(Path("/tmp/x/b.mcap")), PlayTake("a.mcap")]
+    assert player.send.call_args_list == [call(PlayFile(DROPPED)), call(PlayTake("a.mcap"))]
     page._on_update(PlayerUpdate("a.mcap", opened=3))
     page._on_update(PlayerUpdate("", problem="a.mcap: removed"))  # that of the page
     assert page.player.problem == "a.mcap: removed"
@@ -69,7 +57,7 @@ def test_a_dropped_take_that_cannot_be_played_does_not_end_the_page(
 def test_a_take_that_is_dropped_before_the_page_plays_is_refused_in_words(
     page: TakePage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    published: list[tuple[str, object]] = []
-    monkeypatch.setattr(page._feed.page, "publish", lambda key, update: published.append((key, update)))
-    page._on_drop(Path("/tmp/x/b.mcap"))
-    assert published == [("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))]
+    publish = Mock()
+    monkeypatch.setattr(page._feed.page, "publish", publish)
+    page._on_drop(DROPPED)
+    publish.assert_called_once_with("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))

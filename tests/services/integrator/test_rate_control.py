@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.support.two_view_run import envelope
 from zenocap.common.bus.protocol import Tick
@@ -104,14 +105,12 @@ class Plant:
 
 def test_a_rig_that_keeps_up_is_told_so_once() -> None:
     plant = Plant({"1": 31.0, "2": 40.0}).run(120)
-    assert plant.rates() == [(RECOVERY_TICKS, 30.0)]
-    assert describe(plant.state) == ""
+    assert (plant.rates(), describe(plant.state)) == ([(RECOVERY_TICKS, 30.0)], "")
 
 
 def test_twice_what_the_viewers_can_do_is_halved_within_seconds_and_named() -> None:
     plant = Plant({"1": 15.0, "2": 40.0}).run(10)
-    assert plant.rates() == [(2, 30.0), (plant.rates()[1][0], 15.0)]
-    assert plant.rates()[1][0] <= 5
+    assert plant.rates() == [(2, 30.0), (pytest.approx(4, abs=1), 15.0)]
     assert describe(plant.state) == "reduced to 15 of 30 frames/s: processor of viewer 1"
 
 
@@ -151,8 +150,7 @@ def test_a_level_that_fails_again_is_tried_less_and_less_often() -> None:
 
 
 def test_a_level_at_which_a_loop_would_work_all_the_time_is_not_tried() -> None:
-    plant = Plant({"1": 15.5, "2": 15.5}).run(400)
-    assert [rate for _, rate in plant.rates()] == [30.0, 15.0]
+    assert [rate for _, rate in Plant({"1": 15.5, "2": 15.5}).run(400).rates()] == [30.0, 15.0]
 
 
 def test_one_stall_is_no_overload() -> None:
@@ -209,8 +207,7 @@ def test_a_tracker_that_searches_is_no_reason_for_a_lower_rate() -> None:
     for second in range(4, 20):
         plant.second()
         counts = {"whole_instants": 30 * second, "incomplete_instants": 0, "dropped_instants": 25 * second}
-        report = health("tracker", "main", second, counts)
-        plant.give(Health(**{name: getattr(report, name) for name in report.__struct_fields__} | {"phase": Phase.LOST}))
+        plant.give(structs.replace(health("tracker", "main", second, counts), phase=Phase.LOST))
     assert plant.rate == FPS
 
 
@@ -246,9 +243,7 @@ def test_a_decision_of_another_integrator_is_answered_once(other: FrameRate | Tr
         plant.state, answer = step(plant.setup, plant.state, envelope(other))
         assert answer == []  # a flood of them is not answered by a flood
     plant.run(3)
-    answers = [message for _, message in plant.published[before:]]
-    assert [type(message) for message in answers] == [FrameRate, TrackerDetail]
-    rate, detail = answers
+    rate, detail = answers = [message for _, message in plant.published[before:]]
     assert isinstance(rate, FrameRate)
     assert isinstance(detail, TrackerDetail)
     assert share_of(rate) == Share()

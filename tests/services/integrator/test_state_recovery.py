@@ -1,12 +1,12 @@
 """A restarted integrator continues with the body and pose published before."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.support.built_messages import built
 from tests.support.perfect_viewers import HIPS, INITIAL_MESSAGES, SETUP, TRACKED, partial_bdp, play, sighting
+from tests.support.two_view_run import VIEWERS
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
@@ -16,17 +16,10 @@ from zenocap.services.integrator.states import IntegratorState
 from zenocap.services.integrator.step import awaits_recovery
 
 BODY, POSE = INITIAL_MESSAGES[-2:]
-assert isinstance(BODY, m.UniversalBdp)
-assert isinstance(POSE, m.UniversalBap)
 
 
 def restarted_with(*messages: m.Message) -> tuple[IntegratorState, list[m.Message]]:
     return play(integrator.initial_state(SETUP), *messages)
-
-
-def t_pose_messages(frame: int) -> list[m.Message]:
-    """T-pose in one frame set, as both viewers see it."""
-    return [message for viewer in ("1", "2") for message in (sighting(viewer, frame), partial_bdp(viewer, frame))]
 
 
 def test_recovered_body_and_pose_resume_tracking_and_are_published_again() -> None:
@@ -34,23 +27,16 @@ def test_recovered_body_and_pose_resume_tracking_and_are_published_again() -> No
     assert published == [BODY, POSE]
     assert integrator.describe(state) == "tracking"
     assert not awaits_recovery(state)
-    assert state.person is not None
-    assert TRACKED.person is not None
     np.testing.assert_array_equal(state.person.pose.angles, TRACKED.person.pose.angles)
     np.testing.assert_array_equal(state.person.bdp.sizes, TRACKED.person.bdp.sizes)
     assert state.views == POSE.views
-    _, published = play(state, sighting("1", 30), sighting("2", 30))
-    assert [type(message) for message in published] == [m.Assignment]
-    assert isinstance(published[0], m.Assignment)
-    assert published[0].tracking
+    _, (assignment,) = play(state, sighting("1", 30), sighting("2", 30))
+    assert assignment.tracking
 
 
 def test_tracking_resumes_with_one_viewer() -> None:
     state, _ = restarted_with(BODY, POSE)
-    published: list[m.Message] = []
-    for frame in range(30, 40):
-        state, more = play(state, sighting("1", frame))
-        published += more
+    _, published = play(state, *(sighting("1", frame) for frame in range(30, 40)))
     assert any(isinstance(message, m.Assignment) and message.tracking for message in published)
 
 
@@ -63,35 +49,27 @@ def test_a_recovered_pose_without_its_body_is_ignored() -> None:
 
 
 def test_recovered_messages_are_ignored_after_the_body_is_measured() -> None:
-    other = replace(TRACKED)
-    state, published = play(other, BODY, POSE)
-    assert published == []
-    assert state == other
+    assert play(TRACKED, BODY, POSE) == (TRACKED, [])
 
 
 def test_recovered_messages_are_ignored_after_a_measure_request() -> None:
     state, _ = play(TRACKED, m.Request(frame=0, captured_ns=0, what="measure"))
     assert not awaits_recovery(state)
     after, published = play(state, BODY, POSE)
-    assert published == []
-    assert after.person is None
-    shown = [message for frame in range(40, 48) for message in t_pose_messages(frame)]
-    state, _ = play(state, *shown)
-    assert state.person is not None
+    assert (after.person, published) == (None, [])
+    t_poses = [message(viewer, k) for k in range(40, 48) for viewer in VIEWERS for message in (sighting, partial_bdp)]
+    assert play(state, *t_poses)[0].person is not None
 
 
 def test_a_body_or_pose_of_another_rig_is_refused() -> None:
-    other_anatomy = m.UniversalBdp(
-        frame=0, captured_ns=0, body=m.Body(anatomy="fourteen-parts", sizes={}, offsets={}), ratio=1.0
-    )
+    other_anatomy = replace(BODY, body=m.Body(anatomy="fourteen-parts", sizes={}, offsets={}))
     other_viewers = built(m.UniversalBap, views={"left": "facade", "right": "flank"})
     state, published = restarted_with(other_anatomy, POSE, BODY, other_viewers)
-    assert published == [BODY]
-    assert state.person is None
+    assert (state.person, published) == (None, [BODY])
 
 
 @pytest.mark.parametrize("height", [1.5, 1.75, 1.95])
 def test_standing_height_is_that_of_the_hips(height: float) -> None:
     body = body_from_lengths(TEN_PARTS, average_lengths(height))
     assert standing_height(TEN_PARTS, body) == pytest.approx(0.53 * height)
-    assert HIPS[1] == pytest.approx(TRACKED.person.height if TRACKED.person else None)
+    assert HIPS[1] == pytest.approx(TRACKED.person.height)

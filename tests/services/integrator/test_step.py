@@ -1,14 +1,15 @@
 """The integrator's step, driven by messages of ideal viewers."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.support.built_messages import built
 from tests.support.perfect_viewers import (
     FIRST,
-    FLAT_TURNS,
     HEIGHT,
     HIPS,
     INITIAL_MESSAGES,
@@ -25,26 +26,29 @@ from tests.support.two_view_run import EPOCH_NS, FRAME_NS, VIEWERS, envelope, in
 from tests.support.two_view_scene import angles, degrees_between
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.definition import Bdp
 from zenocap.common.body.segments import limb_directions
 from zenocap.common.bus.protocol import Alive, Tick
 from zenocap.common.codec import decode, encode
 from zenocap.common.conversion import bdp_of
 from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY, RECOVERY_TICKS
+from zenocap.services.integrator.states import IntegratorState
 from zenocap.services.integrator.two_view.perspective import scaling_factor
 
 assignments, baps = partial(messages_of_kind, kind=m.Assignment), partial(messages_of_kind, kind=m.UniversalBap)
+NEW = integrator.initial_state(SETUP)
+
+
+def views_of(assignment: m.Assignment) -> dict[str, str]:
+    return {viewer: assigned.view for viewer, assigned in assignment.views.items()}
 
 
 def test_the_initial_posture_gives_one_body_and_one_pose() -> None:
-    kinds = [type(message).__name__ for message in INITIAL_MESSAGES]
-    assert kinds == ["Assignment"] * INSTANTS_OF_BODY + ["UniversalBdp", "UniversalBap"]
+    kinds = [type(message) for message in INITIAL_MESSAGES]
+    assert kinds == [m.Assignment] * INSTANTS_OF_BODY + [m.UniversalBdp, m.UniversalBap]
     universal, bap = INITIAL_MESSAGES[-2:]
-    assert isinstance(universal, m.UniversalBdp)
-    assert isinstance(bap, m.UniversalBap)
-    bdp: Bdp = bdp_of(TEN_PARTS, universal.body)
-    assert 2 * bdp.sizes[TEN_PARTS.index["torso"], 2] == pytest.approx(LENGTHS["torso_depth"])
+    torso = bdp_of(TEN_PARTS, universal.body).sizes[TEN_PARTS.index["torso"]]
+    assert 2 * torso[2] == pytest.approx(LENGTHS["torso_depth"])
     assert universal.ratio == pytest.approx(1.0)
     np.testing.assert_allclose(bap.position, HIPS, atol=1e-6)
     assert bap.angles["right_shoulder.z"] == pytest.approx(np.pi / 2)
@@ -55,47 +59,44 @@ def test_the_first_assignments_have_the_position_and_the_front_viewer() -> None:
     for assignment in assignments(INITIAL_MESSAGES):
         np.testing.assert_allclose(assignment.position, HIPS, atol=1e-6)
         assert not assignment.tracking
-        assert {v: a.view for v, a in assignment.views.items()} == {"1": "facade", "2": "flank"}
+        assert views_of(assignment) == {"1": "facade", "2": "flank"}
         assert assignment.yaw == pytest.approx(0.0, abs=1e-3)
         for viewer, answer in assignment.views.items():
             assert answer.scale == pytest.approx(scaling_factor(SETUP.cameras[viewer], HIPS))
 
 
 def test_the_viewer_that_sees_the_stretched_arms_is_the_front_viewer() -> None:
-    state = integrator.initial_state(SETUP)
-    _, published = play(state, sighting("1", 0, view="flank"), sighting("2", 0, view="facade"))
-    first = assignments(published)[0]
-    assert {v: a.view for v, a in first.views.items()} == {"1": "flank", "2": "facade"}
+    _, (first,) = play(NEW, sighting("1", 0, view="flank"), sighting("2", 0, view="facade"))
+    assert views_of(first) == {"1": "flank", "2": "facade"}
     assert first.yaw == pytest.approx(-np.pi / 2, abs=1e-3)  # towards camera 2 on -X
+    _, (unclear,) = play(NEW, sighting("1", 0, view="flank"), sighting("2", 0, view="flank"))
+    assert views_of(unclear) == {"1": "facade", "2": "flank"}  # as before
 
 
 def test_no_body_is_measured_without_both_viewers() -> None:
-    state = integrator.initial_state(SETUP)
-    state, published = play(state, *(sighting("1", frame) for frame in range(8)))
+    state, published = play(NEW, *(sighting("1", frame) for frame in range(8)))
     assert published == []
     state, published = play(state, sighting("1", 9), sighting("2", 9, present=False))
     assert published == []
     assert integrator.describe(state) == "waiting for the T-pose in both views"
 
 
+def not_measured(frames: int, scales: Callable[[int], tuple[float, float]]) -> IntegratorState:
+    """State after T-poses that give no body.  scales: factors on the lengths that the viewers measure, by frame."""
+    state = NEW
+    for frame in range(frames):
+        bodies = (partial_bdp(viewer, frame, scale) for viewer, scale in zip(VIEWERS, scales(frame), strict=True))
+        state, published = play(state, *(sighting(viewer, frame) for viewer in VIEWERS), *bodies)
+        assert messages_of_kind(published, m.UniversalBdp) == []
+    return state
+
+
 def test_a_person_who_moves_is_not_measured() -> None:
-    state = integrator.initial_state(SETUP)
-    for frame in range(3 * INSTANTS_OF_BODY):
-        scale = 1.0 + 0.05 * (frame % 2)
-        state, published = play(
-            state, *(sighting(v, frame) for v in VIEWERS), *(partial_bdp(v, frame, scale) for v in VIEWERS)
-        )
-        assert not any(isinstance(message, m.UniversalBdp) for message in published)
+    not_measured(3 * INSTANTS_OF_BODY, lambda frame: (1.0 + 0.05 * (frame % 2),) * 2)
 
 
 def test_the_health_text_reports_viewers_that_disagree_on_the_height() -> None:
-    state = integrator.initial_state(SETUP)
-    for frame in range(INSTANTS_OF_BODY):
-        state, published = play(
-            state, *(sighting(v, frame) for v in VIEWERS), partial_bdp("1", frame), partial_bdp("2", frame, 1.4)
-        )
-        assert not any(isinstance(message, m.UniversalBdp) for message in published)
-    assert "differ by 40%" in integrator.describe(state)
+    assert "differ by 40%" in integrator.describe(not_measured(INSTANTS_OF_BODY, lambda _: (1.0, 1.4)))
 
 
 def test_a_known_height_needs_no_initial_posture() -> None:
@@ -110,14 +111,12 @@ def test_sightings_give_an_assignment_and_partial_baps_a_universal_bap_while_tra
     moved = HIPS + np.array([0.05, -0.01, 0.04])
     state, published = play(TRACKED, *(sighting(v, FIRST, moved) for v in VIEWERS))
     (assignment,) = published
-    assert isinstance(assignment, m.Assignment)
     assert assignment.tracking
     np.testing.assert_allclose(assignment.position, moved, atol=1e-6)
     assert {v: (a.frame, a.stale) for v, a in assignment.views.items()} == {"1": (FIRST, False), "2": (FIRST, False)}
     pose = angles(right_shoulder_z=120, left_hip_x=20)
     _, published = play(state, *(partial_bap(v, FIRST, pose) for v in VIEWERS))
     (bap,) = published
-    assert isinstance(bap, m.UniversalBap)
     assert bap.position == assignment.position
     found = np.array([bap.angles[name] for name in TEN_PARTS.angles])
     off = degrees_between(limb_directions(TEN_PARTS, found), limb_directions(TEN_PARTS, pose))
@@ -161,43 +160,38 @@ def test_duplicate_sightings_and_baps_are_counted_and_answered_once() -> None:
     one, two = (sighting(v, FIRST) for v in VIEWERS)
     state, published = play(TRACKED, one, one, two, two, one)
     assert len(published) == 1
-    assert integrator.counts(state)["sighting_doubled"] == 3
     first, second = (partial_bap(v, FIRST, angles()) for v in VIEWERS)
     state, published = play(state, first, first, second, second)
     assert len(published) == 1
-    assert integrator.counts(state)["bap_doubled"] == 2
+    assert (integrator.counts(state)["sighting_doubled"], integrator.counts(state)["bap_doubled"]) == (3, 2)
 
 
 def test_partial_baps_without_an_assignment_are_ignored() -> None:
-    _, published = play(TRACKED, *(partial_bap(v, FIRST + 50, angles()) for v in VIEWERS))
-    assert published == []
+    assert play(TRACKED, *(partial_bap(v, FIRST + 50, angles()) for v in VIEWERS))[1] == []
 
 
 def test_an_unknown_viewer_is_counted() -> None:
-    unknown = built(m.Sighting, captured_ns=EPOCH_NS, viewer="9", present=False, height=0.0, width=0.0, score=0.0)
-    state, published = play(TRACKED, unknown)
-    assert published == []
-    assert integrator.counts(state)["sighting_unknown"] == 1
+    state, published = play(TRACKED, built(m.Sighting, captured_ns=EPOCH_NS, viewer="9", present=False))
+    assert (published, integrator.counts(state)["sighting_unknown"]) == ([], 1)
 
 
 def test_other_events_do_not_change_the_state() -> None:
-    health = m.Health(frame=0, captured_ns=1, service="tracker", id="1", state="", rate=0.0, stages_ms={}, counts={})
+    health = built(m.Health, captured_ns=1, service="tracker")
     for event in (envelope(health), envelope(INITIAL_MESSAGES[0]), Alive("viewer", "1", True, 3)):
         state, published = integrator.step(SETUP, TRACKED, event)
         assert state is TRACKED
         assert published == []
 
 
-def test_capture_times_are_corrected_by_the_clock_offset_in_health() -> None:
+def test_capture_times_are_corrected_by_the_clock_offset_in_health_and_a_wrong_clock_is_reported() -> None:
     ahead_ns = 5 * FRAME_NS
     health = built(m.Health, captured_ns=1, id="2", rate=15.0, clock_offset_ns=ahead_ns, clock_error_ns=1000)
     state, _ = play(TRACKED, health)
+    assert "viewer 2" in state.warnings["2"]
     late = sighting("2", FIRST)
-    message = m.Sighting(**{name: getattr(late, name) for name in late.__struct_fields__} | {
-        "captured_ns": late.captured_ns + ahead_ns
-    })  # fmt: skip
-    _, published = play(state, sighting("1", FIRST), message)
+    _, published = play(state, sighting("1", FIRST), replace(late, captured_ns=late.captured_ns + ahead_ns))
     assert [a.stale for a in assignments(published)[0].views.values()] == [False, False]
+    assert play(state, replace(health, clock_offset_ns=1000))[0].warnings == {}
 
 
 def test_a_turned_body_changes_the_facade_viewer() -> None:
@@ -205,16 +199,13 @@ def test_a_turned_body_changes_the_facade_viewer() -> None:
     state, views = TRACKED, []
     for frame in range(FIRST, FIRST + 3):
         state, published = play(state, sighting("1", frame, view="flank"), sighting("2", frame, view="facade"))
-        views.append({v: a.view for v, a in assignments(published)[0].views.items()})
+        views.append(views_of(assignments(published)[0]))
     assert views[-1] == {"1": "flank", "2": "facade"}
     assert all(set(pair.values()) == {"facade", "flank"} for pair in views)
 
 
 def test_rays_that_do_not_intersect_raise_no_error() -> None:
-    inconsistent = m.Sighting(
-        frame=FIRST, captured_ns=EPOCH_NS + FIRST * FRAME_NS, viewer="2", present=True, x=50.0, y=0.0, height=0.3,
-        width=0.1, view="flank", score=0.1, turns=FLAT_TURNS,
-    )  # fmt: skip
+    inconsistent = replace(sighting("2", FIRST), x=50.0, y=0.0)
     _, published = play(TRACKED, sighting("1", FIRST), inconsistent)
     assert np.all(np.isfinite(assignments(published)[0].position))
 

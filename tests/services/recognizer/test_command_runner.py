@@ -4,18 +4,19 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from tests.support.command_receivers import SECOND, http_receiver, posture_at, program, udp_receiver
 from zenocap.common.messages import CommandResult
 from zenocap.common.rig.commands import posture_commands
-from zenocap.common.runtime.clock import ManualClock, RealClock
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.services.recognizer.command_runner import CommandRunner
-from zenocap.services.recognizer.parameters import COMMANDS_WAITING, MAX_COMMAND_AGE_S
+from zenocap.services.recognizer.parameters import COMMANDS_WAITING
 
 PATIENCE_S = 60.0
 NOW = 1_700_000_000 * SECOND
@@ -37,34 +38,50 @@ class Puts:
 
 @contextmanager
 def running(
-    tables: dict[str, object], clock: ManualClock | RealClock, puts: Callable[[str, bytes], None] | None = None
+    tables: dict[str, object], puts: Callable[[str, bytes], None] | None = None, now_ns: int = NOW
 ) -> Iterator[CommandRunner]:
-    """Runner of the tables of commands by posture; all programs are allowed."""
+    """Runner of the tables of commands by posture, at a time; all programs are allowed."""
     programs = [table["program"] for table in tables.values() if isinstance(table, dict) and "program" in table]
-    runner = CommandRunner("studio", posture_commands(tables, programs), puts or Puts(), lambda: None, clock)
-    try:
+    commands = posture_commands(tables, programs)
+    with closing(CommandRunner("studio", commands, puts or Puts(), lambda: None, ManualClock(now_ns))) as runner:
         yield runner
-    finally:
-        runner.close()
+
+
+def program_table(path: str, argument: Path, **fields: object) -> dict[str, object]:
+    """Table of a command that runs a program."""
+    return {"action": "program", "program": path, "arguments": [str(argument)]} | fields
+
+
+def until(what: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not what():
+        assert time.monotonic() < end_s
+        time.sleep(0.002)
 
 
 def results_of(runner: CommandRunner, count: int) -> list[CommandResult]:
     """The next `count` results."""
     found: list[CommandResult] = []
-    end_s = time.monotonic() + PATIENCE_S
-    while len(found) < count:
-        assert time.monotonic() < end_s, found
-        found += runner.results()
-        time.sleep(0.002)
+
+    def complete() -> bool:
+        found.extend(runner.results())
+        return len(found) >= count
+
+    until(complete)
     return found
 
 
+def performed(runner: CommandRunner, captured_ns: int, times: int = 1) -> list[CommandResult]:
+    """Results of a posture that is received so many times, of one command."""
+    for _ in range(times):
+        runner.receive(posture_at(captured_ns))
+    return results_of(runner, times)
+
+
 def test_a_posture_triggers_a_command_and_its_result_has_the_latency() -> None:
-    clock, puts = ManualClock(NOW), Puts()
-    with running({"squat": ZENOH, "kick": {"action": "zenoh", "key": "lab/kick"}}, clock, puts) as runner:
-        clock.advance(SECOND // 50)
-        runner.receive(posture_at(NOW))
-        (result,) = results_of(runner, 1)
+    tables, puts = {"squat": ZENOH, "kick": {"action": "zenoh", "key": "lab/kick"}}, Puts()
+    with running(tables, puts, NOW + SECOND // 50) as runner:
+        (result,) = performed(runner, NOW)
         runner.receive(posture_at(NOW, None))
         assert runner.counts()["commands_done"] == 1
     assert puts.received == [("lab/squat", b"1")]
@@ -82,10 +99,8 @@ def test_a_datagram_has_what_is_known_of_the_posture() -> None:
     one = posture_at(NOW)
     with udp_receiver() as receiver:
         table = {"action": "udp", "port": receiver.getsockname()[1]}
-        with running({"*": table}, ManualClock(NOW)) as runner:
-            runner.receive(one)
-            (result,) = results_of(runner, 1)
-            said = json.loads(receiver.recv(1500))
+        with running({"*": table}) as runner:
+            (result,), said = performed(runner, NOW), json.loads(receiver.recv(1500))
     assert (result.posture, result.action, result.outcome) == ("squat", "udp", "done")
     numbers = {"begin": one.start_ns / 1e9, "end": one.end_ns / 1e9, "duration": (one.end_ns - one.start_ns) / 1e9}
     assert said == {name: pytest.approx(value, abs=1e-3) for name, value in numbers.items()} | {
@@ -94,39 +109,26 @@ def test_a_datagram_has_what_is_known_of_the_posture() -> None:
 
 
 def test_a_payload_has_its_placeholders_replaced() -> None:
-    clock, puts = ManualClock(NOW), Puts()
-    table = ZENOH | {"payload": '{"next": {count}, "{posture}": true}'}
-    with running({"squat": table}, clock, puts) as runner:
-        for _ in range(2):
-            runner.receive(posture_at(NOW))
-            results_of(runner, 1)
+    puts, table = Puts(), ZENOH | {"payload": '{"next": {count}, "{posture}": true}'}
+    with running({"squat": table}, puts) as runner:
+        performed(runner, NOW, 2)
     assert puts.received == [("lab/squat", b'{"next": %d, "squat": true}' % count) for count in (1, 2)]
 
 
 def test_capture_times_are_on_the_clock_of_the_integrator() -> None:
-    """A clock that is 50 s ahead makes no posture old."""
-    clock, puts = ManualClock(NOW + 50 * SECOND), Puts()
-    with running({"squat": ZENOH}, clock, puts) as runner:
+    """A clock that is 50 s ahead makes no posture old; without it a posture is as of a replayed take."""
+    puts = Puts()
+    with running({"squat": ZENOH}, puts, NOW + 50 * SECOND) as runner:
         runner.receive(posture_at(NOW))
-        assert runner.counts()["commands_old"] == 1
+        assert (runner.counts()["commands_old"], list(runner.results()), puts.received) == (1, [], [])
         runner.set_clock_offset(Offset(50 * SECOND - SECOND // 100, 1000))
-        runner.receive(posture_at(NOW))
-        assert results_of(runner, 1)[0].latency_ns == SECOND // 100
-
-
-def test_a_posture_of_a_replayed_take_triggers_nothing() -> None:
-    clock, puts = RealClock(), Puts()
-    with running({"squat": ZENOH}, clock, puts) as runner:
-        runner.receive(posture_at(clock.now_ns() - round((MAX_COMMAND_AGE_S + 1) * SECOND)))
-        assert runner.counts()["commands_old"] == 1
-        assert runner.results() == []
-    assert puts.received == []
+        assert performed(runner, NOW)[0].latency_ns == SECOND // 100
 
 
 def test_too_many_at_once_are_dropped_and_reported_without_waiting() -> None:
-    clock, puts = ManualClock(NOW), Puts()
+    puts = Puts()
     puts.open.clear()
-    with running({"squat": ZENOH}, clock, puts) as runner:
+    with running({"squat": ZENOH}, puts) as runner:
         offered = COMMANDS_WAITING + 5
         for _ in range(offered):
             runner.receive(posture_at(NOW))  # returns although the put blocks
@@ -143,13 +145,11 @@ def test_too_many_at_once_are_dropped_and_reported_without_waiting() -> None:
 
 @pytest.mark.slow
 def test_a_slow_command_does_not_delay_another() -> None:
-    clock, puts = RealClock(), Puts()
     with http_receiver() as receiver:
         receiver.status = None
         tables = {"squat": [{"action": "http", "url": receiver.url, "timeout": 10, "cooldown": 0}, ZENOH]}
-        with running(tables, clock, puts) as runner:
-            runner.receive(posture_at(clock.now_ns()))
-            assert [result.action for result in results_of(runner, 1)] == ["zenoh"]
+        with running(tables) as runner:
+            assert [result.action for result in performed(runner, NOW)] == ["zenoh"]
             receiver.status = 204
             receiver.released.set()
             (slow,) = results_of(runner, 1)
@@ -157,57 +157,38 @@ def test_a_slow_command_does_not_delay_another() -> None:
 
 
 def test_a_failing_command_is_reported_and_the_next_ones_are_performed(tmp_path: Path) -> None:
-    clock = RealClock()
     path = program(tmp_path, "lights", 'test -e "$1" && exit 4; touch "$1"; echo broken >&2; exit 3')
-    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "file")], "cooldown": 0}
-    with running({"squat": table}, clock) as runner:
-        for _ in range(2):
-            runner.receive(posture_at(clock.now_ns()))
-        first, second = results_of(runner, 2)
+    with running({"squat": program_table(path, tmp_path / "file", cooldown=0)}) as runner:
+        first, second = performed(runner, NOW, 2)
         assert (first.outcome, first.error, second.error) == ("failed", "exit status 3: broken", "exit status 4")
         assert runner.counts()["commands_failed"] == 2
 
 
 def test_an_unexpected_error_is_a_failure_and_ends_no_thread() -> None:
-    clock, calls = RealClock(), []
-
-    def broken(key: str, payload: bytes) -> None:
-        calls.append(key)
-        raise RuntimeError("a bug")
-
-    with running({"squat": ZENOH}, clock, broken) as runner:
-        for _ in range(2):
-            runner.receive(posture_at(clock.now_ns()))
-        assert {result.error for result in results_of(runner, 2)} == {"RuntimeError: a bug"}
-    assert len(calls) == 2
+    broken = Mock(side_effect=RuntimeError("a bug"))
+    with running({"squat": ZENOH}, broken) as runner:
+        assert {result.error for result in performed(runner, NOW, 2)} == {"RuntimeError: a bug"}
+    assert broken.call_count == 2
 
 
 def test_a_program_gets_posture_confidence_and_rig(tmp_path: Path) -> None:
-    clock = RealClock()
     path = program(tmp_path, "write", 'echo "$ZENOCAP_RIG $ZENOCAP_POSTURE $ZENOCAP_CONFIDENCE" > "$1"')
-    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "out")]}
-    with running({"squat": table}, clock) as runner:
-        runner.receive(posture_at(clock.now_ns()))
-        (result,) = results_of(runner, 1)
+    with running({"squat": program_table(path, tmp_path / "out")}) as runner:
+        (result,) = performed(runner, NOW)
     assert (tmp_path / "out").read_text() == f"studio squat {result.confidence:.3f}\n"
 
 
 def test_closing_kills_a_running_program(tmp_path: Path) -> None:
-    clock = RealClock()
     path = program(tmp_path, "slow", 'touch "$1"; exec sleep 60')
-    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "begun")], "timeout": 60}
-    with running({"squat": table}, clock) as runner:
-        runner.receive(posture_at(clock.now_ns()))
-        end_s = time.monotonic() + PATIENCE_S
-        while not (tmp_path / "begun").exists():
-            assert time.monotonic() < end_s
-            time.sleep(0.01)
+    with running({"squat": program_table(path, tmp_path / "begun", timeout=60)}) as runner:
+        runner.receive(posture_at(NOW))
+        until((tmp_path / "begun").exists)
     (result,) = runner.results()
     assert (result.outcome, result.error) == ("failed", "exit status -9")
 
 
 def test_a_rig_without_commands_has_no_threads_and_no_counts() -> None:
     before = threading.active_count()
-    with running({}, RealClock()) as runner:
+    with running({}) as runner:
         assert threading.active_count() == before
         assert runner.counts() == {}

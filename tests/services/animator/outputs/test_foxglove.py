@@ -5,6 +5,7 @@ import socket
 import struct
 from base64 import b64decode
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,14 +34,15 @@ CAMERA = built(
 BODY = in_envelope(
     m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, BODIES["ten-parts"][1]), ratio=1.0)
 )
+ACTOR = posed("ten-parts", np.full(25, 0.4), np.array([0.3, 0.9, -0.2]))
+POSE, SCENE, FIXED, CALIBRATION = (f"foxglove/studio/{name}" for name in ("pose", "scene", "fixed", "viewer/1/calibration"))
 
 
-def bap(frame: int, shares: float = 0.4, lost: tuple[str, ...] = ()) -> Envelope:
-    pose = posed("ten-parts", np.full(25, shares), np.array([0.3, 0.9, -0.2])).pose
-    x, y, z = pose.position.tolist()
-    message = m.UniversalBap(
-        frame=frame, captured_ns=START_NS + frame, position=(x, y, z), angles=angles_by_name(TEN_PARTS, pose.angles),
-        scores={"1": 0.9}, views={"1": "facade"}, stale=[], lost=list(lost),
+def bap(frame: int) -> Envelope:
+    x, y, z = ACTOR.pose.position.tolist()
+    message = built(
+        m.UniversalBap, frame=frame, captured_ns=START_NS + frame, position=(x, y, z),
+        angles=angles_by_name(TEN_PARTS, ACTOR.pose.angles),
     )  # fmt: skip
     return in_envelope(message, received_ns=START_NS + frame)
 
@@ -109,9 +111,8 @@ class Panel:
 
 @pytest.fixture
 def output() -> Iterator[FoxgloveOutput]:
-    one = FoxgloveOutput(FoxgloveTable(port=free_port()), "studio")
-    yield one
-    one.close()
+    with closing(FoxgloveOutput(FoxgloveTable(port=free_port()), "studio")) as one:
+        yield one
 
 
 @pytest.fixture
@@ -132,26 +133,24 @@ def connected(output: FoxgloveOutput) -> ClientConnection:
 
 def test_a_client_gets_the_body_of_the_kinematics(output: FoxgloveOutput, panel: Panel) -> None:
     output.receive(BODY)
-    panel.wait(output, "foxglove/studio/scene", "foxglove/studio/body", "foxglove/studio/pose")
-    (entity,) = panel.last("foxglove/studio/scene").entities
-    actor = posed("ten-parts", np.full(25, 0.4), np.array([0.3, 0.9, -0.2]))
-    frames = part_frames(actor.anatomy, actor.body, actor.pose)
-    assert len(entity.cylinders) == 10
-    for k, cylinder in enumerate(entity.cylinders):
-        middle = frames[k, :, 3] + actor.body.sizes[k, 0] / 2 * frames[k, :, 1]
-        np.testing.assert_allclose(xyz(cylinder.pose.position), middle, atol=1e-9)
-    assert panel.last("foxglove/studio/pose")["tracked"] is True
+    panel.wait(output, SCENE, "foxglove/studio/body", POSE)
+    (entity,) = panel.last(SCENE).entities
+    frames = part_frames(ACTOR.anatomy, ACTOR.body, ACTOR.pose)
+    middles = frames[:, :, 3] + ACTOR.body.sizes[:, :1] / 2 * frames[:, :, 1]
+    np.testing.assert_allclose([xyz(one.pose.position) for one in entity.cylinders], middles, atol=1e-9)
+    assert len(middles) == 10
+    assert panel.last(POSE)["tracked"] is True
 
 
 @pytest.mark.slow
 def test_a_late_client_gets_the_messages_that_are_published_once(output: FoxgloveOutput, panel: Panel) -> None:
     output.receive(in_envelope(CAMERA, received_ns=START_NS))
     output.receive(BODY)
-    panel.wait(output, "foxglove/studio/viewer/1/calibration", "foxglove/studio/fixed")
+    panel.wait(output, CALIBRATION, FIXED)
     with connected(output) as socket:
         late = Panel(socket)
-        late.wait(output, "foxglove/studio/viewer/1/calibration", "foxglove/studio/fixed", "foxglove/studio/scene")
-        assert late.last("foxglove/studio/viewer/1/calibration").width == 160
+        late.wait(output, CALIBRATION, FIXED, SCENE)
+        assert late.last(CALIBRATION).width == 160
 
 
 def test_without_clients_all_channels_are_advertised_and_no_messages_are_converted(output: FoxgloveOutput) -> None:
@@ -173,10 +172,10 @@ def test_only_the_source_of_the_shown_actor_is_sent(output: FoxgloveOutput, pane
     for frame in range(5):
         output.receive(bap(frame))
     panel.read(0.1)
-    assert panel.received.keys() <= {"foxglove/studio/fixed"}
+    assert panel.received.keys() <= {FIXED}
     output.send(stretched("ten-parts"), None)
     output.receive(BODY)
-    panel.wait(output, "foxglove/studio/scene")
+    panel.wait(output, SCENE)
 
 
 @pytest.mark.nightly
@@ -184,11 +183,11 @@ def test_a_client_that_does_not_read_loses_its_oldest_frames_and_others_lose_non
     output: FoxgloveOutput, panel: Panel
 ) -> None:
     output.receive(BODY)
-    panel.wait(output, "foxglove/studio/pose")
+    panel.wait(output, POSE)
     frames = list(range(1000, 4000))
     with connected(output) as socket:
         reader = Panel(socket)
-        reader.wait(output, "foxglove/studio/pose")
+        reader.wait(output, POSE)
         for frame in frames:
             output.receive(bap(frame))
             if frame % 20 == 19:
@@ -202,19 +201,17 @@ def test_a_client_that_does_not_read_loses_its_oldest_frames_and_others_lose_non
 
 def test_a_damaged_message_is_counted_and_the_next_one_sent(output: FoxgloveOutput, panel: Panel) -> None:
     output.receive(BODY)
-    panel.wait(output, "foxglove/studio/scene")
-    bad = m.Silhouette(frame=0, captured_ns=1, viewer="1", size=(8, 8), region=(0, 0, 8, 8), data=b"\x01none")
-    output.receive(in_envelope(bad))
+    panel.wait(output, SCENE)
+    output.receive(in_envelope(built(m.Silhouette, captured_ns=1, size=(8, 8), region=(0, 0, 8, 8), data=b"\x01none")))
     assert output.counts()["failed"] == 1
     panel.received.clear()
-    panel.wait(output, "foxglove/studio/scene")
+    panel.wait(output, SCENE)
 
 
 def test_a_port_in_use_and_an_unknown_host_are_errors_of_one_line(output: FoxgloveOutput) -> None:
     port = int(output.title.rpartition(":")[2])
-    with pytest.raises(
-        OutputError, match=rf"^animator\.foxglove: 127\.0\.0\.1:{port} cannot be listened on: Address already"
-    ):
+    taken = rf"^animator\.foxglove: 127\.0\.0\.1:{port} cannot be listened on: Address already"
+    with pytest.raises(OutputError, match=taken):
         FoxgloveOutput(FoxgloveTable(port=port), "studio")
     with pytest.raises(OutputError, match=r"no\.such\.host\.invalid:8765 cannot be listened on: failed to look up"):
         FoxgloveOutput(FoxgloveTable(host="no.such.host.invalid"), "studio")

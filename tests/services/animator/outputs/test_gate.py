@@ -4,7 +4,7 @@ import gc
 import logging
 import socket
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import pytest
@@ -24,9 +24,9 @@ from zenocap.services.animator.replay_process import free_port
 
 @pytest.fixture
 def output() -> Iterator[FoxgloveOutput]:
-    one = FoxgloveOutput(FoxgloveTable(port=free_port(), origins=("https://rig.example",)), "studio")
-    yield one
-    one.close()
+    table = FoxgloveTable(port=free_port(), origins=("https://rig.example",))
+    with closing(FoxgloveOutput(table, "studio")) as one:
+        yield one
 
 
 def port_of(output: FoxgloveOutput) -> int:
@@ -97,11 +97,8 @@ def test_malformed_requests_get_an_answer_and_one_log_line(
 ) -> None:
     with caplog.at_level(logging.WARNING):
         for _ in range(5):
-            try:
-                found = answer_to(output, data)
-            except ConnectionResetError:  # the rest of a long request was not read
-                continue
-            assert found.startswith(b"HTTP/1.1 400 Bad Request")
+            with suppress(ConnectionResetError):  # the rest of a long request was not read
+                assert answer_to(output, data).startswith(b"HTTP/1.1 400 Bad Request")
     assert output.counts()["malformed"] == 5
     assert len(caplog.records) == 1
 

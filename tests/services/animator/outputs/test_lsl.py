@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator
 from types import ModuleType
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from tests.support.virtual_actors import BODIES, centres_of, posed, stretched
-from zenocap.common.rig import animator as animator_table
+from zenocap.common.rig.animator import LslTable
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs import lsl
 from zenocap.services.animator.outputs.lsl import LslOutput
 from zenocap.services.animator.outputs.output import OutputError
 
-TABLE = animator_table.LslTable(stream="zenocap-test")
+TABLE = LslTable(stream="zenocap-test")
 
 
 @pytest.fixture(scope="module")
@@ -93,9 +94,6 @@ def test_both_anatomies_have_the_same_channels() -> None:
 
 
 def test_a_missing_pylsl_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
-    def missing(name: str) -> ModuleType:
-        raise ModuleNotFoundError(f"No module named {name!r}")
-
-    monkeypatch.setattr(lsl, "import_module", missing)
+    monkeypatch.setattr(lsl, "import_module", Mock(side_effect=ModuleNotFoundError("No module named 'pylsl'")))
     with pytest.raises(OutputError, match=r"^animator\.lsl: needs pylsl: pip install 'zenocap\[lsl\]' \(No module named"):
         LslOutput(TABLE, "studio", clock)

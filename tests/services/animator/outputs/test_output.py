@@ -1,90 +1,75 @@
 """UDP sender: receivers that listen, end, return or do not exist; no blocking."""
 
-import logging
+import re
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
+from tests.support.command_receivers import udp_receiver
 from zenocap.services.animator.outputs.output import QUIET_DATAGRAMS, DatagramSender, OutputError
 
 
-def receiver(port: int = 0) -> socket.socket:
-    listening = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    listening.bind(("127.0.0.1", port))
-    listening.settimeout(2.0)
-    return listening
+@contextmanager
+def sender(port: int, host: str = "127.0.0.1") -> Iterator[DatagramSender]:
+    one = DatagramSender("animator.udp", host, port)
+    yield one
+    one.close()
+
+
+def port_of(receiver: socket.socket) -> int:
+    return receiver.getsockname()[1]
 
 
 def test_datagrams_arrive() -> None:
-    with receiver() as listening:
-        to = DatagramSender("animator.udp", "localhost", listening.getsockname()[1])
+    with udp_receiver() as receiver, sender(port_of(receiver), "localhost") as to:
         to.send(b"one")
-        assert listening.recv(100) == b"one"
+        assert receiver.recv(100) == b"one"
         assert to.counts == {"sent": 1}
-        to.close()
 
 
 def test_a_receiver_that_ended_is_logged_once_and_served_again_when_it_is_back(caplog: pytest.LogCaptureFixture) -> None:
-    listening = receiver()
-    port = listening.getsockname()[1]
-    to = DatagramSender("animator.vmc", "127.0.0.1", port)
-    to.send(b"before")
-    listening.close()
-    for _ in range(20):
-        to.send(b"lost")
-    with receiver(port) as listening:
-        to.send(b"after")
-        assert listening.recv(100) == b"after"
-    assert to.counts["refused"] > 15
-    assert [record.getMessage() for record in caplog.records] == [
-        f"animator.vmc 127.0.0.1:{port}: no program listens at this address; sending continues"
-    ]
-    to.close()
-
-
-def test_a_failure_after_many_successes_is_logged_again(caplog: pytest.LogCaptureFixture) -> None:
-    with receiver() as listening:
-        port = listening.getsockname()[1]
-    to = DatagramSender("animator.vmc", "127.0.0.1", port)
-    for _ in range(3):
-        to.send(b"lost")
-    with receiver(port) as listening:
-        for _ in range(QUIET_DATAGRAMS + 1):
-            to.send(b"before")
-    for _ in range(3):
-        to.send(b"lost")
-    assert len(caplog.records) == 2
-    to.close()
+    with udp_receiver() as receiver:
+        port = port_of(receiver)
+    with sender(port) as to:
+        for _ in range(20):
+            to.send(b"lost")
+        with udp_receiver(port) as receiver:
+            to.send(b"after")
+            assert receiver.recv(100) == b"after"
+            for _ in range(QUIET_DATAGRAMS):
+                to.send(b"between")
+        assert to.counts["refused"] > 15
+        line = f"animator.udp 127.0.0.1:{port}: no program listens at this address; sending continues"
+        assert [record.getMessage() for record in caplog.records] == [line]
+        for _ in range(3):
+            to.send(b"lost")
+        assert [record.getMessage() for record in caplog.records] == [line] * 2, "again after many successes"
 
 
 def test_datagrams_to_a_receiver_that_never_reads_are_sent_or_dropped() -> None:
-    with receiver() as listening:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        to = DatagramSender("animator.udp", "127.0.0.1", listening.getsockname()[1])
+    with udp_receiver() as receiver, sender(port_of(receiver)) as to:
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         for _ in range(5000):
             to.send(b"x" * 1000)
         assert to.counts["sent"] + to.counts["dropped"] == 5000
-        to.close()
 
 
 def test_a_datagram_that_is_too_large_is_counted_and_logged(caplog: pytest.LogCaptureFixture) -> None:
-    to = DatagramSender("animator.udp", "127.0.0.1", 9)
-    to.send(b"x" * 70_000)
-    assert to.counts["failed"] == 1
+    with sender(9) as to:
+        to.send(b"x" * 70_000)
+        assert to.counts["failed"] == 1
     assert "cannot be sent to: Message too long" in caplog.text
-    to.close()
 
 
-def test_an_unknown_host_is_an_error_at_once() -> None:
-    with pytest.raises(OutputError, match=r"animator\.vmc\.host = 'no\.such\.host\.invalid': the address cannot"):
-        DatagramSender("animator.vmc", "no.such.host.invalid", 39539)
-    with pytest.raises(OutputError, match=r"animator\.vmc\.host = '\.\.': the address cannot"):
-        DatagramSender("animator.vmc", "..", 39539)
+@pytest.mark.parametrize("host", ["no.such.host.invalid", ".."])
+def test_an_unknown_host_is_an_error_at_once(host: str) -> None:
+    with pytest.raises(OutputError, match=re.escape(f"animator.vmc.host = {host!r}: the address cannot")):
+        DatagramSender("animator.vmc", host, 39539)
 
 
-def test_broadcast_addresses_are_allowed(caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.WARNING)
-    to = DatagramSender("animator.udp", "127.255.255.255", 39600)
-    to.send(b"to all")
-    assert to.counts["sent"] + to.counts["refused"] >= 1
-    to.close()
+def test_broadcast_addresses_are_allowed() -> None:
+    with sender(39600, "127.255.255.255") as to:
+        to.send(b"to all")
+        assert to.counts["sent"] + to.counts["refused"] >= 1

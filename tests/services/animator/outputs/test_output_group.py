@@ -4,9 +4,11 @@ import json
 import logging
 import socket
 from collections.abc import Mapping
+from unittest.mock import Mock
 
 import pytest
 
+from tests.support.command_receivers import udp_receiver
 from tests.support.virtual_actors import stretched
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
@@ -38,33 +40,29 @@ def test_an_empty_table_opens_nothing() -> None:
     outputs = open_outputs(AnimatorTable(), "studio", CLOCK)
     outputs.send(stretched("ten-parts"), None)
     assert (outputs.titles, outputs.failed, outputs.counts()) == ((), (), {})
+    assert not has_outputs(AnimatorTable())
 
 
 def test_a_disabled_output_is_not_opened() -> None:
-    table = AnimatorTable(
-        outputs={"vmc": VmcTable(enabled=False), "udp": UdpTable(enabled=False), "foxglove": FoxgloveTable(enabled=False)}
-    )
+    tables = {"vmc": VmcTable, "udp": UdpTable, "foxglove": FoxgloveTable}
+    table = AnimatorTable(outputs={name: kind(enabled=False) for name, kind in tables.items()})
     assert open_outputs(table, "studio", CLOCK).titles == ()
+    assert not has_outputs(table)
+    assert has_outputs(AnimatorTable(outputs={"udp": UdpTable()}))
 
 
 def test_outputs_that_cannot_be_opened_are_listed_and_the_others_send(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(lsl, "import_module", lambda name: (_ for _ in ()).throw(ImportError("missing")))
-    with socket.socket() as taken, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
+    monkeypatch.setattr(lsl, "import_module", Mock(side_effect=ImportError("missing")))
+    with socket.socket() as taken, udp_receiver() as listening:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        listening.bind(("127.0.0.1", 0))
-        listening.settimeout(2.0)
-        table = AnimatorTable(
-            outputs={
-                "vmc": VmcTable(host="no.such.host.invalid"),
-                "udp": UdpTable(port=listening.getsockname()[1]),
-                "foxglove": FoxgloveTable(port=taken.getsockname()[1]),
-                "lsl": LslTable(),
-            }
-        )
-        outputs = open_outputs(table, "studio", CLOCK)
+        tables = {
+            "vmc": VmcTable(host="no.such.host.invalid"), "udp": UdpTable(port=listening.getsockname()[1]),
+            "foxglove": FoxgloveTable(port=taken.getsockname()[1]), "lsl": LslTable(),
+        }  # fmt: skip
+        outputs = open_outputs(AnimatorTable(outputs=tables), "studio", CLOCK)
         outputs.send(stretched("ten-parts", frame=4), "wave")
         assert json.loads(listening.recv(65536))["frame"] == 4
     assert [line.split()[0].rstrip(":") for line in outputs.failed] == [
@@ -78,8 +76,7 @@ def test_outputs_that_cannot_be_opened_are_listed_and_the_others_send(
 
 
 def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: pytest.LogCaptureFixture) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
-        listening.bind(("127.0.0.1", 0))
+    with udp_receiver() as listening:
         working = open_outputs(AnimatorTable(outputs={"udp": UdpTable(port=listening.getsockname()[1])}), "studio", CLOCK)
         outputs = OutputGroup([Broken(), *working._outputs])
         for frame in range(5):
@@ -88,15 +85,3 @@ def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: p
     assert outputs.counts() == {"broken_sent": 3, "broken_errors": 6, "udp_sent": 5}
     warned = [record.getMessage().split(":")[0] for record in caplog.records if record.levelno > logging.INFO]
     assert warned == ["animator.broken nowhere"] * 2
-
-
-@pytest.mark.parametrize(
-    ("table", "found"),
-    [
-        (AnimatorTable(), False),
-        (AnimatorTable(outputs={"udp": UdpTable(enabled=False)}), False),
-        (AnimatorTable(outputs={"udp": UdpTable()}), True),
-    ],
-)
-def test_an_enabled_output_is_found(table: AnimatorTable, found: bool) -> None:
-    assert has_outputs(table) is found

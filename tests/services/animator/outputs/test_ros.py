@@ -1,7 +1,9 @@
 """ROS 2 output: a subscriber on a real Zenoh network decodes it with rosbags."""
 
 from collections.abc import Callable, Iterator, Sequence
-from types import ModuleType
+from contextlib import suppress
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ import xxhash
 from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
-from tests.support.ros_listener import STORE, RosListener, ros_network
+from tests.support.ros_listener import STORE, Received, RosListener, ros_network
 from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
 from zenocap.common.arrays import Floats
 from zenocap.common.body.kinematics import part_frames
@@ -33,16 +35,25 @@ def messages_of(actor: ActorPose, posture: str | None = None) -> tuple[bytes, by
     return body.transforms(actor.pose, stamp_ns), body.markers(actor.pose, actor.lost, posture, stamp_ns)
 
 
-def world_frames(transforms: Sequence[object]) -> dict[str, tuple[Floats, Floats]]:
+def transforms_of(actor: ActorPose) -> list[Any]:
+    return STORE.deserialize_cdr(messages_of(actor)[0], TF).transforms
+
+
+def markers_of(actor: ActorPose, posture: str | None = None) -> list[Any]:
+    return STORE.deserialize_cdr(messages_of(actor, posture)[1], MARKERS).markers
+
+
+def matrix(turn: Any) -> Floats:
+    return Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+
+
+def world_frames(transforms: Sequence[Any]) -> dict[str, tuple[Floats, Floats]]:
     """Origin and rotation of every frame in that of the world, as tf2 composes them."""
-    found: dict[str, tuple[Floats, Floats]] = {"map": (np.zeros(3), np.eye(3))}
+    found = {"map": (np.zeros(3), np.eye(3))}
     for one in transforms:
-        move, turn = one.transform.translation, one.transform.rotation
-        origin, rotation = found[one.header.frame_id]
-        found[one.child_frame_id] = (
-            origin + rotation @ [move.x, move.y, move.z],
-            rotation @ Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(),
-        )
+        move, (origin, rotation) = one.transform.translation, found[one.header.frame_id]
+        place = origin + rotation @ [move.x, move.y, move.z]
+        found[one.child_frame_id] = place, rotation @ matrix(one.transform.rotation)
     return found
 
 
@@ -64,8 +75,7 @@ def test_composed_transforms_are_the_frames_of_the_parts_in_the_axes_of_ros(
     name: str, shares: Floats, place: Floats
 ) -> None:
     actor = posed(name, shares, place)
-    transforms = STORE.deserialize_cdr(messages_of(actor)[0], TF).transforms
-    found = world_frames(transforms)
+    found = world_frames(transforms_of(actor))
     to_ros = convert(np.eye(3), "ros").T
     for part, frame in zip(actor.anatomy.parts, part_frames(actor.anatomy, actor.body, actor.pose), strict=True):
         origin, rotation = found[f"studio/{part}"]
@@ -79,16 +89,15 @@ def test_axes_are_forward_left_up() -> None:
     assert np.argmax(np.abs(centres[1] - centres[0])) == 2
     assert centres[1, 2] > centres[0, 2]
     assert centres[2, 1] > 0.5
-    first = STORE.deserialize_cdr(messages_of(stretched("ten-parts"))[0], TF).transforms[0]
-    turn = first.transform.rotation
-    np.testing.assert_allclose(Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(), np.eye(3), atol=1e-9)
+    first = transforms_of(stretched("ten-parts"))[0]
+    np.testing.assert_allclose(matrix(first.transform.rotation), np.eye(3), atol=1e-9)
     assert first.header.frame_id == "map"
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_markers_are_bones_joints_and_posture(name: str) -> None:
     actor = posed(name, np.full(25, 0.4), np.array([0.3, 1.0, -0.2]), lost=("right_leg",))
-    bones, joints, text = STORE.deserialize_cdr(messages_of(actor, "wave")[1], MARKERS).markers
+    bones, joints, text = markers_of(actor, "wave")
     centres = {name: convert(place, "ros") for name, place in centres_of(actor).items()}
     ends = [(point.x, point.y, point.z) for point in bones.points]
     np.testing.assert_allclose(ends, [centres[name] for start, end, _ in BONES for name in (start, end)])
@@ -103,8 +112,7 @@ def test_markers_are_bones_joints_and_posture(name: str) -> None:
 
 
 def test_without_a_posture_its_text_is_removed() -> None:
-    markers = STORE.deserialize_cdr(messages_of(stretched("ten-parts"))[1], MARKERS).markers
-    assert [one.action for one in markers] == [ADD, ADD, DELETE]
+    assert [one.action for one in markers_of(stretched("ten-parts"))] == [ADD, ADD, DELETE]
 
 
 @pytest.fixture
@@ -118,19 +126,18 @@ def network() -> Iterator[tuple[str, RosListener]]:
         yield found
 
 
-def send_until(output: RosOutput, listener: RosListener, actor: ActorPose, wanted: Callable[[object], bool]) -> object:
-    """Send a pose again and again until a transform that is wanted arrives: both sides connect in the background."""
+def sent(output: RosOutput, listener: RosListener, actor: ActorPose) -> Received:
+    """The received transforms of a pose, which is sent again and again: both sides connect in the background."""
     for _ in range(200):
         output.send(actor, "wave")
-        try:
-            return listener.received(TF, 1, wanted, wait_s=0.1)[-1]
-        except AssertionError:
-            continue
+        with suppress(AssertionError):
+            return listener.received(TF, 1, is_at(actor.captured_ns), wait_s=0.1)[-1]
     raise AssertionError(f"nothing arrived; {output.counts()}")
 
 
-def sends(actor: ActorPose) -> Callable[[object], bool]:
-    stamp = (actor.captured_ns // 10**9, actor.captured_ns % 10**9)
+def is_at(stamp_ns: int) -> Callable[[Any], bool]:
+    """Whether a message has a transform of a time."""
+    stamp = divmod(stamp_ns, 10**9)
     return lambda message: any((t.header.stamp.sec, t.header.stamp.nanosec) == stamp for t in message.transforms)
 
 
@@ -141,7 +148,7 @@ def test_a_subscriber_receives_transforms_and_markers_and_finds_the_node(
     endpoint, listener = network
     output = RosOutput(RosTable(connect=endpoint, domain=DOMAIN), "studio", clock)
     actor = stretched("fourteen-parts")
-    found = send_until(output, listener, actor, sends(actor))
+    found = sent(output, listener, actor)
     assert found.key == f"{DOMAIN}/tf/tf2_msgs::msg::dds_::TFMessage_/{TF_MESSAGE.hash}"
     assert len(found.message.transforms) == len(actor.anatomy.parts)
     (markers, *_) = listener.received(MARKERS, 1)
@@ -177,17 +184,12 @@ def test_stamps_are_capture_times_and_the_present_for_a_replay(
     output = RosOutput(RosTable(connect=endpoint, domain=DOMAIN, namespace="lab/two", frame="odom"), "studio", clock)
     actor = stretched("ten-parts", frame=12)
     clock.set(actor.captured_ns + 80_000_000)
-    found = send_until(output, listener, actor, sends(actor))
+    found = sent(output, listener, actor)
     assert [t.child_frame_id for t in found.message.transforms] == [f"lab/two/{part}" for part in actor.anatomy.parts]
     assert found.message.transforms[0].header.frame_id == "odom"
-    day_ns = 86_400 * 10**9
-    clock.set(actor.captured_ns + day_ns)
-    now = (clock.now_ns() // 10**9, clock.now_ns() % 10**9)
+    clock.set(actor.captured_ns + 86_400 * 10**9)  # a day
     output.send(actor, None)
-    replayed = listener.received(
-        TF, 1, lambda message: (message.transforms[0].header.stamp.sec, message.transforms[0].header.stamp.nanosec) == now
-    )
-    assert len(replayed) == 1
+    assert len(listener.received(TF, 1, is_at(clock.now_ns()))) == 1
     output.close()
 
 
@@ -198,7 +200,7 @@ def test_humble_receives_on_keys_without_type_hashes(network: tuple[str, RosList
     listener = RosListener(endpoint, domain, humble=True)
     output = RosOutput(RosTable(connect=endpoint, domain=domain, humble=True), "studio", clock)
     actor = stretched("ten-parts")
-    assert send_until(output, listener, actor, sends(actor)).key.endswith("TFMessage_/TypeHashNotSupported")
+    assert sent(output, listener, actor).key.endswith("TFMessage_/TypeHashNotSupported")
     tokens = listener.tokens(domain, 3)
     assert sum("/TypeHashNotSupported/::," in token for token in tokens) == 2
     output.close()
@@ -215,9 +217,6 @@ def test_a_missing_router_neither_blocks_nor_fails(clock: ManualClock) -> None:
 
 
 def test_a_missing_xxhash_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
-    def missing(name: str) -> ModuleType:
-        raise ModuleNotFoundError(f"No module named {name!r}")
-
-    monkeypatch.setattr(ros, "import_module", missing)
+    monkeypatch.setattr(ros, "import_module", Mock(side_effect=ModuleNotFoundError("No module named 'xxhash'")))
     with pytest.raises(OutputError, match=r"^animator\.ros: needs xxhash: pip install 'zenocap\[ros\]' \(No module named"):
         RosOutput(RosTable(), "studio", clock)

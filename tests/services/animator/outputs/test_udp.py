@@ -1,29 +1,31 @@
 """UDP output, received by a plain socket and the json module."""
 
 import json
-import socket
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from tests.support.command_receivers import udp_receiver
 from tests.support.places import ROOT
 from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
 from zenocap.common.arrays import Floats
 from zenocap.common.rig.animator import UdpTable
 from zenocap.services.animator.outputs.udp import PoseLine, UdpOutput, pose_line
+from zenocap.services.animator.states import ActorPose
 
 SCHEMA = ROOT / "docs" / "pose-line.schema.json"
-KEYS = [
-    "zenocap", "rig", "frame", "captured_ns", "source", "lost", "searched", "posture", "position", "joints", "angles",
-]  # fmt: skip
+KEYS = ["zenocap", "rig", "frame", "captured_ns", "source", "lost", "searched", "posture", "position", "joints", "angles"]
+
+
+def line_of(actor: ActorPose) -> dict[str, Any]:
+    return json.loads(pose_line("studio", actor, None))
 
 
 def test_a_receiver_gets_one_line_per_pose() -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
-        listening.bind(("127.0.0.1", 0))
-        listening.settimeout(2.0)
+    with udp_receiver() as listening:
         output = UdpOutput(UdpTable(port=listening.getsockname()[1]), "studio")
         for frame in range(3):
             output.send(stretched("fourteen-parts", frame=frame), "wave")
@@ -43,7 +45,7 @@ def test_a_receiver_gets_one_line_per_pose() -> None:
 @settings(deadline=None, max_examples=30)
 def test_joint_centres_and_angles_are_the_actors(name: str, shares: Floats, position: Floats) -> None:
     actor = posed(name, shares, position, frame=7)
-    line = json.loads(pose_line("studio", actor, None))
+    line = line_of(actor)
     for joint, place in centres_of(actor).items():
         np.testing.assert_allclose(line["joints"][joint], place, atol=0.6e-4)
     np.testing.assert_allclose([line["angles"][key] for key in actor.anatomy.angles], actor.pose.angles, atol=1e-5)
@@ -52,15 +54,14 @@ def test_joint_centres_and_angles_are_the_actors(name: str, shares: Floats, posi
 
 
 def test_a_lost_person_has_no_pose() -> None:
-    line = json.loads(pose_line("studio", stretched("ten-parts", lost=("person",)), None))
+    line = line_of(stretched("ten-parts", lost=("person",)))
     assert (line["lost"], line["searched"]) == (True, [])
     assert line["position"] is line["joints"] is line["angles"] is line["posture"] is None
 
 
 def test_lost_limbs_are_named_and_the_pose_is_sent() -> None:
-    line = json.loads(pose_line("studio", stretched("ten-parts", lost=("right_arm",)), None))
-    assert (line["lost"], line["searched"]) == (False, ["right_arm"])
-    assert len(line["joints"]) == 15
+    line = line_of(stretched("ten-parts", lost=("right_arm",)))
+    assert (line["lost"], line["searched"], len(line["joints"])) == (False, ["right_arm"], 15)
 
 
 @pytest.mark.parametrize("name", BODIES)

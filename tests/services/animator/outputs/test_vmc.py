@@ -2,6 +2,7 @@
 
 import socket
 from collections.abc import Iterator
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ class Marionette:
     def places(self) -> dict[str, Floats]:
         """Origins of the bones in Unity's world, metres, by forward kinematics of the received values."""
         root = np.array(self.values["/VMC/Ext/Root/Pos"][1:], dtype=float)
-        world: dict[str, tuple[Floats, Rotation]] = {}
+        world = {}
         for name, parent in PARENTS.items():
             origin, turn = world[parent] if parent else (root[:3], Rotation.from_quat(root[3:]))
             bone = self.bones[name]
@@ -86,9 +87,8 @@ class Marionette:
 
 @pytest.fixture(scope="module")
 def marionette() -> Iterator[Marionette]:
-    receiver = Marionette()
-    yield receiver
-    receiver.close()
+    with closing(Marionette()) as receiver:
+        yield receiver
 
 
 def sent(actor: ActorPose, to: Marionette) -> None:
@@ -161,13 +161,10 @@ def test_no_bones_are_sent_while_the_person_is_lost(marionette: Marionette) -> N
     sent(stretched("ten-parts"), marionette)
     marionette.bones.clear()
     output = VmcOutput(VmcTable(port=marionette.port))
-    output.send(stretched("ten-parts", lost=("person",)), None)
-    marionette.listen()
-    assert marionette.bones == {}
-    assert marionette.values["/VMC/Ext/OK"] == (1, 3, 0, 0)
-    output.send(stretched("ten-parts", lost=("right_arm",)), None)
-    marionette.listen()
-    assert set(marionette.bones) == set(PARENTS)
+    for lost, ok, bones in (("person", (1, 3, 0, 0), set()), ("right_arm", (1, 3, 0, 1), set(PARENTS))):
+        output.send(stretched("ten-parts", lost=(lost,)), None)
+        marionette.listen()
+        assert (marionette.values["/VMC/Ext/OK"], set(marionette.bones)) == (ok, bones)
     output.close()
     marionette.listen()
     assert marionette.values["/VMC/Ext/OK"] == (0, 0, 0, 0)
@@ -178,5 +175,5 @@ def test_a_change_of_the_anatomy_changes_the_bones(marionette: Marionette) -> No
     for name in BODIES:
         output.send(stretched(name), None)
         marionette.listen()
-        found, centres = marionette.places(), centres_of(stretched(name))
-        np.testing.assert_allclose(found["LeftHand"] * [-1, 1, 1], centres["LWrist"], atol=CLOSE_M)
+        wrist = centres_of(stretched(name))["LWrist"]
+        np.testing.assert_allclose(marionette.places()["LeftHand"] * [-1, 1, 1], wrist, atol=CLOSE_M)

@@ -1,6 +1,7 @@
 """VRChat output: joint centres as positions, rotations from the T-pose."""
 
 from collections.abc import Iterator
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -25,9 +26,8 @@ TO_UNITY = np.array([-1.0, 1.0, 1.0])
 
 @pytest.fixture(scope="module")
 def vrchat() -> Iterator[Marionette]:
-    receiver = Marionette()
-    yield receiver
-    receiver.close()
+    with closing(Marionette()) as receiver:
+        yield receiver
 
 
 def sent(actor: ActorPose, to: Marionette, **table: object) -> VrchatOutput:
@@ -114,6 +114,5 @@ def test_a_change_of_the_anatomy_changes_the_trackers(vrchat: Marionette) -> Non
     for name in BODIES:
         output.send(stretched(name), None)
         vrchat.listen()
-        np.testing.assert_allclose(
-            value(vrchat, 5, "position"), centres_of(stretched(name))["LKnee"] * TO_UNITY, atol=CLOSE_M
-        )
+        knee = centres_of(stretched(name))["LKnee"] * TO_UNITY
+        np.testing.assert_allclose(value(vrchat, 5, "position"), knee, atol=CLOSE_M)

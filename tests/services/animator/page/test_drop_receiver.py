@@ -2,12 +2,13 @@
 
 import asyncio
 import tempfile
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import urlencode
 
 import pytest
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
@@ -34,10 +35,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "tmp"
 
 
+@pytest.fixture
+def animator(tmp_path: Path, folder: Path) -> Iterator[StandIn]:
+    with stand_in(tmp_path) as one:
+        yield one
+
+
+@pytest.fixture
 def played(animator: StandIn, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Paths of the dropped takes that the animator plays."""
     found: list[Path] = []
-    assert animator.bridge._feed is not None
     monkeypatch.setattr(animator.bridge._feed.player, "send", lambda command: found.append(command.path))
     return found
 
@@ -64,17 +71,16 @@ def files_in(folder: Path) -> list[str]:
 
 
 def test_a_take_is_stored_in_a_private_folder_and_played(
-    take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+    animator: StandIn, take: bytes, folder: Path, played: list[Path]
 ) -> None:
-    with stand_in(tmp_path) as animator:
-        found = played(animator, monkeypatch)
-        for number in range(KEPT_DROPS + 1):
-            assert dropped(animator, take) == ""
-            assert len(found) == number + 1
-        assert found[-1].read_bytes() == take
-        assert found[-1].name == "my walk.mcap"
-        assert found[-1].parent.stat().st_mode & 0o077 == 0
-        assert len(files_in(folder)) == KEPT_DROPS
+    for number in range(KEPT_DROPS + 1):
+        assert dropped(animator, take) == ""
+        assert len(played) == number + 1
+    assert played[-1].read_bytes() == take
+    assert played[-1].name == "my walk.mcap"
+    assert played[-1].parent.stat().st_mode & 0o077 == 0
+    assert len(files_in(folder)) == KEPT_DROPS
+    animator.close()
     assert list(folder.iterdir()) == []
 
 
@@ -86,50 +92,44 @@ def test_a_take_is_stored_in_a_private_folder_and_played(
         ("walk.mcap", MAGIC + bytes(3), "walk.mcap: an MCAP file without messages of zenocap"),
         ("walk.mcap", MAGIC + MAGIC, "walk.mcap: an MCAP file without messages of zenocap"),
     ],
+    ids=["suffix", "first bytes", "cut", "empty"],
 )
 def test_what_is_no_take_is_one_line_and_leaves_nothing(
-    name: str, content: bytes, text: str, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, content: bytes, text: str, animator: StandIn, folder: Path, played: list[Path]
 ) -> None:
-    with stand_in(tmp_path) as animator:
-        found = played(animator, monkeypatch)
-        answer = dropped(animator, content, name)
-        assert answer.startswith(text)
-        assert "\n" not in answer
-        assert (found, files_in(folder)) == ([], [])
+    answer = dropped(animator, content, name)
+    assert answer.startswith(text)
+    assert "\n" not in answer
+    assert (played, files_in(folder)) == ([], [])
 
 
 @pytest.mark.slow
-def test_sizes(take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sizes(animator: StandIn, take: bytes, folder: Path, played: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "DROPPED_PAUSE_S", 0.3)
-    with stand_in(tmp_path) as animator:
-        found = played(animator, monkeypatch)
-        assert "more than the 40 bytes that were announced" in dropped(animator, take, size=40)
-        assert dropped(animator, take, size=len(take) + 1) == "refused: no data for 0.3 s"
-        assert "allowed: 1 byte to 1000 MB" in dropped(animator, take, size=MAX_DROPPED_BYTES + 1)
-        assert dropped(animator, take + bytes(MAX_DROPPED_PIECE), size=len(take)) != ""
-        monkeypatch.setattr(module, "DROPPED_FREE_BYTES", 1 << 60)
-        assert "allowed: 0.0 MB, the space of" in dropped(animator, take)
-        assert (found, files_in(folder)) == ([], [])
+    assert "more than the 40 bytes that were announced" in dropped(animator, take, size=40)
+    assert dropped(animator, take, size=len(take) + 1) == "refused: no data for 0.3 s"
+    assert "allowed: 1 byte to 1000 MB" in dropped(animator, take, size=MAX_DROPPED_BYTES + 1)
+    assert dropped(animator, take + bytes(MAX_DROPPED_PIECE), size=len(take)) != ""
+    monkeypatch.setattr(module, "DROPPED_FREE_BYTES", 1 << 60)
+    assert "allowed: 0.0 MB, the space of" in dropped(animator, take)
+    assert (played, files_in(folder)) == ([], [])
 
 
 @pytest.mark.slow
 def test_one_take_at_a_time_and_a_page_that_leaves_frees_the_place(
-    take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+    animator: StandIn, take: bytes, folder: Path, played: list[Path]
 ) -> None:
-    with stand_in(tmp_path) as animator:
-        found = played(animator, monkeypatch)
+    async def hold() -> str:
+        async with connect(address_of(animator, "a.mcap", len(take)), compression=None) as first:
+            await first.send(take[:100])
+            await asyncio.sleep(0.2)
+            async with connect(address_of(animator, "b.mcap", len(take)), compression=None) as second:
+                return str(await asyncio.wait_for(second.recv(), 30))
 
-        async def hold() -> str:
-            async with connect(address_of(animator, "a.mcap", len(take)), compression=None) as first:
-                await first.send(take[:100])
-                await asyncio.sleep(0.2)
-                async with connect(address_of(animator, "b.mcap", len(take)), compression=None) as second:
-                    return str(await asyncio.wait_for(second.recv(), 30))
-
-        assert asyncio.run(hold()) == "refused: another take is being received"
-        assert dropped(animator, take) == ""
-        assert [path.name for path in found] == ["my walk.mcap"]
-        assert files_in(folder) == ["my walk.mcap"]
+    assert asyncio.run(hold()) == "refused: another take is being received"
+    assert dropped(animator, take) == ""
+    assert [path.name for path in played] == ["my walk.mcap"]
+    assert files_in(folder) == ["my walk.mcap"]
 
 
 def test_the_token_and_the_origin_are_required(take: bytes, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_the_token_and_the_origin_are_required(take: bytes, tmp_path: Path) -> N
         address = address_of(animator, "a.mcap", len(take))
 
         async def open_it(address: str, origin: str | None) -> None:
-            async with connect(address, origin=origin, compression=None):  # type: ignore[arg-type]
+            async with connect(address, origin=origin, compression=None):
                 pass
 
         for wrong, origin in ((address.replace(TOKEN, "x" * 20), None), (address, "https://evil.example")):
@@ -145,14 +145,13 @@ def test_the_token_and_the_origin_are_required(take: bytes, tmp_path: Path) -> N
                 asyncio.run(open_it(wrong, origin))
 
 
-def test_commands_keep_their_limit_where_files_are_received(tmp_path: Path) -> None:
-    async def send(connection: object) -> int:
-        await connection.send("x" * 5000)  # type: ignore[attr-defined]
-        await connection.wait_closed()  # type: ignore[attr-defined]
-        return connection.close_code or 0  # type: ignore[attr-defined]
+def test_commands_keep_their_limit_where_files_are_received(animator: StandIn) -> None:
+    async def send(connection: ClientConnection) -> int:
+        await connection.send("x" * 5000)
+        await connection.wait_closed()
+        return connection.close_code or 0
 
-    with stand_in(tmp_path) as animator:
-        assert talk(animator.address, send) == 1009
+    assert talk(animator.address, send) == 1009
 
 
 @pytest.mark.parametrize(

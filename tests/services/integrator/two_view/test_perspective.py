@@ -19,6 +19,8 @@ from zenocap.services.integrator.two_view.perspective import (
 )
 
 ONE, TWO = paper_cameras()
+BESIDE = look("cam03", np.array([1.0, 1.0, 5.2]), np.array([1.0, 1.0, 0.0]))  # looks along the axis of the first
+
 FOCAL, ZC1, XC2 = 600.0, 5.2, -5.2
 POSITIONS = st.tuples(st.floats(-2, 2), st.floats(0.3, 1.5), st.floats(-2, 2)).map(np.array)
 
@@ -70,8 +72,7 @@ def test_the_corrected_form_equals_the_printed_one_off_the_axes(x1: float, z2: f
 @pytest.mark.parametrize(("x1", "z2"), [(0.0, 0.0), (0.0, 80.0), (80.0, 0.0)])
 def test_a_person_on_an_axis_is_no_special_case(x1: float, z2: float) -> None:
     x, z = ground_position(x1, z2, FOCAL, FOCAL, ZC1, XC2)
-    assert (x == 0) == (x1 == 0)
-    assert (z == 0) == (z2 == 0)
+    assert (x == 0, z == 0) == (x1 == 0, z2 == 0)
 
 
 @given(POSITIONS, st.floats(0.5, 2.6), st.floats(-1, 1), st.floats(0.4, 3.0))
@@ -89,15 +90,17 @@ def test_rays_of_any_two_level_cameras_intersect_at_the_position(
         np.testing.assert_allclose(ray.at_depth(depth), position, atol=1e-6)
 
 
-def test_parallel_rays_are_refused() -> None:
-    other = look("cam03", np.array([1.0, 1.0, 5.2]), np.array([1.0, 1.0, 0.0]))
-    with pytest.raises(ValueError, match="rays of cam01 and cam03 are nearly parallel"):
-        intersection_depths(Ray(ONE, 0.0, 0.0), Ray(other, 0.0, 0.0))
-
-
-def test_rays_that_intersect_behind_a_camera_are_refused() -> None:
-    with pytest.raises(ValueError, match="rays of cam01 and cam02 intersect behind a camera"):
-        intersection_depths(Ray(ONE, -3.0, 0.0), Ray(TWO, 1.0, 0.0))
+@pytest.mark.parametrize(
+    ("first", "second", "text"),
+    [
+        (Ray(ONE, 0.0, 0.0), Ray(BESIDE, 0.0, 0.0), "rays of cam01 and cam03 are nearly parallel"),
+        (Ray(ONE, -3.0, 0.0), Ray(TWO, 1.0, 0.0), "rays of cam01 and cam02 intersect behind a camera"),
+    ],
+    ids=["parallel", "behind"],
+)
+def test_rays_without_an_intersection_before_both_cameras_are_refused(first: Ray, second: Ray, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        intersection_depths(first, second)
 
 
 @given(POSITIONS)

@@ -41,34 +41,30 @@ def test_short_gaps_are_interpolated_and_error_names_the_source_of_long_ones() -
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("before", "changes", "words"),
     [
-        ({"label": ""}, "posture '': allowed: 1 to 64 printable characters"),
-        ({"label": "x" * 65}, "allowed: 1 to 64 printable characters"),
-        ({"label": "a\nb"}, r"posture 'a\\nb': allowed"),
-        ({"features": np.zeros((0, 10))}, r"features of shape \(0, 10\): allowed: \(1 or more, 10\)"),
-        ({"features": np.zeros((1, 10))}, "1 frames: allowed: 2 or more at 15/s"),
-        ({"rate": float("nan")}, "rate = nan: allowed: more than 0"),
-        ({"rate": 0.0}, "rate = 0.0: allowed: more than 0"),
+        ([], {"label": ""}, "posture '': allowed: 1 to 64 printable characters"),
+        ([], {"label": "x" * 65}, "allowed: 1 to 64 printable characters"),
+        ([], {"label": "a\nb"}, r"posture 'a\\nb': allowed"),
+        ([], {"features": np.zeros((0, 10))}, r"features of shape \(0, 10\): allowed: \(1 or more, 10\)"),
+        ([], {"features": np.zeros((1, 10))}, "1 frames: allowed: 2 or more at 15/s"),
+        ([], {"rate": float("nan")}, "rate = nan: allowed: more than 0"),
+        ([], {"rate": 0.0}, "rate = 0.0: allowed: more than 0"),
+        (examples(), {"features": np.zeros((9, 3))}, r"features of shape \(9, 3\): allowed: \(1 or more, 45\)"),
     ],
 )
-def test_error_names_the_invalid_value_of_an_example(changes: dict[str, object], words: str) -> None:
+def test_error_names_the_invalid_value_of_an_example(before: list[Example], changes: dict[str, object], words: str) -> None:
     with pytest.raises(UserError, match=words):
-        prepare([example_with(**changes)], TrainingSettings())
-
-
-def test_examples_with_another_number_of_features_are_refused() -> None:
-    with pytest.raises(UserError, match=r"features of shape \(9, 3\): allowed: \(1 or more, 45\)"):
-        prepare([*examples(), example_with(features=np.zeros((9, 3)))], TrainingSettings())
+        prepare([*before, example_with(**changes)], TrainingSettings())
 
 
 @pytest.mark.nightly
 def test_labels_may_be_any_text_and_are_limited_in_number() -> None:
     assert prepare([example_with(label="右手を上げる 🙋")], TrainingSettings()).labels == ("右手を上げる 🙋",)
-    with pytest.raises(UserError, match="257 different postures: allowed: 256 at most"):
-        prepare([example_with(label=str(k)) for k in range(257)], TrainingSettings())
-    with pytest.raises(UserError, match="no examples"):
-        prepare([], TrainingSettings())
+    many = [example_with(label=str(k)) for k in range(257)]
+    for found, words in ((many, "257 different postures: allowed: 256 at most"), ([], "no examples")):
+        with pytest.raises(UserError, match=words):
+            prepare(found, TrainingSettings())
 
 
 @pytest.mark.parametrize(
@@ -108,13 +104,9 @@ def test_gaps_are_runs_of_unknown_rows() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rate", "target_rate", "count"), [(30.0, 15.0, 8), (15.0, 15.0, 15), (10.0, 30.0, 43), (120.0, 15.0, 2)]
+    ("rows", "rate", "target_rate", "count"),
+    [(15, 30.0, 15.0, 8), (15, 15.0, 15.0, 15), (15, 10.0, 30.0, 43), (15, 120.0, 15.0, 2), (1, 30.0, 15.0, 1)],
 )
-def test_resampling_keeps_straight_lines_and_the_first_row(rate: float, target_rate: float, count: int) -> None:
-    found = resample(ramp(15), rate, target_rate)
-    assert len(found) == count
-    np.testing.assert_allclose(found[:, 0], np.arange(count) * rate / target_rate, atol=1e-9)
-
-
-def test_resampling_one_row_gives_one_row() -> None:
-    np.testing.assert_array_equal(resample(ramp(1), 30.0, 15.0), ramp(1))
+def test_resampling_keeps_straight_lines_and_the_first_row(rows: int, rate: float, target_rate: float, count: int) -> None:
+    expected = np.arange(count)[:, None] * rate / target_rate * np.array([1.0, -2.0])
+    np.testing.assert_allclose(resample(ramp(rows), rate, target_rate), expected, atol=1e-9)

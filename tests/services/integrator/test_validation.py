@@ -1,7 +1,7 @@
 """Messages that fit no body are rejected before pairing."""
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 
 from tests.support.perfect_viewers import FIRST, INITIAL_MESSAGES, TRACKED, partial_bap, partial_bdp, play, sighting
 from tests.support.two_view_run import FRAME_NS
@@ -16,9 +16,8 @@ LONG = REMINDER_NS // FRAME_NS + 2  # frames
 
 def test_joint_angles_of_another_anatomy_are_refused_and_the_next_ones_accepted() -> None:
     state, _ = play(TRACKED, sighting("1", FIRST), sighting("2", FIRST))
-    other_anatomy = msgspec.structs.replace(partial_bap("1", FIRST, POSE), angles={"tail.x": 0.1})
     with pytest.raises(ValueError, match=r"joint angle 'tail\.x' is not one of anatomy 'ten-parts'"):
-        play(state, other_anatomy)
+        play(state, replace(partial_bap("1", FIRST, POSE), angles={"tail.x": 0.1}))
     _, published = play(state, partial_bap("1", FIRST, POSE), partial_bap("2", FIRST, POSE))
     assert [type(message) for message in published] == [m.UniversalBap]
 
@@ -28,7 +27,7 @@ def test_joint_angles_of_another_anatomy_are_refused_and_the_next_ones_accepted(
 )
 def test_implausible_lengths_are_refused(lengths: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=r"of the side, metres: .*; expected above 0: height, torso_depth, head_depth"):
-        play(TRACKED, msgspec.structs.replace(partial_bdp("2", FIRST), lengths=lengths))
+        play(TRACKED, replace(partial_bdp("2", FIRST), lengths=lengths))
 
 
 def repeated_bodies(silent: str, frames: int) -> int:
@@ -57,7 +56,6 @@ def test_the_body_is_not_repeated_for_a_viewer_without_a_person_in_view() -> Non
 
 
 def test_unknown_viewers_are_not_stored() -> None:
-    state = TRACKED
-    for number in range(20):
-        state, _ = play(state, msgspec.structs.replace(partial_bap("1", FIRST, POSE), viewer=f"unknown{number}"))
+    one = partial_bap("1", FIRST, POSE)
+    state, _ = play(TRACKED, *(replace(one, viewer=f"unknown{number}") for number in range(20)))
     assert set(state.answered) <= {"1", "2"}

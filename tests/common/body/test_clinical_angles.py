@@ -165,7 +165,7 @@ def assert_equal_turns(found: Floats, expected: Floats, name: str) -> None:
 @pytest.mark.slow
 @each_anatomy
 @given(seed=st.integers(0, 10_000), heading=st.floats(-7.0, 7.0))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_rotation_about_the_vertical_changes_no_angle(anatomy: Anatomy, seed: int, heading: float) -> None:
     angles = random_pose(anatomy, seed).angles[None]
     turned = angles.copy()
@@ -178,7 +178,7 @@ def test_a_rotation_about_the_vertical_changes_no_angle(anatomy: Anatomy, seed: 
 @pytest.mark.slow
 @each_anatomy
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_mirrored_pose_has_the_angles_of_the_other_side(anatomy: Anatomy, seed: int) -> None:
     angles = random_pose(anatomy, seed).angles[None]
     one, two = (clinical_angles(joint_rotations(anatomy, poses)) for poses in (angles, mirrored(anatomy, angles)))
@@ -191,7 +191,7 @@ def test_a_mirrored_pose_has_the_angles_of_the_other_side(anatomy: Anatomy, seed
 @pytest.mark.slow
 @each_anatomy
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_knee_elbow_and_arm_elevation_are_angles_between_joint_centres(anatomy: Anatomy, seed: int) -> None:
     pose = random_pose(anatomy, seed)
     at = {name: points[0] for name, points in named_centres(anatomy, body(anatomy), [pose]).items()}

@@ -64,7 +64,7 @@ def random_pose(anatomy: Anatomy, seed: int) -> Pose:
 @pytest.mark.nightly
 @each_anatomy
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_centres_of_any_pose_round_trip(anatomy: Anatomy, seed: int) -> None:
     bdp = body(anatomy)
     centres = named_centres(anatomy, bdp, [random_pose(anatomy, seed)])
@@ -75,7 +75,7 @@ def test_centres_of_any_pose_round_trip(anatomy: Anatomy, seed: int) -> None:
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_without_waist_a_spine_with_lateral_bend_and_twist_round_trips(seed: int) -> None:
     bdp, pose = body(FOURTEEN_PARTS), random_pose(FOURTEEN_PARTS, seed)
     pose.angles[FOURTEEN_PARTS.index["waist.x"]] = 0.0
@@ -88,7 +88,7 @@ def test_without_waist_a_spine_with_lateral_bend_and_twist_round_trips(seed: int
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 10_000), bend=st.floats(0, 12))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_nearly_straight_limb_ends_within_centimetres(seed: int, bend: float) -> None:
     bdp, pose = body(FOURTEEN_PARTS), random_pose(FOURTEEN_PARTS, seed)
     for side in ("right", "left"):

@@ -4,7 +4,7 @@ from functools import reduce
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -49,7 +49,6 @@ def oracle(pose: Pose) -> dict[str, Floats]:
 
 @pytest.mark.slow
 @given(POSITIONS, ANGLES)
-@settings(deadline=None)  # the first example compiles
 def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: Floats) -> None:
     pose = Pose(position, pose_angles)
     found = part_frames(TEN_PARTS, BDP, pose)
@@ -58,7 +57,6 @@ def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: 
 
 
 @given(ANGLES)
-@settings(deadline=None)
 def test_part_frames_are_rotations(pose_angles: Floats) -> None:
     turned = part_frames(TEN_PARTS, BDP, Pose(NAVEL, pose_angles))[:, :, :3]
     np.testing.assert_allclose(turned @ turned.transpose(0, 2, 1), np.broadcast_to(np.eye(3), turned.shape), atol=1e-12)
@@ -113,7 +111,6 @@ def test_joint_centres_of_the_upright_person() -> None:
 
 @pytest.mark.slow
 @given(ANGLES)
-@settings(deadline=None)
 def test_segments_keep_their_length_in_every_pose(pose_angles: Floats) -> None:
     centres = joint_centres(TEN_PARTS, BDP, Pose(NAVEL, pose_angles))
     for start, end, part, share in (

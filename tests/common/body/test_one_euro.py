@@ -16,7 +16,7 @@ from zenocap.common.body.rotations import euler_to_matrix
 
 RATE = 30.0
 KNEE = TEN_PARTS.index["right_knee.x"]
-few_examples = settings(deadline=None, max_examples=20)
+few_examples = settings(max_examples=20)
 
 
 def run(poses: Sequence[Pose], options: OneEuro, times_s: Floats | None = None) -> list[Pose]:

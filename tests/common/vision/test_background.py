@@ -71,7 +71,7 @@ def test_a_background_image_of_another_shape_is_refused() -> None:
 
 @pytest.mark.slow
 @given(st.floats(0.7, 1.3), st.floats(0.85, 1.15))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_gain_is_the_ratio_of_light_even_with_a_person_in_view(light: float, blue: float) -> None:
     factor = np.array([light * blue, light, light])
     frame = shot(room() * factor, 3)
@@ -125,7 +125,7 @@ def test_learning_is_repeatable() -> None:
 
 @pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.5, 2.0), st.floats(1.0, 20.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_pixels_within_the_limits_are_near_the_model_at_every_gain_they_hold_for(
     seed: int, middle: float, sigmas: float
 ) -> None:

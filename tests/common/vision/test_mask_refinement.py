@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -21,7 +21,6 @@ def test_even_kernels_are_refused(size: int) -> None:
 
 
 @given(MASKS, st.sampled_from([1, 3, 5, 7]))
-@settings(deadline=None)  # the first example compiles
 def test_closing_is_symmetric(mask: Mask, size: int) -> None:
     for turn in (np.flipud, np.fliplr):
         turned = np.ascontiguousarray(turn(mask))
@@ -29,7 +28,6 @@ def test_closing_is_symmetric(mask: Mask, size: int) -> None:
 
 
 @given(MASKS, st.sampled_from([3, 5]))
-@settings(deadline=None)  # the first example compiles
 def test_closing_only_adds_pixels_and_is_idempotent(mask: Mask, size: int) -> None:
     once = close_cracks(mask, size)
     assert np.all(once >= mask)
@@ -87,7 +85,6 @@ def _trimmed(mask: Mask, coverage: Floats) -> Mask:
 
 
 @given(st.floats(0, 1))
-@settings(deadline=None)  # the first example compiles
 def test_edges_are_cut_at_the_given_coverage(share: float) -> None:
     coverage = np.zeros((12, 12))
     coverage[3:9, 4:9] = 1

@@ -61,7 +61,7 @@ def counted_totals(cover: Mask) -> list[int]:
 
 @pytest.mark.slow
 @given(SEEDS)
-@settings(deadline=None, max_examples=300)  # the first example compiles
+@settings(max_examples=300)  # the first example compiles
 def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> None:
     cover, totals = empty_cover()
     cover_outline(random_outline(seed), MASK, cover, ADD, totals)
@@ -70,7 +70,6 @@ def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> No
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
-@settings(deadline=None)
 def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:
     cover, totals = empty_cover()
     placed: list[Floats] = []
@@ -91,7 +90,6 @@ def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) 
 
 
 @given(SEEDS, SEEDS)
-@settings(deadline=None)
 def test_count_mode_gives_the_totals_of_add_mode_without_changing_the_cover(first: int, second: int) -> None:
     cover, totals = empty_cover()
     cover_outline(random_outline(first), MASK, cover, ADD, totals)
@@ -123,7 +121,7 @@ def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> Floats32:
 
 @pytest.mark.nightly
 @given(SEEDS, st.sampled_from([0, 1]))
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer: int) -> None:
     """Within a pixel of 160 x 120: ten corners stand for two ellipses under local parallel projection."""
     camera = rows(viewer)
@@ -138,7 +136,6 @@ def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer
 
 
 @given(SEEDS, st.sampled_from([0, 1]))
-@settings(deadline=None)
 def test_a_parts_corners_are_in_order(seed: int, viewer: int) -> None:
     corners = np.empty((CORNERS, 2))
     assert part_outline(*random_part(seed), rows(viewer), corners)
@@ -166,7 +163,6 @@ def test_a_part_seen_along_its_axis_is_its_ellipse() -> None:
 
 @given(SEEDS)
 @example(0)
-@settings(deadline=None)
 def test_adding_and_removing_a_part_restores_everything(seed: int) -> None:
     camera = rows(0)
     mask = np.ones((120, 160), np.uint8)
@@ -233,7 +229,6 @@ def test_a_missing_model_pixel_costs_more_than_an_extra_one() -> None:
 
 
 @given(MASKS, MASKS)
-@settings(deadline=None)  # the first example compiles
 def test_the_score_from_counts_is_the_score_of_the_images(silhouette: Mask, model: Mask) -> None:
     counts = (np.count_nonzero(silhouette), np.count_nonzero(model), np.count_nonzero(silhouette & model))
     assert score_of_counts(*counts) == pytest.approx(matching_score(silhouette, model))

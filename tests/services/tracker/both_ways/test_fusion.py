@@ -26,7 +26,7 @@ from zenocap.services.tracker.both_ways.fusion import (
 
 FRAME_NS = 33_333_333
 D = coordinates_of(FOURTEEN_PARTS).dimension
-few_examples = settings(deadline=None, max_examples=15)
+few_examples = settings(max_examples=15)
 
 
 def pose(random: np.random.Generator, spread: float = 0.3) -> RootedPose:

@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.anatomies import each_anatomy
-from tests.support.tracker_scenes import (
-    NO_RAYS,
-    contact_of,
-    frames_of,
-    in_t_pose,
-    moved,
-    tangent_rays,
-    upright,
-)
+from tests.support.tracker_scenes import NO_RAYS, contact_of, frames_of, in_t_pose, moved, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp

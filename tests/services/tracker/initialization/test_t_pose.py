@@ -62,8 +62,7 @@ def test_t_pose_is_detected_in_any_heading(seed: int, yaw: float) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(
-    ("pose", "words"),
-    [(None, "waiting for a person"), (standing_at(1), "no T-pose: hold both arms out sideways")],
+    ("pose", "words"), [(None, "waiting for a person"), (standing_at(1), "no T-pose: hold both arms out sideways")]
 )
 def test_text_names_what_is_missing(pose: PersonPose | None, words: str) -> None:
     assert detect_t_pose(rays_of(1, pose)).startswith(words)

@@ -40,10 +40,7 @@ CASES = {
     "arm sideways": ({"right_shoulder.z": -60}, {"shoulder_adduction": -60, "shoulder_elevation": 60}),
     "arm raised sideways": ({"right_shoulder.z": -130}, {"shoulder_adduction": -130, "shoulder_elevation": 130}),
     "arm almost vertical": ({"right_shoulder.z": -150}, {"shoulder_adduction": -150, "shoulder_elevation": 150}),
-    "arm raised ahead": (
-        {"right_shoulder.x": 140},
-        {"shoulder_flexion": 140, "shoulder_elevation": 140, "shoulder_plane": 90},
-    ),
+    "arm up ahead": ({"right_shoulder.x": 140}, {"shoulder_flexion": 140, "shoulder_elevation": 140, "shoulder_plane": 90}),
     "arm rotated inward": ({"right_elbow.x": 30, "right_shoulder.y": -20}, {"elbow_flexion": 30, "shoulder_rotation": 20}),
     "head forward": ({"neck.x": 15}, {"neck_flexion": 15}),
     "head to the right": ({"neck.z": 15}, {"neck_bending": 15}),

@@ -160,10 +160,9 @@ def standing_with_toes(below: float) -> Mapping[str, Floats]:
 
 def test_feet_follow_the_toe_markers_and_are_flat_while_standing() -> None:
     poses = poses_from_centres(FOURTEEN_PARTS, standing_with_toes(0.35))
-    ankles = np.array(
-        [pose.angles[[FOURTEEN_PARTS.index[f"{side}_ankle.x"] for side in ("right", "left")]] for pose in poses]
-    )
-    np.testing.assert_allclose(ankles - np.pi / 2, [[0.0, 0.0]] * 15 + [[0.5, 0.0]] * 5, atol=1e-6)
+    at = [FOURTEEN_PARTS.index[f"{side}_ankle.x"] for side in ("right", "left")]
+    bent = np.array([pose.angles[at] for pose in poses]) - np.pi / 2
+    np.testing.assert_allclose(bent, [[0.0, 0.0]] * 15 + [[0.5, 0.0]] * 5, atol=1e-6)
 
 
 def test_toes_turned_out_rotate_a_straight_leg() -> None:

@@ -56,30 +56,19 @@ def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: 
         np.testing.assert_allclose(found[INDEX[part]], expected[:3], atol=1e-12, err_msg=part)
 
 
-@pytest.mark.parametrize(
-    ("part", "changes", "direction"),
-    [
-        ("right_upper_arm", {"right_shoulder_z": 90}, [-1, 0, 0]),
-        ("left_upper_arm", {"left_shoulder_z": 270}, [1, 0, 0]),
-        ("right_upper_arm", {}, [0, -1, 0]),
-        ("left_upper_arm", {}, [0, -1, 0]),
-        ("right_upper_arm", {"right_shoulder_x": 90}, [0, 0, 1]),
-        ("right_lower_leg", {"right_knee_x": -60}, [0, -0.5, -(0.75**0.5)]),
-        ("right_lower_arm", {"right_elbow_x": 60}, [0, -0.5, 0.75**0.5]),
-    ],
-    ids=[
-        "right arm sideways",
-        "left arm sideways",
-        "right arm hangs",
-        "left arm hangs",
-        "arm forward",
-        "knee back",
-        "elbow",
-    ],
-)
-def test_angles_turn_limbs_to_their_own_side_to_the_front_and_knees_back(
-    part: str, changes: dict[str, float], direction: list[float]
-) -> None:
+DIRECTIONS = {
+    "right arm sideways": ("right_upper_arm", {"right_shoulder_z": 90}, [-1, 0, 0]),
+    "left arm sideways": ("left_upper_arm", {"left_shoulder_z": 270}, [1, 0, 0]),
+    "right arm hangs": ("right_upper_arm", {}, [0, -1, 0]),
+    "left arm hangs": ("left_upper_arm", {}, [0, -1, 0]),
+    "arm to the front": ("right_upper_arm", {"right_shoulder_x": 90}, [0, 0, 1]),
+    "knee bends back": ("right_lower_leg", {"right_knee_x": -60}, [0, -0.5, -(0.75**0.5)]),
+    "elbow bends forward": ("right_lower_arm", {"right_elbow_x": 60}, [0, -0.5, 0.75**0.5]),
+}
+
+
+@pytest.mark.parametrize(("part", "changes", "direction"), DIRECTIONS.values(), ids=DIRECTIONS)
+def test_an_angle_turns_a_part(part: str, changes: dict[str, float], direction: list[float]) -> None:
     frames = part_frames(TEN_PARTS, BDP, Pose(NAVEL, angles(**changes)))
     np.testing.assert_allclose(frames[INDEX[part], :, 1], direction, atol=1e-12)
 

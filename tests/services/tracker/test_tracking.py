@@ -52,13 +52,9 @@ def started() -> Played:
 
 @pytest.mark.slow
 def test_person_is_awaited_measured_and_tracked(started: Played) -> None:
-    _, _, texts = started
+    _, outcomes, texts = started
     measuring = [f"measuring the body ({count} of 4)" for count in (1, 2, 3)]
     assert texts == ["waiting for a person", *measuring, "tracking", "tracking"]
-
-
-def test_body_is_published_when_measured(started: Played) -> None:
-    _, outcomes, _ = started
     assert [k for k, outcome in enumerate(outcomes) if outcome.body is not None] == [4]
     assert [k for k, outcome in enumerate(outcomes) if outcome.pose is not None] == [4, 5]
     assert error(outcomes[5], t_pose_at(SEED)) < 0.06

@@ -150,15 +150,6 @@ def test_particles_equal_the_plain_oracle(prior: bool, iterations: int) -> None:
         assert errors[k] == pytest.approx(error, rel=1e-6)
 
 
-def test_first_particle_follows_the_velocity() -> None:
-    cloud = cloud_around(TRUE, 6)
-    out, _ = advanced(cloud, draw_samples(cloud, 1.0, 3, np.random.default_rng(2)), 0, prior=True)
-    best = int(np.argmax(cloud.weights))
-    assert out.positions[0] == pytest.approx(cloud.positions[best] + VELOCITY[:3])
-    assert out.rotations[0] == pytest.approx(turn(VELOCITY[3:6]) @ cloud.rotations[best])
-    assert out.values[0] == pytest.approx(np.clip(cloud.values[best] + VELOCITY[6:], MODEL.low, MODEL.high))
-
-
 @pytest.mark.parametrize("refinement", ["gauss-newton", "force"])
 def test_refinement_reduces_every_error(refinement: Refinement) -> None:
     cloud = cloud_around(TRUE, 8)

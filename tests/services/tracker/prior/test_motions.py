@@ -121,10 +121,8 @@ def test_motion_capture_has_no_jumps_and_no_rest_pose(name: str, anatomy: Anatom
 @pytest.mark.skipif(not (MOTIONS.exists() and CLIP.exists()), reason="the shared clips are not beside the project")
 def test_walk_has_plausible_angles_from_bvh_and_ground_truth() -> None:
     frames = range(198, 198 + 171)  # of clip.toml: the motion of cmu_02_01
-    ours, theirs = (
-        read_motion(MOTIONS / "cmu_02_01.bvh", FOURTEEN_PARTS),
-        read_motion(CLIP / "truth.trc", FOURTEEN_PARTS, frames),
-    )
+    ours = read_motion(MOTIONS / "cmu_02_01.bvh", FOURTEEN_PARTS)
+    theirs = read_motion(CLIP / "truth.trc", FOURTEEN_PARTS, frames)
     at = coordinates_of(FOURTEEN_PARTS).names.index("left_knee.x")
     for motion in (ours, theirs):
         assert 55 < np.degrees(-motion.coordinates[:, at].min()) < 80

@@ -122,7 +122,7 @@ def test_session_rejects_an_unknown_movement() -> None:
         session_timeline(person(5), [("handstand", 0)], [0.0], 0)
 
 
-@pytest.mark.parametrize("time_s", [-0.1, float("nan")])
-def test_time_before_the_start_is_an_error(time_s: float) -> None:
-    with pytest.raises(ValueError, match=r"time_s = .*, allowed 0 or more"):
-        posture_timeline(person(5), "march", 0).pose_at(time_s)
+def test_time_before_the_start_is_an_error() -> None:
+    for time_s in (-0.1, float("nan")):
+        with pytest.raises(ValueError, match=r"time_s = .*, allowed 0 or more"):
+            posture_timeline(person(5), "march", 0).pose_at(time_s)

@@ -12,7 +12,7 @@ from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.judgement import EXPLAINED_HOLD_S
 from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.prediction import Prediction, depths
-from zenocap.common.vision.silhouette import Extents, SilhouetteOptions, describe
+from zenocap.common.vision.silhouette import SilhouetteOptions, describe
 
 FPS, LEARNT = 15, 30
 HEIGHT, WIDTH = 120, 160
@@ -159,9 +159,7 @@ def test_a_frame_of_another_size_is_refused() -> None:
 
 def expected(mask: Mask) -> Prediction:
     """Prediction of a pose whose image is this mask."""
-    found = describe(mask)
-    assert found is not None
-    return Prediction(0, 0, depths(mask), 3.0, Extents(*found.extents))
+    return Prediction(0, 0, depths(mask), 3.0, describe(mask).extents)
 
 
 @pytest.fixture

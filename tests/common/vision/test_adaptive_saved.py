@@ -50,16 +50,13 @@ def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: 
 def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_model(saved: Path) -> None:
     first = picture(ROOM, person(60), 500)
     restored = taken_up(read(saved, SIZE, OWNER), first, OPTIONS)
-    assert restored is not None
     _, silhouette = follow(restored, first, 0.0, SilhouetteOptions(choice="nearest"))
-    assert silhouette is not None
     assert overlap(silhouette.mask, person(60)) > 0.85
 
 
 def test_another_light_is_taken_into_the_model(saved: Path) -> None:
     dark = picture(ROOM * np.linspace(0.5, 0.8, WIDTH)[None, :, None], person(60), 500)
     restored = taken_up(read(saved, SIZE, OWNER), dark, OPTIONS)
-    assert restored is not None
     assert np.abs(restored.background.mean - dark)[:, :50].mean() < 5
 
 

@@ -74,7 +74,6 @@ def test_the_silhouette_has_the_whole_person_without_shadow_and_gap_between_the_
     size: tuple[int, int], light: float
 ) -> None:
     found = extract(learned_background(size), shot(with_person(size), 99, light), OPTIONS)
-    assert found is not None
     assert overlap(found.mask, body(size)) > 0.96
     bare = (ground_shadow(size) > 0) & (body(size) == 0)
     assert np.count_nonzero(found.mask[bare]) < 0.05 * np.count_nonzero(bare)
@@ -93,7 +92,6 @@ def test_an_empty_scene_has_no_silhouette(size: tuple[int, int]) -> None:
 
 def test_a_person_partly_outside_the_image_touches_the_border() -> None:
     found = extract(learned_background(), shot(with_person(SMALL, -60), 99), OPTIONS)
-    assert found is not None
     assert found.touches_border
     assert found.extents.leftmost == 0
 
@@ -141,7 +139,6 @@ def test_describe_gives_inclusive_extents() -> None:
     mask = np.zeros((10, 12), dtype=np.uint8)
     mask[2:5, 3:9] = 1
     found = describe(mask)
-    assert found is not None
     assert (found.extents, found.area, found.touches_border) == ((3, 8, 2, 4), 18, False)
     assert found.extents.centre() == (5.5, 3.0)
     assert describe(np.zeros((10, 12), dtype=np.uint8)) is None
@@ -182,7 +179,6 @@ def test_clips_show_one_whole_person_after_the_empty_frames(name: str, size: tup
     background = learn(frames[:empty])
     assert all(extract(background, frame, OPTIONS) is None for frame in frames[:empty:6])
     found = extract(background, frames[empty + 30], OPTIONS)
-    assert found is not None
     left, right, top, bottom = found.extents
     assert 0.8 < (right - left) / (bottom - top) < 1.2  # arms stretched: as wide as tall, and no shadow beside it
     assert cv2.connectedComponents(found.mask)[0] - 1 <= 3

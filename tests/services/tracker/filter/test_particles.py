@@ -45,10 +45,7 @@ def cloud_around(pose: RootedPose, n: int, seed: int = 0) -> Cloud:
     rng = np.random.default_rng(seed)
     poses = [moved(pose, rng, 0.01, 0.05) for _ in range(n)]
     weights = rng.dirichlet(np.ones(n))
-    return Cloud(
-        np.array([p.position for p in poses]), np.array([p.rotation for p in poses]), np.array([p.values for p in poses]),
-        rng.integers(0, len(PRIOR_TABLES.centres), n), weights,
-    )  # fmt: skip
+    return Cloud(*map(np.array, zip(*poses, strict=True)), rng.integers(0, len(PRIOR_TABLES.centres), n), weights)
 
 
 def advanced(

@@ -1,4 +1,4 @@
-"""Adaptive background: people from the first frame, light, furniture, standing, compression; the tracker's pose."""
+"""Adaptive background: people, light, furniture, standing, compression; with the tracker's pose."""
 
 from collections.abc import Iterator
 

@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.prior_cases import known_prior
+from tests.support.prior_cases import known_prior, reconstruction_error
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.errors import UserError
 from zenocap.common.rig.tracker import SUFFIX, find_prior
 from zenocap.data import PRIORS
 from zenocap.services.tracker.prior.file import parse_prior, read_prior, write_prior
-from zenocap.services.tracker.prior.model import Prior, reconstruction_error
+from zenocap.services.tracker.prior.model import Prior
 from zenocap.tools.teach.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 
 MAGIC, VERSION = b"zenocap prior\n", 1

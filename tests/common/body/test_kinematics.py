@@ -8,13 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tests.support.pose_tracks import body
 from tests.support.two_view_scene import ANGLES, BDP, NAVEL, angles
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
+from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import Pose, neutral_pose
-from zenocap.common.body.kinematics import body_ellipses, end_ellipses, joint_centres, part_frames
-from zenocap.services.tracker.body.average_body import body_of_height
+from zenocap.common.body.kinematics import end_ellipses, joint_centres, part_frames
 
 INDEX = TEN_PARTS.index
 MARKERS = {marker.name: k for k, marker in enumerate(TEN_PARTS.markers)}
@@ -129,10 +127,3 @@ def test_a_base_moves_the_part_in_its_own_frame() -> None:
     base = np.array([0.1, 0.0, 0.0])
     moved = end_ellipses(turned, SIZE, base=base) - end_ellipses(turned, SIZE)
     np.testing.assert_allclose(moved, np.tile([0.0, 0.1, 0.0], (48, 1)), atol=1e-12)
-
-
-def test_body_height_equals_the_requested_height() -> None:
-    for anatomy, bdp, tolerance in ((TEN_PARTS, body(1.8), 0.001), (FOURTEEN_PARTS, body_of_height(1.8), 0.04)):
-        pose = neutral_pose(anatomy, np.zeros(3))
-        points = np.concatenate(body_ellipses(bdp, part_frames(anatomy, bdp, pose)))
-        assert abs(np.ptp(points[:, 1]) - 1.8) < tolerance

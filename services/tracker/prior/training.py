@@ -1,6 +1,6 @@
 """Training of a prior; held-out motion chooses the number of regions.  [Hybrid IV, Fig. 4]"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,11 +52,15 @@ class TrainingPlan:
 
 
 def train(
-    coordinates: Coordinates, motions: Sequence[TrainingMotion], held: Sequence[TrainingMotion], plan: TrainingPlan
+    coordinates: Coordinates,
+    motions: Sequence[TrainingMotion],
+    held: Sequence[TrainingMotion],
+    plan: TrainingPlan,
+    report: Callable[[int, int, str], None] = lambda *_: None,
 ) -> Prior:
     """Prior of `motions`.  held: motions on which the number of regions is chosen; without them stretches are held out.
 
-    Raises UserError.
+    report: called with trainings done, their number, and the next one.  Raises UserError.
     """
     all_sequences = prepare(coordinates, motions, plan)
     if held:
@@ -71,7 +75,9 @@ def train(
         least = requested * p.MIN_FRAMES_PER_REGION
         raise UserError(f"{frames} training frames: allowed: {least} or more at {plan.rate:g}/s, for {requested} regions")
     found: list[tuple[Reconstruction, LearnedRegions]] = []
-    for count in counts:
+    total = len(counts) + (not held)
+    for done, count in enumerate(counts):
+        report(done, total, f"{count} regions")
         result = learn(used, count, plan.dims, np.random.default_rng((plan.seed, count)))
         errors = [error_of(result.regions, np.concatenate(sequences), plan.dims) for sequences in (used, validation)]
         found.append((Reconstruction(count, *errors), result))
@@ -79,7 +85,9 @@ def train(
     result = next(result for errors, result in found if errors.regions == chosen)
     distances = _distances(_prior(coordinates, result, used, plan, UNKNOWN), validation)
     if not held:
+        report(total - 1, total, f"{chosen} regions of all")
         result = learn(all_sequences, chosen, plan.dims, np.random.default_rng((plan.seed, chosen)))
+    report(total, total, "done")
     training = PriorTraining(
         tuple(motion.name for motion in motions),
         tuple(motion.name for motion in held),

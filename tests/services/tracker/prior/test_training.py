@@ -49,10 +49,12 @@ def test_hundred_frames_allow_twenty_regions() -> None:
 
 
 @pytest.mark.nightly
-def test_same_seed_gives_the_same_prior() -> None:
-    one, other = (train(COORDINATES, MOTIONS, [], SHORT) for _ in range(2))
+def test_same_seed_gives_the_same_prior_and_progress_is_reported_to_the_end() -> None:
+    reports: list[tuple[int, int]] = []
+    one, other = (train(COORDINATES, MOTIONS, [], SHORT, lambda done, of, _: reports.append((done, of))) for _ in range(2))
     assert one.centres.tobytes() == other.centres.tobytes()
     assert one.training == other.training
+    assert reports[:5] == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
 
 
 def test_frames_without_a_pose_split_the_motion_and_mirroring_doubles_it() -> None:

@@ -10,6 +10,7 @@ from typing import Never, TypeVar
 
 from msgspec import UNSET
 
+from zenocap.common import topics as t
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
@@ -22,17 +23,6 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import (
-    CAMERA,
-    CAMERA_DELAYS,
-    FRAME_RATE,
-    HEALTH,
-    REQUEST,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_DETAIL,
-    TRACKER_POSE,
-)
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.tracker.filter.particles import REFINEMENTS
 from zenocap.services.tracker.jit_warmup import load_compiled
@@ -58,18 +48,18 @@ def tracker_service(rig: Rig) -> Service[TrackerSetup, TrackerState, Never]:
 def service_of(setup: TrackerSetup) -> Service[TrackerSetup, TrackerState, Never]:
     """Service of a tracker."""
     topics = (
-        TopicSubscription(SILHOUETTE, every=True),
-        TopicSubscription(CAMERA),
-        TopicSubscription(FRAME_RATE),
-        TopicSubscription(TRACKER_DETAIL),
-        TopicSubscription(CAMERA_DELAYS),
-        TopicSubscription(HEALTH, names={"service": "viewer"}),
-        TopicSubscription(REQUEST),
+        TopicSubscription(t.SILHOUETTE, every=True),
+        TopicSubscription(t.CAMERA),
+        TopicSubscription(t.FRAME_RATE),
+        TopicSubscription(t.TRACKER_DETAIL),
+        TopicSubscription(t.CAMERA_DELAYS),
+        TopicSubscription(t.HEALTH, names={"service": "viewer"}),
+        TopicSubscription(t.REQUEST),
     )
     return Service(
         "tracker", ID, setup, partial(initial_state, setup), step, topics, describe, counts, phase_of,
         pending=pending,
-        recovers=lambda state: (TRACKER_BDP, TRACKER_POSE) if awaiting_person(state) else (),
+        recovers=lambda state: (t.TRACKER_BDP, t.TRACKER_POSE) if awaiting_person(state) else (),
         result=TrackerPose,
         load=lambda: _load(setup),
     )  # fmt: skip

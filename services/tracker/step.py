@@ -10,49 +10,28 @@ from typing import TypeAlias
 
 import numpy as np
 
+from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points, silhouette_mask
-from zenocap.common.messages import (
-    CameraDelays,
-    CameraInfo,
-    FrameRate,
-    Health,
-    Message,
-    Phase,
-    Request,
-    ScenePoints,
-    Silhouette,
-    TrackerBdp,
-    TrackerDetail,
-    TrackerPose,
-)
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
 from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker import tracking
 from zenocap.services.tracker.filter.confidence import confidences
-from zenocap.services.tracker.parameters import (
-    CAMERA_TOLERANCE,
-    LOST_LIMB,
-    MAX_QUEUED_FRAME_SETS,
-    MAX_SPREAD,
-    MIN_VIEWS,
-    MISSING_FRAMES,
-    POINTS_PERIOD_NS,
-)
 from zenocap.services.tracker.states import Outcome, TrackerSetup, TrackerState, with_detail
 
 Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no frames
-Result: TypeAlias = tuple[TrackerState, list[Message]]
+Result: TypeAlias = tuple[TrackerState, list[m.Message]]
 
 
 def initial_state(setup: TrackerSetup) -> TrackerState:
     """State before any event."""
-    pairs: Synchronizer[Silhouette] = Synchronizer(tuple(setup.cameras), setup.frame_ns // 2, hold=setup.hold({}))
+    pairs: Synchronizer[m.Silhouette] = Synchronizer(tuple(setup.cameras), setup.frame_ns // 2, hold=setup.hold({}))
     return TrackerState(tracking.initial_state(setup), pairs)
 
 
@@ -61,22 +40,22 @@ def step(setup: TrackerSetup, state: TrackerState, event: Event) -> Result:
     match event:
         case Tick() if state.ready:
             return _track(setup, replace(state, ready=state.ready[1:]), state.ready[0])
-        case Envelope(message=Silhouette() as silhouette):
+        case Envelope(message=m.Silhouette() as silhouette):
             return _synchronize(state, silhouette), []
-        case Envelope(message=Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
+        case Envelope(message=m.Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, health), []
-        case Envelope(message=FrameRate() as rate):
+        case Envelope(message=m.FrameRate() as rate):
             pairs = with_spacing(state.pairs, share_of(rate).spacing, holds_from_ns(rate))
             return replace(state, pairs=pairs), []
-        case Envelope(message=TrackerDetail(share=share)):
+        case Envelope(message=m.TrackerDetail(share=share)):
             return replace(state, detail=share), []
-        case Envelope(message=CameraDelays(applied_ms=applied)) if setup.follow_delays:
+        case Envelope(message=m.CameraDelays(applied_ms=applied)) if setup.follow_delays:
             return _set_delays(setup, state, {viewer: round(1e6 * ms) for viewer, ms in applied.items()}), []
-        case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
+        case Envelope(message=m.CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
-        case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
+        case Envelope(message=m.TrackerBdp() | m.TrackerPose() as previous) if awaiting_person(state):
             return _resume(setup, state, previous)
-        case Envelope(message=Request(what="measure")):
+        case Envelope(message=m.Request(what="measure")):
             fresh = tracking.remeasure(setup)
             return replace(state, track=fresh, pose=None, findings=(), previous_body=None, remeasure=True), []
         case _:
@@ -93,10 +72,10 @@ def pending(state: TrackerState) -> bool:
     return bool(state.ready)
 
 
-def phase_of(state: TrackerState) -> Phase:
+def phase_of(state: TrackerState) -> m.Phase:
     """Phase of the tracker, for its health."""
-    if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(_missing(state)) < MIN_VIEWS:
-        return Phase.WAITING_FOR_INPUT
+    if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(_missing(state)) < p.MIN_VIEWS:
+        return m.Phase.WAITING_FOR_INPUT
     return tracking.phase_of(state.track)
 
 
@@ -105,7 +84,7 @@ def describe(state: TrackerState) -> str:
     missing = _missing(state)
     if state.pairs.last_ns < 0:
         return "waiting for silhouettes"
-    if len(state.pairs.viewers) - len(missing) < MIN_VIEWS:
+    if len(state.pairs.viewers) - len(missing) < p.MIN_VIEWS:
         text = f"waiting for a second view; viewer {' and '.join(missing)} missing"
     else:
         text = tracking.describe(state.track) + (f", without viewer {' and '.join(missing)}" if missing else "")
@@ -113,7 +92,7 @@ def describe(state: TrackerState) -> str:
 
 
 def _missing(state: TrackerState) -> list[str]:
-    return [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
+    return [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > p.MISSING_FRAMES]
 
 
 def counts(state: TrackerState) -> Mapping[str, int]:
@@ -126,14 +105,14 @@ def counts(state: TrackerState) -> Mapping[str, int]:
     return silhouettes | instants | dict(state.counts)
 
 
-def _resume(setup: TrackerSetup, state: TrackerState, previous: TrackerBdp | TrackerPose) -> Result:
+def _resume(setup: TrackerSetup, state: TrackerState, previous: m.TrackerBdp | m.TrackerPose) -> Result:
     """Recover the body, then the pose, published before a restart, and publish them again."""
     try:
         match previous:
-            case TrackerBdp() if state.previous_body is None:
+            case m.TrackerBdp() if state.previous_body is None:
                 bdp_of(setup.anatomy, previous.body)
                 return replace(state, previous_body=previous), [previous]
-            case TrackerPose() if state.previous_body is not None:
+            case m.TrackerPose() if state.previous_body is not None:
                 body = bdp_of(setup.anatomy, state.previous_body.body)
                 angles = angles_of(setup.anatomy, previous.angles, setup.anatomy.neutral)
                 pose = Pose(np.array(previous.position), angles)
@@ -152,19 +131,19 @@ def _set_delays(setup: TrackerSetup, state: TrackerState, delays_ns: dict[str, i
     return replace(state, delays_ns=delays_ns, pairs=pairs, track=track)
 
 
-def _synchronize(state: TrackerState, silhouette: Silhouette) -> TrackerState:
+def _synchronize(state: TrackerState, silhouette: m.Silhouette) -> TrackerState:
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
     captured_ns = max(0, captured_ns - state.delays_ns.get(silhouette.viewer, 0))
     pairs, frame_sets = push(state.pairs, silhouette.viewer, captured_ns, silhouette)
     state = replace(state, pairs=pairs)
-    enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= MIN_VIEWS]
+    enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= p.MIN_VIEWS]
     state = _count(state, "alone", len(frame_sets) - len(enough))
     ready = (*state.ready, *enough)
-    state = _count(state, "dropped_instants", max(0, len(ready) - MAX_QUEUED_FRAME_SETS))
-    return replace(state, ready=ready[-MAX_QUEUED_FRAME_SETS:])
+    state = _count(state, "dropped_instants", max(0, len(ready) - p.MAX_QUEUED_FRAME_SETS))
+    return replace(state, ready=ready[-p.MAX_QUEUED_FRAME_SETS :])
 
 
-def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[Silhouette]) -> Result:
+def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[m.Silhouette]) -> Result:
     """Track the person in one frame set."""
     masks: dict[str, Mask] = {}
     for viewer, camera in setup.cameras.items():  # in the rig's order, not that of arrival
@@ -175,7 +154,7 @@ def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[Silhoue
             masks[viewer] = silhouette_mask(silhouette, camera.size)
         except ValueError:
             state = _count(state, "damaged", 1)
-    if len(masks) < MIN_VIEWS:
+    if len(masks) < p.MIN_VIEWS:
         return _count(state, "alone", 1), []
     frame, captured_ns = max(silhouette.frame for silhouette in frame_set.items.values()), frame_set.captured_ns
     try:
@@ -183,46 +162,46 @@ def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[Silhoue
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
         return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
     state = replace(state, track=track, findings=outcome.findings, used=outcome.views)
-    messages: list[Message] = []
+    messages: list[m.Message] = []
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        messages.append(TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured))
+        messages.append(m.TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured))
     pose = _pose_message(setup.anatomy, state.pose, outcome, frame, captured_ns)
     if pose is not None:
         messages.append(pose)
-    if abs(captured_ns - state.points_ns) >= POINTS_PERIOD_NS:
+    if abs(captured_ns - state.points_ns) >= p.POINTS_PERIOD_NS:
         state = replace(state, points_ns=captured_ns)
-        messages.append(ScenePoints(frame=frame, captured_ns=captured_ns, points=packed_points(outcome.points)))
+        messages.append(m.ScenePoints(frame=frame, captured_ns=captured_ns, points=packed_points(outcome.points)))
     return replace(state, pose=pose or state.pose), messages
 
 
 def _pose_message(
-    anatomy: Anatomy, last: TrackerPose | None, outcome: Outcome, frame: int, captured_ns: int
-) -> TrackerPose | None:
+    anatomy: Anatomy, last: m.TrackerPose | None, outcome: Outcome, frame: int, captured_ns: int
+) -> m.TrackerPose | None:
     """Pose message of a frame set; the last pose, marked as lost, without one; None before the first."""
     if outcome.pose is None:
         if last is None:
             return None
-        return TrackerPose(
+        return m.TrackerPose(
             frame=frame, captured_ns=captured_ns, position=last.position, angles=last.angles,
             position_spread=last.position_spread, spread=last.spread, likelihood=float(outcome.likelihood),
             effective=0.0, lost=True, views=list(outcome.views),
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
-    spread = np.minimum(outcome.spread, MAX_SPREAD)
+    spread = np.minimum(outcome.spread, p.MAX_SPREAD)
     dx, dy, dz = spread[-3:].tolist()
     limbs, heading = confidences(outcome.limb_features, outcome.toes)
-    return TrackerPose(
+    return m.TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
         position_spread=(dx, dy, dz), spread=angles_by_name(anatomy, spread[:-3]),
         likelihood=float(outcome.likelihood), effective=float(outcome.effective), lost=outcome.lost,
-        views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
+        views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < p.LOST_LIMB],
         heading=heading,
     )  # fmt: skip
 
 
-def _set_clock(setup: TrackerSetup, state: TrackerState, viewer: str, health: Health) -> TrackerState:
+def _set_clock(setup: TrackerSetup, state: TrackerState, viewer: str, health: m.Health) -> TrackerState:
     """Update a viewer's clock offset and the health text about it."""
     offset = offset_in(health)
     if offset is None:
@@ -233,12 +212,12 @@ def _set_clock(setup: TrackerSetup, state: TrackerState, viewer: str, health: He
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
-def _compare_calibration(state: TrackerState, received: CameraInfo, configured: Camera) -> TrackerState:
+def _compare_calibration(state: TrackerState, received: m.CameraInfo, configured: Camera) -> TrackerState:
     """Update the health text about a viewer whose calibration differs from this rig file's."""
     configured_values = (configured.matrix, configured.rotation, configured.translation)
     received_values = (received.matrix, received.rotation, received.translation)
     same = tuple(received.size) == configured.size and all(
-        np.allclose(np.ravel(configured_value), received_value, rtol=CAMERA_TOLERANCE, atol=CAMERA_TOLERANCE)
+        np.allclose(np.ravel(configured_value), received_value, rtol=p.CAMERA_TOLERANCE, atol=p.CAMERA_TOLERANCE)
         for configured_value, received_value in zip(configured_values, received_values, strict=True)
     )
     others = {viewer: text for viewer, text in state.calibrations.items() if viewer != received.viewer}

@@ -15,15 +15,8 @@ from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
+from zenocap.services.tracker.initialization import decisions
 from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
-from zenocap.services.tracker.initialization.decisions import (
-    by_decision,
-    decided_front,
-    faces,
-    least_toes,
-    start_as_decided,
-    turned_as_decided,
-)
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
@@ -83,7 +76,7 @@ def track(
     evidence, points = evidence_of(contours, silhouettes, excluded)
     phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
-        phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
+        phase, outcome = decisions.turned_as_decided(setup, phase, outcome, captured_ns, evidence)
         if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
             person, before = phase.person, phase.limb_features
             features = limb_features(
@@ -138,10 +131,10 @@ def advance_phase(
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            awaiting, outcome = await_person(setup, phase, captured_ns, evidence, partial(decided_front, setup))
+            awaiting, outcome = await_person(setup, phase, captured_ns, evidence, partial(decisions.decided_front, setup))
             if isinstance(awaiting, Tracking):
-                decided = decided_front(setup, awaiting.estimate.position) is not None
-                return by_decision(awaiting, captured_ns) if decided else awaiting, outcome
+                decided = decisions.decided_front(setup, awaiting.estimate.position) is not None
+                return decisions.by_decision(awaiting, captured_ns) if decided else awaiting, outcome
             if awaiting.seen or phase.t_pose_only or setup.options.filter.start != "any-posture":
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, evidence)
@@ -170,7 +163,7 @@ def _follow(
     if isinstance(phase, Lost):
         found, outcome = search(setup, phase, captured_ns, evidence)
         if phase.last is None and isinstance(found, Tracking):
-            return start_as_decided(setup, found, outcome, captured_ns, evidence)
+            return decisions.start_as_decided(setup, found, outcome, captured_ns, evidence)
         return found, outcome
     rng = np.random.default_rng([setup.options.seed, count])
     after, outcome = filter_step(setup, phase, captured_ns, evidence, rng)
@@ -179,10 +172,10 @@ def _follow(
     after = with_toes(setup.anatomy, after, evidence.rays)
     if after.misfits_in_row in RELOCALIZE_AFTER:
         elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, evidence)
-        if faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
+        if decisions.faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
             elsewhere = replace(elsewhere, decided_ns=after.decided_ns)
         return elsewhere, outcome
-    if after.toes < least_toes(after, captured_ns):
+    if after.toes < decisions.least_toes(after, captured_ns):
         return check_reversed_heading(setup, after, outcome, captured_ns, evidence)
     if _tries_other_postures(setup) and count % OTHER_POSTURES_PERIOD == 0:
         return check_other_postures(setup, after, outcome, captured_ns, evidence)

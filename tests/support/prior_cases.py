@@ -5,7 +5,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
-from zenocap.services.tracker.prior.model import Prior, PriorTraining, Reconstruction
+from zenocap.services.tracker.prior.model import Prior, PriorTraining, Reconstruction, reconstruct_poses
 
 COORDINATES = coordinates_of(FOURTEEN_PARTS)
 D = COORDINATES.dimension
@@ -43,3 +43,8 @@ def gait(frames: int, seed: int = 0, cadence: float = 6.0) -> Floats:
     phase = cadence * np.arange(frames) / 60 + rng.uniform(0, 6)
     curve = [np.sin(phase), np.cos(phase), np.sin(2 * phase), np.cos(2 * phase), 0.3 * np.sin(3 * phase), 0.1 * phase / 6]
     return np.stack(curve, axis=1) @ directions + rng.normal(scale=0.005, size=(frames, D))
+
+
+def reconstruction_error(prior: Prior, poses: Floats) -> float:
+    """Root mean square over frames and coordinates of poses (T, d) less their reconstructions, radians."""
+    return float(np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2)))

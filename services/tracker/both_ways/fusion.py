@@ -17,16 +17,9 @@ from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit
-from zenocap.services.tracker.parameters import (
-    FUSION_ALIKE,
-    FUSION_BLEND_S,
-    FUSION_DEVIATION,
-    FUSION_INFORMATION,
-    FUSION_SWITCH,
-    RESIDUAL_LIMIT_M,
-)
 
 SECTIONS = ("trunk", "right_arm", "left_arm", "right_leg", "left_leg")
 ENDS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hip": "leg", "knee": "leg", "ankle": "leg"}
@@ -66,7 +59,7 @@ def two_poses(
     if forward is not None and backward is not None:
         for choice, backwards in enumerate(BACKWARD):
             pose = blended(anatomy, forward, backward, backwards.astype(np.float64))
-            misfits[choice] = misfit(model, evidence, RESIDUAL_LIMIT_M, pose)
+            misfits[choice] = misfit(model, evidence, p.RESIDUAL_LIMIT_M, pose)
     return TwoPoses(captured_ns, forward, backward, misfits)
 
 
@@ -92,7 +85,7 @@ def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Iterat
     The change from one direction to the other takes FUSION_BLEND_S while both are alike, and is at once otherwise.
     """
     chosen = BACKWARD[best_choices(anatomy, frames, frame_ns)].astype(np.float64)
-    half = round(0.5e9 * FUSION_BLEND_S / frame_ns)
+    half = round(0.5e9 * p.FUSION_BLEND_S / frame_ns)
     window = np.bartlett(2 * half + 3)[1:-1]
     padded = np.pad(chosen, ((half, half), (0, 0)), mode="edge")
     gradual = np.round([np.convolve(column, window / window.sum(), "valid") for column in padded.T], 6).T
@@ -107,7 +100,7 @@ def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Iterat
 
 def _alike(anatomy: Anatomy, forward: RootedPose, backward: RootedPose) -> Bools:
     """(sections,) whether both poses of a section are nearly the same, so that those between them are sensible."""
-    place, angle, joint = FUSION_ALIKE
+    place, angle, joint = p.FUSION_ALIKE
     apart = np.abs(forward.values - backward.values)
     alike: Bools = np.array([apart[columns].max(initial=0.0) < joint for columns in columns_of(anatomy)])
     turn, shift = np.linalg.norm(_turn(forward, backward)), np.linalg.norm(forward.position - backward.position)
@@ -136,7 +129,7 @@ def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) ->
 
 def _frame_cost(frame: TwoPoses) -> Floats:
     """(CHOICES,) negative logarithm of the likelihood; infinite for a direction without a pose."""
-    cost: Floats = FUSION_INFORMATION * frame.misfits
+    cost: Floats = p.FUSION_INFORMATION * frame.misfits
     if frame.forward is None:
         cost[:-1] = np.inf  # the last choice: all of the backward pose
     elif frame.backward is None:
@@ -146,7 +139,7 @@ def _frame_cost(frame: TwoPoses) -> Floats:
 
 def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, periods: float) -> Floats:
     """(sections, 2, 2) cost of a section's change from a direction to a direction, 0 forward, 1 backward."""
-    place, angle, joint = FUSION_DEVIATION
+    place, angle, joint = p.FUSION_DEVIATION
     costs = np.zeros((len(SECTIONS), 2, 2))
     for i, last in enumerate((before.forward, before.backward)):
         for j, pose in enumerate((now.forward, now.backward)):
@@ -157,8 +150,8 @@ def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, periods: fl
             costs[0, i, j] += np.sum((pose.position - last.position) ** 2) / place**2
             costs[0, i, j] += np.sum(_turn(last, pose) ** 2) / angle**2
     costs *= 0.5 / periods
-    costs[:, 0, 1] += FUSION_SWITCH
-    costs[:, 1, 0] += FUSION_SWITCH
+    costs[:, 0, 1] += p.FUSION_SWITCH
+    costs[:, 1, 0] += p.FUSION_SWITCH
     return costs
 
 

@@ -11,17 +11,10 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
-from zenocap.services.tracker.parameters import (
-    AMBIGUITY_SCALE,
-    ARM_CONFIDENCE,
-    HEADING_CONFIDENCE,
-    LEG_CONFIDENCE,
-    LIMB_FEATURES_RATE,
-    RESIDUAL_LIMIT_M,
-)
 
 LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")  # in the order of `limbs_of`
 FEATURES = ("constant", "support ratio", "ln misfit", "body support ratio", "ambiguity")
@@ -40,7 +33,7 @@ def limb_features(
     expected_support: of the body.  ambiguous: (4,) see `ambiguity`.  before: features of the frame before, None without.
     """
     support = limb_support(anatomy, model, evidence, pose)
-    error = float(misfit(model, evidence, RESIDUAL_LIMIT_M, pose))
+    error = float(misfit(model, evidence, p.RESIDUAL_LIMIT_M, pose))
     body = support_fraction(model, evidence, pose) / max(expected_support, LEAST_SUPPORT)
     features = np.ones((len(LIMBS), len(FEATURES)))
     if usual is not None:
@@ -68,14 +61,14 @@ def ambiguity(distances: Floats, errors: Floats, least: float) -> Floats:
 
     distances: (n, 4) of other poses, see `limb_distances`.  errors: (n,) their misfits, m^2.  least: that of the best.
     """
-    weights = np.exp(-(errors / max(least, MIN_MISFIT) - 1.0) / AMBIGUITY_SCALE)
+    weights = np.exp(-(errors / max(least, MIN_MISFIT) - 1.0) / p.AMBIGUITY_SCALE)
     found: Floats = weights @ np.minimum(distances, MAX_DISTANCE_M) / (1.0 + weights.sum())
     return found
 
 
 def smoothed_features(before: Floats | None, now: Floats) -> Floats:
     """Running mean of features; before: None in the first frame."""
-    return now if before is None else before + LIMB_FEATURES_RATE * (now - before)
+    return now if before is None else before + p.LIMB_FEATURES_RATE * (now - before)
 
 
 def confidences(features: Floats | None, toes: float | None) -> tuple[dict[str, float], float | None]:
@@ -86,13 +79,13 @@ def confidences(features: Floats | None, toes: float | None) -> tuple[dict[str, 
 
 def limb_confidence(features: Floats) -> Floats:
     """(4,) probability that elbow or knee, and wrist or ankle, are within LIMB_ERROR_M of the person's."""
-    coefficients = np.array([ARM_CONFIDENCE, ARM_CONFIDENCE, LEG_CONFIDENCE, LEG_CONFIDENCE])
+    coefficients = np.array([p.ARM_CONFIDENCE, p.ARM_CONFIDENCE, p.LEG_CONFIDENCE, p.LEG_CONFIDENCE])
     return _logistic(np.sum(coefficients * features, axis=1))
 
 
 def heading_confidence(toes: float) -> float:
     """Probability that front and back are not exchanged; toes: forward reach of the feet (statures)."""
-    return float(_logistic(np.array([HEADING_CONFIDENCE[0] + HEADING_CONFIDENCE[1] * toes]))[0])
+    return float(_logistic(np.array([p.HEADING_CONFIDENCE[0] + p.HEADING_CONFIDENCE[1] * toes]))[0])
 
 
 def _logistic(x: Floats) -> Floats:

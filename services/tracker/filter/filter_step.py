@@ -11,6 +11,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.rotations import vector_to_matrix
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction, thinned
 from zenocap.services.tracker.evidence.field import no_distance_field
@@ -30,35 +31,6 @@ from zenocap.services.tracker.filter.particles import (
     uniform_cloud,
 )
 from zenocap.services.tracker.initialization.online_shape import improved_body, is_new_posture, updated_shape
-from zenocap.services.tracker.parameters import (
-    DYNAMIC_NOISE,
-    ESTIMATE_HOLD,
-    ESTIMATE_ITERATIONS,
-    INDEPENDENT_RAYS,
-    LIKELIHOOD_INFORMATION,
-    LOST_EMPTY_FRAMES,
-    LOST_FRAMES,
-    LOST_MISFIT_RATIO,
-    LOST_SUPPORT_RATIO,
-    MAX_PRIOR_FRACTION,
-    MAX_SPEED,
-    MAX_TURN_RATE,
-    MIN_PRIOR_DISTANCE,
-    MIN_PRIOR_FRACTION,
-    MIN_TRACKING_RAYS,
-    PARTICLE_HOLD,
-    PARTICLE_RAY_STRIDE,
-    POSTURE_INDEPENDENT_RAYS,
-    PREDICTION_DEVIATION,
-    PRIOR_FRACTION,
-    PRIOR_FRACTION_RATE,
-    RESIDUAL_LIMIT_M,
-    RESIDUAL_SCALE_M,
-    SHAPE_PAUSE_NS,
-    SHAPE_SUPPORT_RATIO,
-    SUPPORT_RATE,
-    VELOCITY_DAMPING,
-)
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.resampling import at_rate
 from zenocap.services.tracker.prior.sampling import prior_distances
@@ -72,7 +44,7 @@ def start_tracking(
     n = setup.options.particles
     cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
     still = np.zeros(6 + len(pose.values))
-    tracking = Tracking(person, cloud, pose, still, captured_ns, PRIOR_FRACTION, corrected_ns=captured_ns)
+    tracking = Tracking(person, cloud, pose, still, captured_ns, p.PRIOR_FRACTION, corrected_ns=captured_ns)
     return tracking, _outcome(setup, pose, cloud, error)
 
 
@@ -80,7 +52,7 @@ def filter_step(
     setup: TrackerSetup, phase: Tracking, captured_ns: int, evidence: Evidence, rng: np.random.Generator
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track the person in one scene; the track is lost after LOST_FRAMES misfits in a row."""
-    if evidence.rays.shape[1] < MIN_TRACKING_RAYS:
+    if evidence.rays.shape[1] < p.MIN_TRACKING_RAYS:
         return _empty_frame(setup, phase)
     options, person = setup.options, phase.person
     if len(phase.cloud.weights) != options.particles:
@@ -93,31 +65,32 @@ def filter_step(
     expected = _predict(person.model, phase.estimate, velocity)
     prior_distance, costs = _costs(setup, phase, found, expected)
     # Paper (open): sigma^2 of Eq. 29 has no value; 1 / LIKELIHOOD_INFORMATION.
-    cloud = found.cloud._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
+    cloud = found.cloud._replace(weights=likelihood_weights(costs, p.LIKELIHOOD_INFORMATION))
     estimate = _estimate(setup, phase, cloud, evidence, expected)
     best = int(np.argmin(costs))
     error = float(found.errors[best])
     support = support_fraction(person.model, evidence, estimate)
-    misfits = support < LOST_SUPPORT_RATIO * person.expected_support or error > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
+    unlike = error > p.LOST_MISFIT_RATIO * p.RESIDUAL_LIMIT_M**2
+    misfits = support < p.LOST_SUPPORT_RATIO * person.expected_support or unlike
     misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
     # Paper (added): [Hybrid] does not detect a lost track.
-    if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
+    if misfits_in_row >= p.LOST_FRAMES and options.filter.relocalization:
         return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
     moved, jumped = _motion(setup, phase, estimate, captured_ns)
     corrected_ns = captured_ns if jumped else phase.corrected_ns
     body = None
-    settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
-    if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
+    settled = captured_ns - corrected_ns >= p.SHAPE_PAUSE_NS
+    if options.filter.shape_estimation and settled and support >= p.SHAPE_SUPPORT_RATIO * person.expected_support:
         person, body = _update_shape(setup, person, evidence.rays, estimate)
     if not misfits_in_row:
-        expected_support = person.expected_support + SUPPORT_RATE * (support - person.expected_support)
+        expected_support = person.expected_support + p.SUPPORT_RATE * (support - person.expected_support)
         person = replace(person, expected_support=expected_support)
     from_prior = float(cloud.weights[found.kinds == 1].sum())
-    prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
+    prior_fraction = phase.prior_fraction + p.PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
     tracking = replace(
         phase, person=person, cloud=cloud, estimate=estimate, velocity=moved, captured_ns=captured_ns,
-        prior_fraction=float(np.clip(prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
-        prior_distance=phase.prior_distance + SUPPORT_RATE * (float(prior_distance[best]) - phase.prior_distance),
+        prior_fraction=float(np.clip(prior_fraction, p.MIN_PRIOR_FRACTION, p.MAX_PRIOR_FRACTION)),
+        prior_distance=phase.prior_distance + p.SUPPORT_RATE * (float(prior_distance[best]) - phase.prior_distance),
         misfits_in_row=misfits_in_row, limb_support=found.limb_support, corrected_ns=corrected_ns,
     )  # fmt: skip
     return tracking, replace(_outcome(setup, estimate, cloud, error), body=body)
@@ -137,7 +110,7 @@ def _velocity(setup: TrackerSetup, phase: Tracking, periods: float) -> Floats:
     # Paper (added): V-A does not predict by the velocity.
     if not setup.options.filter.velocity_prediction:
         return np.zeros(len(phase.velocity))
-    velocity: Floats = VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
+    velocity: Floats = p.VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
     return velocity
 
 
@@ -160,11 +133,11 @@ def _find_particles(
     out = Cloud(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, d)), np.zeros(n, np.int64), np.empty(n))
     errors = np.empty(n)
     iterations = 0 if options.method == "particle-filter" else options.iterations
-    deviations = _per_coordinate(d, DYNAMIC_NOISE) * np.sqrt(periods)
+    deviations = _per_coordinate(d, p.DYNAMIC_NOISE) * np.sqrt(periods)
     propose_particles(person.model, compiled, prior is not None, phase.cloud, draws, velocity, deviations, out)
     # Paper (added): particles are refined on every second ray, to save time.
-    weights = residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE)
-    scene = RefinementScene(person.model, thinned(evidence, PARTICLE_RAY_STRIDE), weights)
+    weights = residual_weights(setup, p.PARTICLE_HOLD, p.PARTICLE_RAY_STRIDE)
+    scene = RefinementScene(person.model, thinned(evidence, p.PARTICLE_RAY_STRIDE), weights)
     refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
     limb_support = phase.limb_support
     if _searches_limbs(setup):
@@ -188,9 +161,9 @@ def _costs(setup: TrackerSetup, phase: Tracking, found: _Found, expected: Rooted
     if not setup.options.filter.cost_terms:
         return distances, found.errors
     # Paper (added): Eq. 29 has D alone; here also the distances from the prediction and from the prior.
-    scale = max(phase.prior_distance, 0.0 if prior is None else prior.training.distances[1], MIN_PRIOR_DISTANCE)
+    scale = max(phase.prior_distance, 0.0 if prior is None else prior.training.distances[1], p.MIN_PRIOR_DISTANCE)
     departures = _squared_mahalanobis(found.cloud, expected) + (distances / scale) ** 2
-    return distances, found.errors + departures / (2.0 * LIKELIHOOD_INFORMATION)
+    return distances, found.errors + departures / (2.0 * p.LIKELIHOOD_INFORMATION)
 
 
 def _motion(setup: TrackerSetup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:
@@ -198,7 +171,7 @@ def _motion(setup: TrackerSetup, phase: Tracking, estimate: RootedPose, captured
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     if not _searches_limbs(setup):
         return moved, False
-    too_fast = np.abs(moved) > np.concatenate([np.full(3, MAX_SPEED), np.full(len(moved) - 3, MAX_TURN_RATE)])
+    too_fast = np.abs(moved) > np.concatenate([np.full(3, p.MAX_SPEED), np.full(len(moved) - 3, p.MAX_TURN_RATE)])
     return np.where(too_fast, 0.0, moved), bool(too_fast.any())
 
 
@@ -208,7 +181,7 @@ def _update_shape(
     """Person with the shape estimate updated by a new posture; and the body when it changed."""
     if not is_new_posture(person.shape, pose):
         return person, None
-    shape = updated_shape(setup.anatomy, person.shape, rays, pose, person.detail * POSTURE_INDEPENDENT_RAYS)
+    shape = updated_shape(setup.anatomy, person.shape, rays, pose, person.detail * p.POSTURE_INDEPENDENT_RAYS)
     better = improved_body(setup.anatomy, shape)
     if better is None:
         return replace(person, shape=shape), None
@@ -223,8 +196,8 @@ def _estimate(setup: TrackerSetup, phase: Tracking, cloud: Cloud, evidence: Evid
     best = RootedPose(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
     if setup.options.method != "hybrid" or setup.options.refinement != "gauss-newton":
         return best
-    weights = residual_weights(setup, ESTIMATE_HOLD)
-    refine(phase.person.model, evidence, weights, ESTIMATE_ITERATIONS, best, expected)
+    weights = residual_weights(setup, p.ESTIMATE_HOLD)
+    refine(phase.person.model, evidence, weights, p.ESTIMATE_ITERATIONS, best, expected)
     return best
 
 
@@ -238,8 +211,8 @@ def _predict(model: BodyModel, last: RootedPose, velocity: Floats) -> RootedPose
 
 def _squared_mahalanobis(cloud: Cloud, expected: RootedPose) -> Floats:
     """(n,) squared Mahalanobis distance of particles from the prediction: unobserved coordinates stay there."""
-    position: Floats = np.sum((cloud.positions - expected.position) ** 2, axis=1) / PREDICTION_DEVIATION[0] ** 2
-    values: Floats = np.sum((cloud.values - expected.values) ** 2, axis=1) / PREDICTION_DEVIATION[1] ** 2
+    position: Floats = np.sum((cloud.positions - expected.position) ** 2, axis=1) / p.PREDICTION_DEVIATION[0] ** 2
+    values: Floats = np.sum((cloud.values - expected.values) ** 2, axis=1) / p.PREDICTION_DEVIATION[1] ** 2
     departures: Floats = position + values
     return departures
 
@@ -247,7 +220,7 @@ def _squared_mahalanobis(cloud: Cloud, expected: RootedPose) -> Floats:
 def _empty_frame(setup: TrackerSetup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
     """Keep the particles through a frame without a person; the track is lost after LOST_EMPTY_FRAMES."""
     misfits_in_row = phase.misfits_in_row + 1
-    if misfits_in_row >= LOST_EMPTY_FRAMES and setup.options.filter.relocalization:
+    if misfits_in_row >= p.LOST_EMPTY_FRAMES and setup.options.filter.relocalization:
         return Lost(phase.person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
     return replace(phase, misfits_in_row=misfits_in_row), no_pose(setup, lost=True)
 
@@ -259,8 +232,8 @@ def residual_weights(setup: TrackerSetup, levels: Sequence[float], thin: int = 1
     the rays used.
     """
     d = coordinates_of(setup.anatomy).dimension
-    precision, ray_weight = 1.0 / _per_coordinate(d, levels) ** 2, INDEPENDENT_RAYS * thin / setup.options.points
-    return Weights(RESIDUAL_SCALE_M, RESIDUAL_LIMIT_M, precision, ray_weight)
+    precision, ray_weight = 1.0 / _per_coordinate(d, levels) ** 2, p.INDEPENDENT_RAYS * thin / setup.options.points
+    return Weights(p.RESIDUAL_SCALE_M, p.RESIDUAL_LIMIT_M, precision, ray_weight)
 
 
 def _per_coordinate(d: int, levels: Sequence[float]) -> Floats:
@@ -269,7 +242,7 @@ def _per_coordinate(d: int, levels: Sequence[float]) -> Floats:
 
 
 def _outcome(setup: TrackerSetup, pose: RootedPose, cloud: Cloud, error: float) -> Outcome:
-    likelihood, effective = float(np.exp(-error * LIKELIHOOD_INFORMATION)), float(1.0 / np.sum(cloud.weights**2))
+    likelihood, effective = float(np.exp(-error * p.LIKELIHOOD_INFORMATION)), float(1.0 / np.sum(cloud.weights**2))
     return Outcome(None, pose.pose(setup.anatomy), _spread(setup.anatomy, cloud), likelihood, effective, False, ())
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
@@ -18,18 +19,6 @@ from zenocap.services.tracker.initialization.heading import foot_reach, reversed
 from zenocap.services.tracker.initialization.localization import Column, find_column
 from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of, search_postures
 from zenocap.services.tracker.initialization.t_pose import detail_at
-from zenocap.services.tracker.parameters import (
-    GROUND_TOLERANCE_M,
-    MAX_STATURE_M,
-    MIN_STATURE_M,
-    PARTICLE_HOLD,
-    REVERSED_MISFIT_RATIO,
-    START_AFTER_NS,
-    START_MISFIT_M2,
-    START_RETRY_NS,
-    START_STATURE_PERCENTILE,
-    START_SUPPORT,
-)
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 
@@ -39,16 +28,16 @@ def start_in_any_posture(
     """Start tracking an average body once a person is in view for START_AFTER_NS; tried again every START_RETRY_NS."""
     no_result = no_pose(setup, lost=False)
     column = find_column(evidence.rays)
-    height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)
-    if column is None or not MIN_STATURE_M <= height <= MAX_STATURE_M:
+    height = 0.0 if column is None else column.top - max(column.low, -p.GROUND_TOLERANCE_M)
+    if column is None or not p.MIN_STATURE_M <= height <= p.MAX_STATURE_M:
         return replace(phase, heights=()), no_result
     later = bool(phase.heights) and captured_ns > phase.heights[-1][0]  # a clock may have been set back
     heights = (*(phase.heights if later else ()), (captured_ns, height))
-    if captured_ns - heights[0][0] < START_AFTER_NS:
+    if captured_ns - heights[0][0] < p.START_AFTER_NS:
         return replace(phase, heights=heights), no_result
-    person = average_person(setup, float(np.percentile([one for _, one in heights], START_STATURE_PERCENTILE)), column)
+    person = average_person(setup, float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE)), column)
     pose = best_pose_anywhere(setup, person, None, None, evidence)
-    recent = tuple(one for one in heights if captured_ns - one[0] <= START_AFTER_NS - START_RETRY_NS)
+    recent = tuple(one for one in heights if captured_ns - one[0] <= p.START_AFTER_NS - p.START_RETRY_NS)
     if pose is None:
         return replace(phase, heights=recent), no_result
     front = decided_front(setup, pose.position)
@@ -57,8 +46,8 @@ def start_in_any_posture(
     elif not faces(pose, front):
         pose = opposite_pose(setup, person, evidence, pose)
     support = support_fraction(person.model, evidence, pose)
-    error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), pose)
-    if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
+    error = error_of(person.model, evidence, residual_weights(setup, p.PARTICLE_HOLD), pose)
+    if support < p.START_SUPPORT or error > p.START_MISFIT_M2:  # furniture
         return replace(phase, heights=recent), no_result
     tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
     tracking = tracking if front is None else by_decision(tracking, captured_ns)
@@ -75,11 +64,11 @@ def _facing_where_feet_point(
     setup: TrackerSetup, person: TrackedPerson, pose: RootedPose, evidence: Evidence
 ) -> RootedPose:
     """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
-    weights, model = residual_weights(setup, PARTICLE_HOLD), person.model
+    weights, model = residual_weights(setup, p.PARTICLE_HOLD), person.model
     postures = (*search_postures(setup.anatomy), pose)
     other = reversed_pose(setup, model, evidence, pose, postures)
     reaches = [foot_reach(setup.anatomy, model, evidence.rays, one, person.stature) for one in (pose, other)]
     errors = [error_of(model, evidence, weights, one) for one in (pose, other)]
     if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:
         return pose
-    return other if errors[1] <= REVERSED_MISFIT_RATIO * errors[0] else pose
+    return other if errors[1] <= p.REVERSED_MISFIT_RATIO * errors[0] else pose

@@ -13,28 +13,13 @@ import numpy as np
 
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import Anatomy
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
-from zenocap.services.tracker.parameters import (
-    FOOT_HEIGHT,
-    FOOT_RADIUS,
-    GROUND_TOLERANCE_M,
-    HEADING_TOES,
-    MIN_FOOT_RAYS,
-    PARTICLE_HOLD,
-    REVERSED_MISFIT_RATIO,
-    SEARCH_FIRST_ITERATIONS,
-    SEARCH_ITERATIONS,
-    SEARCH_PASSES,
-    SHANK,
-    SHANK_RADIUS,
-    TOES_RATE,
-    TOES_REFUSED,
-)
 from zenocap.services.tracker.states import Outcome, TrackerSetup, Tracking
 
 
@@ -54,13 +39,13 @@ def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedP
         ankle = frames[part, :, 3] + along * length
         from_ankle = points - ankle
         sole = ankle[1] - (ANKLE_HEIGHT * stature if f"{side}_foot" in anatomy.parts else 0.0)
-        low = points[:, 1] < max(sole, -GROUND_TOLERANCE_M) + FOOT_HEIGHT * stature
-        foot = low & (np.hypot(from_ankle[:, 0], from_ankle[:, 2]) < FOOT_RADIUS * stature)
+        low = points[:, 1] < max(sole, -p.GROUND_TOLERANCE_M) + p.FOOT_HEIGHT * stature
+        foot = low & (np.hypot(from_ankle[:, 0], from_ankle[:, 2]) < p.FOOT_RADIUS * stature)
         up = -(from_ankle @ along)
         aside = from_ankle + np.outer(up, along)
-        shank = (up > SHANK[0] * length) & (up < SHANK[1] * length)
-        shank &= np.linalg.norm(aside, axis=1) < SHANK_RADIUS * stature
-        if np.count_nonzero(foot) >= MIN_FOOT_RAYS and np.count_nonzero(shank) >= MIN_FOOT_RAYS:
+        shank = (up > p.SHANK[0] * length) & (up < p.SHANK[1] * length)
+        shank &= np.linalg.norm(aside, axis=1) < p.SHANK_RADIUS * stature
+        if np.count_nonzero(foot) >= p.MIN_FOOT_RAYS and np.count_nonzero(shank) >= p.MIN_FOOT_RAYS:
             reaches.append(float((from_ankle[foot] @ forward).mean() - np.median(aside[shank] @ forward)))
     return float(np.mean(reaches)) if reaches else None
 
@@ -71,8 +56,8 @@ def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
     reach = foot_reach(anatomy, person.model, rays, after.estimate, person.stature)
     if reach is None:
         return after
-    toes = after.toes + TOES_RATE * (reach / person.stature - after.toes)
-    known = person.heading_known or toes > HEADING_TOES
+    toes = after.toes + p.TOES_RATE * (reach / person.stature - after.toes)
+    known = person.heading_known or toes > p.HEADING_TOES
     return replace(after, toes=toes, person=replace(person, heading_known=known))
 
 
@@ -80,14 +65,14 @@ def check_reversed_heading(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
-    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
+    person, weights = phase.person, residual_weights(setup, p.PARTICLE_HOLD)
     postures = (*search_postures(setup.anatomy), phase.estimate)
     pose = reversed_pose(setup, person.model, evidence, phase.estimate, postures)
     error = error_of(person.model, evidence, weights, pose)
     reach = foot_reach(setup.anatomy, person.model, evidence.rays, pose, person.stature)
     worse = reach is None or reach < phase.toes * person.stature
-    if worse or error > REVERSED_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
-        return replace(phase, toes=TOES_REFUSED), outcome
+    if worse or error > p.REVERSED_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
+        return replace(phase, toes=p.TOES_REFUSED), outcome
     return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
 
 
@@ -95,10 +80,10 @@ def reversed_pose(
     setup: TrackerSetup, model: BodyModel, evidence: Evidence, pose: RootedPose, postures: Sequence[RootedPose]
 ) -> RootedPose:
     """Best pose near the present one with the opposite heading; postures: to start from."""
-    weights, back = residual_weights(setup, PARTICLE_HOLD), pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    weights, back = residual_weights(setup, p.PARTICLE_HOLD), pose.rotation @ np.diag([-1.0, 1.0, -1.0])
     starts = [RootedPose(pose.position, back, posture.values) for posture in postures]
-    candidates = [refined(model, evidence, start, weights, SEARCH_FIRST_ITERATIONS) for start in starts]
+    candidates = [refined(model, evidence, start, weights, p.SEARCH_FIRST_ITERATIONS) for start in starts]
     best = min(candidates, key=lambda one: error_of(model, evidence, weights, one))
-    for _ in range(SEARCH_PASSES):
-        best = refined(model, evidence, best, weights, SEARCH_ITERATIONS)
+    for _ in range(p.SEARCH_PASSES):
+        best = refined(model, evidence, best, weights, p.SEARCH_ITERATIONS)
     return best

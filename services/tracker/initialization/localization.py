@@ -5,28 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.hull.contour_rays import DIRECTION, FAR, NEAR, ORIGIN, midpoints
-from zenocap.services.tracker.parameters import (
-    ARM_DIRECTIONS,
-    ARM_HALF_WIDTH,
-    ARM_HEIGHT,
-    ARM_MAX_GAPS,
-    ARM_SLOT,
-    ARM_START,
-    COLUMN_CANDIDATES,
-    COLUMN_LAYER_M,
-    COLUMN_LAYER_SATURATION,
-    COLUMN_MARGIN_M,
-    COLUMN_RADIUS_M,
-    GROUND_TOLERANCE_M,
-    INTERVAL_SCALE_M,
-    MAX_ARM_SPAN,
-    MAX_STATURE_M,
-    MIN_ARM_SPAN,
-    MIN_COLUMN_RAYS,
-    MIN_STATURE_M,
-    PERSON_RADIUS,
-)
 
 
 @dataclass(frozen=True)
@@ -40,28 +20,28 @@ class Column:
 
 def reliability(rays: Floats32) -> Floats:
     """(n,) weight of each ray's midpoint: 1 for a short surviving interval, less for a long one."""
-    weights: Floats = INTERVAL_SCALE_M / (INTERVAL_SCALE_M + (rays[FAR] - rays[NEAR]).astype(np.float64))
+    weights: Floats = p.INTERVAL_SCALE_M / (p.INTERVAL_SCALE_M + (rays[FAR] - rays[NEAR]).astype(np.float64))
     return weights
 
 
 def find_column(rays: Floats32) -> Column | None:
     """Upright column of COLUMN_RADIUS_M with most layers occupied, in rays (11, n); None with too few rays."""
-    if rays.shape[1] < MIN_COLUMN_RAYS:
+    if rays.shape[1] < p.MIN_COLUMN_RAYS:
         return None
     points, weights = midpoints(rays), reliability(rays)
-    plan, layers = points[:, [0, 2]], np.floor(points[:, 1] / COLUMN_LAYER_M).astype(np.int64)
+    plan, layers = points[:, [0, 2]], np.floor(points[:, 1] / p.COLUMN_LAYER_M).astype(np.int64)
     layers -= layers.min()
-    chosen = plan[:: max(1, len(plan) // COLUMN_CANDIDATES)]
-    near = ((chosen[:, None] - plan[None]) ** 2).sum(axis=2) < COLUMN_RADIUS_M**2
+    chosen = plan[:: max(1, len(plan) // p.COLUMN_CANDIDATES)]
+    near = ((chosen[:, None] - plan[None]) ** 2).sum(axis=2) < p.COLUMN_RADIUS_M**2
     filled = np.zeros((len(chosen), int(layers.max()) + 1))
     for layer in range(filled.shape[1]):
         filled[:, layer] = near[:, layers == layer] @ weights[layers == layer]
-    occupied = np.minimum(filled, COLUMN_LAYER_SATURATION * INTERVAL_SCALE_M / COLUMN_RADIUS_M).sum(axis=1)
+    occupied = np.minimum(filled, p.COLUMN_LAYER_SATURATION * p.INTERVAL_SCALE_M / p.COLUMN_RADIUS_M).sum(axis=1)
     centre: Floats = chosen[int(np.argmax(occupied))]
     for _ in range(5):
-        inside = ((plan - centre) ** 2).sum(axis=1) < COLUMN_RADIUS_M**2
+        inside = ((plan - centre) ** 2).sum(axis=1) < p.COLUMN_RADIUS_M**2
         centre = weights[inside] @ plan[inside] / weights[inside].sum()
-    inside = ((plan - centre) ** 2).sum(axis=1) < COLUMN_RADIUS_M**2
+    inside = ((plan - centre) ** 2).sum(axis=1) < p.COLUMN_RADIUS_M**2
     low, top = np.percentile(points[inside, 1], [0.3, 99.7])
     return Column(centre, float(low), float(top))
 
@@ -76,7 +56,7 @@ def rays_in_column(rays: Floats32, column: Column, radius: float) -> Floats32:
     half = np.sqrt(np.maximum(root, 0.0))
     near, far = (-b - half) / a, (-b + half) / a
     rise = np.where(np.abs(d[1]) < 1e-9, 1e-9, d[1])
-    ends = np.stack([(column.low - COLUMN_MARGIN_M - o[1]) / rise, (column.top + COLUMN_MARGIN_M - o[1]) / rise])
+    ends = np.stack([(column.low - p.COLUMN_MARGIN_M - o[1]) / rise, (column.top + p.COLUMN_MARGIN_M - o[1]) / rise])
     near = np.maximum.reduce([near, ends.min(axis=0), rays[NEAR]])
     far = np.minimum.reduce([far, ends.max(axis=0), rays[FAR]])
     kept = (root > 0.0) & (near < far)
@@ -103,9 +83,10 @@ def detect_t_pose(rays: Floats32) -> TPose | str:
     column = find_column(rays)
     if column is None:
         return "waiting for a person"
-    stature = column.top - max(column.low, -GROUND_TOLERANCE_M)
-    if not MIN_STATURE_M <= stature <= MAX_STATURE_M:
-        return f"an object {stature:.2f} m tall in view; waiting for a person of {MIN_STATURE_M:g} to {MAX_STATURE_M:g} m"
+    stature = column.top - max(column.low, -p.GROUND_TOLERANCE_M)
+    if not p.MIN_STATURE_M <= stature <= p.MAX_STATURE_M:
+        allowed = f"{p.MIN_STATURE_M:g} to {p.MAX_STATURE_M:g} m"
+        return f"an object {stature:.2f} m tall in view; waiting for a person of {allowed}"
     return _arms(rays, column, stature)
 
 
@@ -114,39 +95,39 @@ def _arms(rays: Floats32, column: Column, stature: float) -> TPose | str:
     points, weights, low = midpoints(rays), reliability(rays), column.top - stature
     height = (points[:, 1] - low) / stature
     around = (points[:, [0, 2]] - column.centre) / stature
-    high = (height > ARM_HEIGHT[0]) & (height < ARM_HEIGHT[1]) & (np.linalg.norm(around, axis=1) < PERSON_RADIUS)
-    if np.count_nonzero(high & (np.linalg.norm(around, axis=1) > ARM_START)) < 10:
+    high = (height > p.ARM_HEIGHT[0]) & (height < p.ARM_HEIGHT[1]) & (np.linalg.norm(around, axis=1) < p.PERSON_RADIUS)
+    if np.count_nonzero(high & (np.linalg.norm(around, axis=1) > p.ARM_START)) < 10:
         return "no T-pose: hold both arms out sideways"
     around, weights = around[high], weights[high]
     best: tuple[float, Floats, float, float] | None = None
-    for turn in np.pi * np.arange(ARM_DIRECTIONS) / ARM_DIRECTIONS:
+    for turn in np.pi * np.arange(p.ARM_DIRECTIONS) / p.ARM_DIRECTIONS:
         across = np.array([np.cos(turn), np.sin(turn)])
-        beside = np.abs(around @ np.array([-across[1], across[0]])) < ARM_HALF_WIDTH
+        beside = np.abs(around @ np.array([-across[1], across[0]])) < p.ARM_HALF_WIDTH
         along = around[beside] @ across
         reaches = _arm_reach(along), _arm_reach(-along)
         reach = min(reaches)
-        score = min(reach, 0.5) * float(weights[beside][np.abs(along) > ARM_START].sum())
+        score = min(reach, 0.5) * float(weights[beside][np.abs(along) > p.ARM_START].sum())
         if best is None or score > best[0]:
             best = score, across, reach, _extent(along, reaches[0]) + _extent(-along, reaches[1])
     assert best is not None
     _, across, reach, span = best
-    if reach < 0.5 * MIN_ARM_SPAN:
+    if reach < 0.5 * p.MIN_ARM_SPAN:
         return "no T-pose: hold both arms out sideways, at the height of the shoulders"
-    if span > MAX_ARM_SPAN:
+    if span > p.MAX_ARM_SPAN:
         return "no T-pose: stand upright with both arms out sideways"
     return TPose(column.centre, _arm_direction(around, weights, across), low, stature)
 
 
 def _arm_reach(along: Floats) -> float:
     """Distance, in statures, to which points along a line continue from the trunk without a gap."""
-    slots = np.bincount(np.floor(along[(along > 0) & (along < PERSON_RADIUS)] / ARM_SLOT).astype(np.int64), minlength=1)
-    end = int(ARM_START / ARM_SLOT)
+    slots = np.bincount(np.floor(along[(along > 0) & (along < p.PERSON_RADIUS)] / p.ARM_SLOT).astype(np.int64), minlength=1)
+    end = int(p.ARM_START / p.ARM_SLOT)
     for slot in range(end, len(slots)):
         if slots[slot]:
-            if slot - end > ARM_MAX_GAPS:
+            if slot - end > p.ARM_MAX_GAPS:
                 break
             end = slot
-    return (end + 1) * ARM_SLOT
+    return (end + 1) * p.ARM_SLOT
 
 
 def _extent(along: Floats, reach: float) -> float:
@@ -157,7 +138,7 @@ def _extent(along: Floats, reach: float) -> float:
 def _arm_direction(around: Floats, weights: Floats, across: Floats) -> Floats:
     """(2,) principal axis of the arms around the line `across`."""
     aside = around @ np.array([-across[1], across[0]])
-    arms = (np.abs(aside) < ARM_HALF_WIDTH) & (np.abs(around @ across) > ARM_START)
+    arms = (np.abs(aside) < p.ARM_HALF_WIDTH) & (np.abs(around @ across) > p.ARM_START)
     _, axes = np.linalg.eigh((around[arms] * weights[arms, None]).T @ around[arms])
     line: Floats = axes[:, 1]
     return line

@@ -12,19 +12,12 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT
 from zenocap.services.tracker.body.sizes import COUNT, SPREADS, entries_of, scaled, values_of
 from zenocap.services.tracker.filter.cholesky import cholesky_solve, schur_complement
 from zenocap.services.tracker.initialization.body_fitting import fit_equations
-from zenocap.services.tracker.parameters import (
-    MAX_POSTURES,
-    NEW_POSTURE_ANGLE,
-    POSTURE_DEVIATION,
-    POSTURE_INDEPENDENT_RAYS,
-    SHAPE_CHANGE,
-    SIZE_LIMIT,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +43,13 @@ def initial_shape(average: Bdp, logs: Floats | None = None) -> ShapeEstimate:
 
 def is_new_posture(shape: ShapeEstimate, pose: RootedPose) -> bool:
     """True when a posture differs enough from those used before."""
-    if len(shape.postures) >= MAX_POSTURES:
+    if len(shape.postures) >= p.MAX_POSTURES:
         return False
-    return all(float(np.abs(pose.values - known).max()) > NEW_POSTURE_ANGLE for known in shape.postures)
+    return all(float(np.abs(pose.values - known).max()) > p.NEW_POSTURE_ANGLE for known in shape.postures)
 
 
 def updated_shape(
-    anatomy: Anatomy, shape: ShapeEstimate, rays: Floats32, pose: RootedPose, effective: float = POSTURE_INDEPENDENT_RAYS
+    anatomy: Anatomy, shape: ShapeEstimate, rays: Floats32, pose: RootedPose, effective: float = p.POSTURE_INDEPENDENT_RAYS
 ) -> ShapeEstimate:
     """Estimate with one more posture, in a scene of rays (11, n); logs stay those of the body in use."""
     body = scaled(anatomy, shape.average, shape.logs)
@@ -65,7 +58,7 @@ def updated_shape(
     fit_equations(model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body), pose, rays, own, gradient)
     own *= effective / max(rays.shape[1], 1)
     gradient *= effective / max(rays.shape[1], 1)
-    held = np.repeat(POSTURE_DEVIATION, [3, 3, dof - ROOT])
+    held = np.repeat(p.POSTURE_DEVIATION, [3, 3, dof - ROOT])
     own[np.arange(COUNT, COUNT + dof), np.arange(COUNT, COUNT + dof)] += 1.0 / held**2
     information, total = np.empty((COUNT, COUNT)), np.empty(COUNT)
     if not schur_complement(own, gradient, COUNT, information, total):  # the pose follows the sizes
@@ -84,7 +77,7 @@ def improved_body(anatomy: Anatomy, shape: ShapeEstimate) -> tuple[ShapeEstimate
     logs = shape.gradient.copy()
     if not cholesky_solve(shape.information.copy(), logs):
         return None
-    logs = np.clip(logs, -SIZE_LIMIT * SPREADS, SIZE_LIMIT * SPREADS)
-    if float(np.abs(logs - shape.logs).max()) < SHAPE_CHANGE:
+    logs = np.clip(logs, -p.SIZE_LIMIT * SPREADS, p.SIZE_LIMIT * SPREADS)
+    if float(np.abs(logs - shape.logs).max()) < p.SHAPE_CHANGE:
         return None
     return replace(shape, logs=logs), scaled(anatomy, shape.average, logs)

@@ -14,6 +14,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.evidence.residuals import Weights
@@ -21,33 +22,10 @@ from zenocap.services.tracker.filter.confidence import ambiguity, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.initialization.localization import find_column
-from zenocap.services.tracker.parameters import (
-    EXPECTED_SUPPORT_DECAY,
-    FOUND_SUPPORT_RATIO,
-    GROUND_TOLERANCE_M,
-    HEADING_MEMORY_NS,
-    HEADING_PENALTY,
-    MIN_EXPECTED_SUPPORT,
-    MIN_TRACKING_RAYS,
-    OTHER_POSTURES_KEPT,
-    OTHER_POSTURES_PASSES,
-    OTHER_POSTURES_PENALTY,
-    OTHER_POSTURES_RATIO,
-    OTHER_POSTURES_TURNS,
-    PARTICLE_HOLD,
-    REPLACE_MISFIT_RATIO,
-    RETRY_FRAMES,
-    SEARCH_FIRST_ITERATIONS,
-    SEARCH_HEADINGS,
-    SEARCH_ITERATIONS,
-    SEARCH_KEPT,
-    SEARCH_PASSES,
-    SEARCH_RESIDUAL_LIMIT_M,
-)
 from zenocap.services.tracker.states import Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
-ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
+ALL_TURNS = tuple(360.0 * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS)  # degrees
 STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
 GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
 
@@ -81,11 +59,11 @@ def best_pose_anywhere(
     postures = search_postures(setup.anatomy)
     if last is not None:
         postures = (*postures, last._replace(rotation=np.eye(3)))
-    low, weights = max(column.low, -GROUND_TOLERANCE_M), residual_weights(setup, PARTICLE_HOLD)
+    low, weights = max(column.low, -p.GROUND_TOLERANCE_M), residual_weights(setup, p.PARTICLE_HOLD)
     centre = np.array([column.centre[0], low + HIP_HEIGHT * person.stature, column.centre[1]])
-    yaws = 2.0 * np.pi * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS
+    yaws = 2.0 * np.pi * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS
     starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
-    ended = searched(person.model, evidence, starts, weights, (SEARCH_KEPT, SEARCH_PASSES))
+    ended = searched(person.model, evidence, starts, weights, (p.SEARCH_KEPT, p.SEARCH_PASSES))
     return min(ended, key=lambda pose: error_of(person.model, evidence, weights, pose) * _heading_penalty(pose, facing))
 
 
@@ -101,22 +79,22 @@ def searched(
 ) -> list[RootedPose]:
     """Poses that the best starts lead to.  effort: how many of them, and their passes of SEARCH_ITERATIONS iterations."""
     kept, passes = effort
-    wide = weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M)
+    wide = weights._replace(limit=p.SEARCH_RESIDUAL_LIMIT_M)
 
     def first(start: RootedPose) -> tuple[float, RootedPose]:
-        pose = refined(model, evidence, start, wide, SEARCH_FIRST_ITERATIONS)
+        pose = refined(model, evidence, start, wide, p.SEARCH_FIRST_ITERATIONS)
         return error_of(model, evidence, weights, pose), pose
 
     def further(pose: RootedPose) -> RootedPose:
         for _ in range(passes):
-            pose = refined(model, evidence, pose, weights, SEARCH_ITERATIONS)
+            pose = refined(model, evidence, pose, weights, p.SEARCH_ITERATIONS)
         return pose
 
     candidates = sorted(each_in_threads(starts, first), key=itemgetter(0))
     return each_in_threads([pose for _, pose in candidates[:kept]], further)
 
 
-def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = HEADING_PENALTY) -> float:
+def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = p.HEADING_PENALTY) -> float:
     """Factor of the misfit: 1 for the preferred heading, more for another.  opposite: the increase for the opposite one."""
     if facing is None:
         return 1.0
@@ -133,13 +111,13 @@ def check_elsewhere(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose when a search of the whole scene finds a better one."""
-    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
+    person, weights = phase.person, residual_weights(setup, p.PARTICLE_HOLD)
     facing = phase.estimate.rotation if person.heading_known else None
     pose = best_pose_anywhere(setup, person, phase.estimate, facing, evidence)
     if pose is None:
         return phase, outcome
     error = error_of(person.model, evidence, weights, pose)
-    if error > REPLACE_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
+    if error > p.REPLACE_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
         return phase, outcome
     return start_tracking(setup, person, pose, captured_ns, error)
 
@@ -148,23 +126,23 @@ def check_other_postures(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one found from common postures near it, when that fits better."""
-    person, weights, present = phase.person, residual_weights(setup, PARTICLE_HOLD), phase.estimate
+    person, weights, present = phase.person, residual_weights(setup, p.PARTICLE_HOLD), phase.estimate
     yaw = float(np.arctan2(present.rotation[0, 2], present.rotation[2, 2]))
-    turns = OTHER_POSTURES_TURNS if person.heading_known else ALL_TURNS
+    turns = p.OTHER_POSTURES_TURNS if person.heading_known else ALL_TURNS
     starts = [
         turned_start(posture, present.position, yaw + float(np.radians(turn)))
         for posture in search_postures(setup.anatomy)
         for turn in turns
     ]
-    effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
+    effort = (p.OTHER_POSTURES_KEPT, p.OTHER_POSTURES_PASSES)
     ended = searched(person.model, evidence, starts, weights, effort)
-    penalties = [_heading_penalty(pose, present.rotation, OTHER_POSTURES_PENALTY) for pose in ended]
+    penalties = [_heading_penalty(pose, present.rotation, p.OTHER_POSTURES_PENALTY) for pose in ended]
     errors = np.array([error_of(person.model, evidence, weights, pose) for pose in ended]) * penalties
     error = error_of(person.model, evidence, weights, present)
     best = int(np.argmin(errors))
     distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
     phase = replace(phase, ambiguity=ambiguity(distances, errors, min(error, float(errors[best]))))
-    if errors[best] > OTHER_POSTURES_RATIO * error:
+    if errors[best] > p.OTHER_POSTURES_RATIO * error:
         return phase, outcome
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
     phase = replace(phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns)
@@ -173,17 +151,16 @@ def check_other_postures(
 
 def search(setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:
     """Search the whole scene for the measured body, and start tracking when it is found."""
-    if phase.rest or evidence.rays.shape[1] < MIN_TRACKING_RAYS:
+    if phase.rest or evidence.rays.shape[1] < p.MIN_TRACKING_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)
-    model, weights = phase.person.model, residual_weights(setup, PARTICLE_HOLD)
-    recent = phase.person.heading_known and captured_ns - phase.seen_ns < HEADING_MEMORY_NS
+    model, weights = phase.person.model, residual_weights(setup, p.PARTICLE_HOLD)
+    recent = phase.person.heading_known and captured_ns - phase.seen_ns < p.HEADING_MEMORY_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
     pose = best_pose_anywhere(setup, phase.person, phase.last, facing, evidence)
-    if pose is None or support_fraction(model, evidence, pose) < FOUND_SUPPORT_RATIO * phase.person.expected_support:
-        person = replace(
-            phase.person, expected_support=max(MIN_EXPECTED_SUPPORT, EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
-        )
-        return replace(phase, person=person, rest=RETRY_FRAMES), no_pose(setup, lost=True)
+    if pose is None or support_fraction(model, evidence, pose) < p.FOUND_SUPPORT_RATIO * phase.person.expected_support:
+        expected = max(p.MIN_EXPECTED_SUPPORT, p.EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
+        person = replace(phase.person, expected_support=expected)
+        return replace(phase, person=person, rest=p.RETRY_FRAMES), no_pose(setup, lost=True)
     tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, error_of(model, evidence, weights, pose))
     new_body = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=new_body)

@@ -130,8 +130,3 @@ def reconstruct_poses(prior: Prior, poses: Floats) -> Floats:
         members = regions == region
         result[members] = reconstruct(prior, int(region), project(prior, int(region), poses[members]))
     return result
-
-
-def reconstruction_error(prior: Prior, poses: Floats) -> float:
-    """Root mean square over frames and coordinates of poses (T, d) less their reconstructions, radians."""
-    return float(np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2)))

@@ -11,12 +11,7 @@ from matplotlib.figure import Figure
 from zenocap.common.arrays import Floats
 from zenocap.common.body.coordinates import Coordinates
 from zenocap.common.errors import UserError
-from zenocap.services.tracker.parameters import (
-    ERROR_PERCENTILES,
-    MIN_FRAMES_PER_REGION,
-    REGION_CANDIDATES,
-    REGION_TOLERANCE,
-)
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.prior.learning import LearnedRegions, error_of, learn
 from zenocap.services.tracker.prior.model import Prior, PriorTraining, Reconstruction, reconstruct_poses
 from zenocap.services.tracker.prior.sequences import (
@@ -44,7 +39,7 @@ class TrainingPlan:
     mirror: bool = True
     seed: int = 0
     regions: int | None = None
-    candidates: tuple[int, ...] = REGION_CANDIDATES
+    candidates: tuple[int, ...] = p.REGION_CANDIDATES
 
     def __post_init__(self) -> None:
         if not 1 <= self.dims <= 10:
@@ -74,10 +69,10 @@ def train(
         used, validation = held_out(all_sequences, plan.rate)
     frames = sum(map(len, used))
     counts = sorted({*plan.candidates, *((plan.regions,) if plan.regions else ())})
-    counts = [count for count in counts if count * MIN_FRAMES_PER_REGION <= frames]
+    counts = [count for count in counts if count * p.MIN_FRAMES_PER_REGION <= frames]
     if not counts or (plan.regions and plan.regions not in counts):
         requested = plan.regions or min(plan.candidates)
-        least = requested * MIN_FRAMES_PER_REGION
+        least = requested * p.MIN_FRAMES_PER_REGION
         raise UserError(f"{frames} training frames: allowed: {least} or more at {plan.rate:g}/s, for {requested} regions")
     found: list[tuple[Reconstruction, LearnedRegions]] = []
     total = len(counts) + (not held)
@@ -109,7 +104,7 @@ def choose_regions(errors: Sequence[Reconstruction]) -> int:
     """Smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
     # Paper (replaced): IV chooses M by the error on the training data; here on held-out motion.
     best = min(row.held for row in errors)
-    return min(row.regions for row in errors if row.held <= (1 + REGION_TOLERANCE) * best)
+    return min(row.regions for row in errors if row.held <= (1 + p.REGION_TOLERANCE) * best)
 
 
 def prepare(coordinates: Coordinates, motions: Sequence[TrainingMotion], plan: TrainingPlan) -> list[Floats]:
@@ -157,7 +152,7 @@ def _distances(prior: Prior, validation: Sequence[Floats]) -> tuple[float, float
     """ERROR_PERCENTILES of the root mean square residual of held-out poses, radians."""
     poses = np.concatenate(validation)
     left = np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2, axis=1))
-    middle, high, highest = (float(value) for value in np.percentile(left, ERROR_PERCENTILES))
+    middle, high, highest = (float(value) for value in np.percentile(left, p.ERROR_PERCENTILES))
     return middle, high, highest
 
 

@@ -20,32 +20,9 @@ from typing import Literal
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.hull.contours import Contours
 from zenocap.services.tracker.hull.views import Silhouettes
-from zenocap.services.tracker.parameters import (
-    CALIBRATION_RATIO,
-    CALIBRATION_UNSUPPORTED,
-    CHECK_MEMORY,
-    CHECK_PERIOD_FRAMES,
-    DISAGREEMENT_UNSUPPORTED,
-    FROZEN_CHANGE,
-    LAG_EXPLAINED,
-    LAG_GAIN,
-    LAG_HYSTERESIS,
-    LAG_TEST_DIFFERENCE,
-    LAG_TEST_LINES,
-    LAG_TEST_PERIOD,
-    LAG_TEST_UNSUPPORTED,
-    LINES_PER_VIEW,
-    MAX_LAG_FRAMES,
-    MAX_SUSPECTS,
-    MIN_CHECKS,
-    MIN_LAG_TESTS,
-    MOVING_CHANGE,
-    PERSISTENT_CHECKS,
-    SUSPECT_MARGIN,
-    SUSPECT_RATIO,
-)
 from zenocap.services.tracker.view_check.line_support import (
     SUPPORTED,
     Outlines,
@@ -96,7 +73,7 @@ def initial_consistency(names: Sequence[str]) -> ViewConsistency:
     n = len(names)
     counts = np.zeros(n, dtype=np.int64)
     shares = np.full(n, np.nan)
-    lagged = np.full((n, 2 * MAX_LAG_FRAMES + 1), np.nan)
+    lagged = np.full((n, 2 * p.MAX_LAG_FRAMES + 1), np.nan)
     return ViewConsistency(tuple(names), 0, (), None, 0, shares, shares, lagged, counts, counts, counts, ())
 
 
@@ -107,11 +84,11 @@ def check_views(
 
     Works on every CHECK_PERIOD_FRAMES-th frame.
     """
-    recent = (*state.recent[-MAX_LAG_FRAMES:], (contours, silhouettes))
+    recent = (*state.recent[-p.MAX_LAG_FRAMES :], (contours, silhouettes))
     state = replace(state, frames=state.frames + 1, recent=recent)
-    if len(recent) <= MAX_LAG_FRAMES or state.frames % CHECK_PERIOD_FRAMES not in (0, CHECK_PERIOD_FRAMES // 2):
+    if len(recent) <= p.MAX_LAG_FRAMES or state.frames % p.CHECK_PERIOD_FRAMES not in (0, p.CHECK_PERIOD_FRAMES // 2):
         return state, state.findings
-    if state.frames % CHECK_PERIOD_FRAMES == 0:
+    if state.frames % p.CHECK_PERIOD_FRAMES == 0:
         state = _update_support(_update_unchanged(replace(state, checks=state.checks + 1)))
         state = replace(state, checked=silhouettes)
     elif state.checks > 0:
@@ -139,16 +116,16 @@ def _update_unchanged(state: ViewConsistency) -> ViewConsistency:
         return replace(state, empty=empty)
     change = changed_fraction(state.checked, silhouettes)
     present = np.isfinite(change)
-    moving = bool(present.any()) and float(np.median(change[present])) >= MOVING_CHANGE
+    moving = bool(present.any()) and float(np.median(change[present])) >= p.MOVING_CHANGE
     # A frozen view looks like a live one while the person stands still, so the count stays.
-    still = np.where(present & (change <= FROZEN_CHANGE), state.still + (1 if moving else 0), 0)
+    still = np.where(present & (change <= p.FROZEN_CHANGE), state.still + (1 if moving else 0), 0)
     return replace(state, empty=empty, still=still)
 
 
 def _update_support(state: ViewConsistency) -> ViewConsistency:
     """Update the averages of support by the newest frame."""
     silhouettes = state.recent[-1][1]
-    lines = sample_lines(state.recent[-1], LINES_PER_VIEW, state.checks)
+    lines = sample_lines(state.recent[-1], p.LINES_PER_VIEW, state.checks)
     present = np.flatnonzero(np.bincount(lines.view, minlength=len(state.names)))
     if len(present) < 2:
         return state
@@ -166,14 +143,14 @@ def _update_support(state: ViewConsistency) -> ViewConsistency:
 def _test_lags(state: ViewConsistency) -> ViewConsistency:
     """Update the averages of support at every lag of one suspect, in turn, while contours lack support."""
     suspects = _suspects(state)
-    if len(_present(state)) < 3 or len(suspects) > MAX_SUSPECTS or np.nanmax(state.own) < LAG_TEST_UNSUPPORTED:
+    if len(_present(state)) < 3 or len(suspects) > p.MAX_SUSPECTS or np.nanmax(state.own) < p.LAG_TEST_UNSUPPORTED:
         return state
-    if np.nanmax(state.without) - np.nanmin(state.without) < LAG_TEST_DIFFERENCE:
+    if np.nanmax(state.without) - np.nanmin(state.without) < p.LAG_TEST_DIFFERENCE:
         return state
     j = suspects[state.checks % len(suspects)]
-    if state.tested[j] >= CHECK_MEMORY and state.checks % LAG_TEST_PERIOD >= len(suspects):
+    if state.tested[j] >= p.CHECK_MEMORY and state.checks % p.LAG_TEST_PERIOD >= len(suspects):
         return state
-    shares = lagged_unsupported(state.recent, j, LAG_TEST_LINES // len(state.names), state.checks)
+    shares = lagged_unsupported(state.recent, j, p.LAG_TEST_LINES // len(state.names), state.checks)
     if not np.isfinite(shares).all():
         return state
     lagged, tested = state.lagged.copy(), state.tested.copy()
@@ -191,21 +168,21 @@ def _present(state: ViewConsistency) -> list[int]:
 def _suspects(state: ViewConsistency) -> list[int]:
     """Views whose removal makes the others about as consistent as the removal of the best one does."""
     present = _present(state)
-    return [j for j in present if state.without[j] < SUSPECT_RATIO * state.without[present[0]] + SUSPECT_MARGIN]
+    return [j for j in present if state.without[j] < p.SUSPECT_RATIO * state.without[present[0]] + p.SUSPECT_MARGIN]
 
 
 def _findings(state: ViewConsistency) -> tuple[Finding, ...]:
     """Findings from the present statistics."""
     findings = []
     for j, name in enumerate(state.names):
-        if state.empty[j] >= PERSISTENT_CHECKS:
-            text = f"view {name} is empty for {state.empty[j] * CHECK_PERIOD_FRAMES} frames; other views see a person"
+        if state.empty[j] >= p.PERSISTENT_CHECKS:
+            text = f"view {name} is empty for {state.empty[j] * p.CHECK_PERIOD_FRAMES} frames; other views see a person"
             findings.append(Finding("empty", j, text))
-        elif state.still[j] >= PERSISTENT_CHECKS:
-            frames = state.still[j] * CHECK_PERIOD_FRAMES
+        elif state.still[j] >= p.PERSISTENT_CHECKS:
+            frames = state.still[j] * p.CHECK_PERIOD_FRAMES
             text = f"view {name} is frozen: its silhouette has not changed for {frames} frames, others' have"
             findings.append(Finding("frozen", j, text))
-    if untrusted(findings) or state.checks < MIN_CHECKS or len(_present(state)) < 2:
+    if untrusted(findings) or state.checks < p.MIN_CHECKS or len(_present(state)) < 2:
         return tuple(findings)
     return (*findings, *(_out_of_step(state) or _miscalibrated(state)))
 
@@ -213,13 +190,13 @@ def _findings(state: ViewConsistency) -> tuple[Finding, ...]:
 def _out_of_step(state: ViewConsistency) -> list[Finding]:
     """Finding for a view whose shift by its lag makes the contours as consistent as without it."""
     suspects = _suspects(state)
-    if len(suspects) > MAX_SUSPECTS or any(state.tested[j] < MIN_LAG_TESTS for j in suspects):
+    if len(suspects) > p.MAX_SUSPECTS or any(state.tested[j] < p.MIN_LAG_TESTS for j in suspects):
         return []
     j = min(suspects, key=lambda k: float(np.min(state.lagged[k])))
     shares, rest = state.lagged[j], float(state.without[suspects[0]])
-    lag, now, best = int(np.argmin(shares)) - MAX_LAG_FRAMES, float(shares[MAX_LAG_FRAMES]), float(np.min(shares))
+    lag, now, best = int(np.argmin(shares)) - p.MAX_LAG_FRAMES, float(shares[p.MAX_LAG_FRAMES]), float(np.min(shares))
     reported = any(f.kind == "out-of-step" and f.view == j for f in state.findings)
-    enough = max(LAG_GAIN, LAG_EXPLAINED * (now - rest)) * (LAG_HYSTERESIS if reported else 1.0)
+    enough = max(p.LAG_GAIN, p.LAG_EXPLAINED * (now - rest)) * (p.LAG_HYSTERESIS if reported else 1.0)
     if lag == 0 or now - best < enough:
         return []
     frames = f"{abs(lag)} frame{'s' if abs(lag) > 1 else ''} {'late' if lag > 0 else 'early'}"
@@ -236,8 +213,8 @@ def _miscalibrated(state: ViewConsistency) -> list[Finding]:
     j = present[0]
     own, rest = float(state.own[j]), float(state.without[j])
     clear = len(present) >= 3 and len(_suspects(state)) == 1
-    if clear and own >= max(CALIBRATION_UNSUPPORTED, CALIBRATION_RATIO * rest):
-        if state.tested[j] < MIN_LAG_TESTS:
+    if clear and own >= max(p.CALIBRATION_UNSUPPORTED, p.CALIBRATION_RATIO * rest):
+        if state.tested[j] < p.MIN_LAG_TESTS:
             return []  # the view may be out of step instead
         text = (
             f"view {state.names[j]} disagrees with the others: {_percent(own)} of its contour lacks support"
@@ -245,7 +222,7 @@ def _miscalibrated(state: ViewConsistency) -> list[Finding]:
         )
         return [Finding("calibration", j, text)]
     overall = float(np.mean(state.own[present]))
-    if overall >= DISAGREEMENT_UNSUPPORTED:
+    if overall >= p.DISAGREEMENT_UNSUPPORTED:
         text = f"the views disagree: {_percent(overall)} of their contours lack support; no single view explains it"
         return [Finding("disagreement", -1, text)]
     return []
@@ -253,7 +230,7 @@ def _miscalibrated(state: ViewConsistency) -> list[Finding]:
 
 def _running_mean(average: float, value: float, count: int) -> float:
     """Mean of the first `count` values, then an exponential one over CHECK_MEMORY."""
-    return value if not np.isfinite(average) else average + (value - average) / min(count, CHECK_MEMORY)
+    return value if not np.isfinite(average) else average + (value - average) / min(count, p.CHECK_MEMORY)
 
 
 def _percent(share: float) -> str:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tests.support.anatomies import other_side
 from zenocap.common.body.anatomy import FLEXION_AXES, NAVEL_AXES, SPHERICAL_AXES, TEN_PARTS
 
 HALPE = (
@@ -10,11 +11,12 @@ HALPE = (
 )  # fmt: skip
 
 
-def test_ten_joints_of_which_six_are_spherical_and_four_are_hinges() -> None:
+def test_six_spherical_joints_and_four_hinges_after_their_parents() -> None:
     spherical = [j for j in TEN_PARTS.joints if j.axes in (SPHERICAL_AXES, NAVEL_AXES)]
     flexion = [j for j in TEN_PARTS.joints if j.axes == FLEXION_AXES]
     assert (len(spherical), len(flexion), len(TEN_PARTS.joints), len(set(TEN_PARTS.parts))) == (6, 4, 10, 10)
     assert {j.name for j in flexion} == {"right_elbow", "left_elbow", "right_knee", "left_knee"}
+    assert all(j.parent in ("", *TEN_PARTS.parts[:k]) for k, j in enumerate(TEN_PARTS.joints))
 
 
 def test_twenty_two_angles_with_an_index_each() -> None:
@@ -24,25 +26,15 @@ def test_twenty_two_angles_with_an_index_each() -> None:
     assert all(TEN_PARTS.index[j.name] == TEN_PARTS.index[j.part] for j in TEN_PARTS.joints)
 
 
-def test_parents_precede_their_children() -> None:
-    for k, joint in enumerate(TEN_PARTS.joints):
-        assert joint.parent == "" or joint.parent in TEN_PARTS.parts[:k]
-
-
-def test_limits_are_ranges_that_contain_the_neutral_pose() -> None:
+def test_limits_contain_the_neutral_pose_and_are_mirrored_between_left_and_right() -> None:
     low, high = TEN_PARTS.limits.T
     assert TEN_PARTS.limits.shape == (22, 2)
     assert np.all(low < high)
     assert np.all((low <= TEN_PARTS.neutral) & (TEN_PARTS.neutral <= high))
-
-
-def test_limits_are_mirrored_between_left_and_right() -> None:
-    limits = {name: TEN_PARTS.limits[k] for k, name in enumerate(TEN_PARTS.angles)}
-    for name in TEN_PARTS.angles:
+    for name, limits in zip(TEN_PARTS.angles, TEN_PARTS.limits, strict=True):
         if name.startswith("right_"):
-            left = limits[name.replace("right_", "left_")]
-            mirrored = 2 * np.pi - limits[name][::-1] if name.endswith(".z") else limits[name]
-            np.testing.assert_allclose(left, mirrored)
+            left = TEN_PARTS.limits[TEN_PARTS.index[other_side(name)]]
+            np.testing.assert_allclose(left, 2 * np.pi - limits[::-1] if name.endswith(".z") else limits)
 
 
 def test_knees_flex_backward_only_and_elbows_have_the_papers_range() -> None:

@@ -90,26 +90,17 @@ def test_the_default_convention_is_the_joint_centres_of_the_kinematics(anatomy: 
 
 @pytest.mark.parametrize(("convention", "anatomy"), CASES)
 @settings(max_examples=20)
-@given(SEEDS, st.floats(-3, 3))
-def test_points_move_with_the_body(convention: Convention, anatomy: Anatomy, seed: int, yaw: float) -> None:
-    bdp, pose = average_body(anatomy, 1.75), random_pose(anatomy, seed)
-    angles = pose.angles.copy()
-    angles[anatomy.index["navel.y"]] += yaw
+@given(SEEDS, st.floats(-3, 3), st.floats(0.5, 1.2))
+def test_points_move_and_grow_with_the_body(
+    convention: Convention, anatomy: Anatomy, seed: int, yaw: float, scale: float
+) -> None:
+    pose = random_pose(anatomy, seed)
+    there = Pose(pose.position + np.array([0.3, -0.2, 0.9]), pose.angles.copy())
+    there.angles[anatomy.index["navel.y"]] += yaw
     turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
-    shift = np.array([0.3, -0.2, 0.9])
-    body = keypoints(convention, anatomy, bdp)
-    expected = (body.at(pose) - pose.position) @ turn.T + pose.position + shift
-    np.testing.assert_allclose(body.at(Pose(pose.position + shift, angles)), expected, atol=1e-9)
-
-
-@pytest.mark.parametrize(("convention", "anatomy"), CASES)
-@settings(max_examples=20)
-@given(SEEDS, st.floats(0.5, 1.2))
-def test_points_grow_with_the_body(convention: Convention, anatomy: Anatomy, seed: int, scale: float) -> None:
-    pose = replace(random_pose(anatomy, seed), position=np.zeros(3))
-    one = keypoints(convention, anatomy, average_body(anatomy, 1.6)).at(pose)
-    other = keypoints(convention, anatomy, average_body(anatomy, 1.6 * scale)).at(pose)
-    np.testing.assert_allclose(other, scale * one, atol=1e-9)
+    one, other = (keypoints(convention, anatomy, average_body(anatomy, height)) for height in (1.6, 1.6 * scale))
+    expected = scale * (one.at(pose) - pose.position) @ turn.T + there.position
+    np.testing.assert_allclose(other.at(there), expected, atol=1e-9)
 
 
 @pytest.mark.slow

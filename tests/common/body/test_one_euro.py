@@ -16,7 +16,7 @@ from zenocap.common.body.rotations import euler_to_matrix
 
 RATE = 30.0
 KNEE = TEN_PARTS.index["right_knee.x"]
-few_examples = settings(deadline=None, max_examples=20)
+few_examples = settings(max_examples=20)
 
 
 def run(poses: Sequence[Pose], options: OneEuro, times_s: Floats | None = None) -> list[Pose]:
@@ -45,14 +45,14 @@ def swinging(hz: float, times_s: Floats) -> list[Pose]:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("hz", [0.5, 1.0, 2.0, 4.0])
-@pytest.mark.parametrize("cutoff_hz", [1.5, 5.0])
-def test_gain_and_delay_of_a_sine_are_those_of_theory(hz: float, cutoff_hz: float) -> None:
-    times_s = np.arange(0, 12, 1 / RATE)
-    found = run(swinging(hz, times_s), OneEuro(cutoff_hz, 0.0))
-    alpha = 1 / (1 + RATE / (2 * np.pi * cutoff_hz))
-    response = alpha / (1 - (1 - alpha) * np.exp(-2j * np.pi * hz / RATE))
+@pytest.mark.parametrize(("cutoff_hz", "rate"), [(1.5, 30.0), (5.0, 30.0), (3.0, 15.0), (3.0, 60.0)])
+def test_gain_and_delay_of_a_sine_are_those_of_theory_at_any_rate(hz: float, cutoff_hz: float, rate: float) -> None:
+    times_s = np.arange(0, 12, 1 / rate)
+    found = run(swinging(hz, times_s), OneEuro(cutoff_hz, 0.0), times_s)
+    alpha = 1 / (1 + rate / (2 * np.pi * cutoff_hz))
+    response = alpha / (1 - (1 - alpha) * np.exp(-2j * np.pi * hz / rate))
     expected = 0.2 * np.real(response * np.exp(2j * np.pi * hz * times_s))
-    late = slice(150, None)
+    late = times_s >= 5.0
     for values, middle in (
         ([pose.position[0] for pose in found], 0.0),
         ([pose.angles[NAVEL] for pose in found], 3.0),
@@ -131,13 +131,3 @@ def test_it_starts_again_after_a_gap_a_jump_and_a_time_that_does_not_rise(what: 
     poses[10].position[:] += 1.0 if what == "jump" else 0.0
     poses[10].angles[NAVEL] += np.pi if what == "turn" else 0.0
     assert run(poses, OneEuro(), times_s)[-1] is poses[10]
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("rate", [15.0, 60.0])
-def test_the_delay_does_not_depend_on_the_frame_rate(rate: float) -> None:
-    times_s = np.arange(0, 8, 1 / rate)
-    found = run(swinging(1.0, times_s), OneEuro(3.0, 0.0), times_s)
-    wave = np.array([pose.position[0] for pose in found])
-    lag_s = -np.angle(wave[times_s >= 2] @ np.exp(-2j * np.pi * times_s[times_s >= 2])) / (2 * np.pi)
-    assert lag_s == pytest.approx(np.arctan(1 / 3) / (2 * np.pi), abs=0.5 / rate)

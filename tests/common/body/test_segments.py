@@ -65,7 +65,6 @@ def test_limbs_refer_to_their_angles_and_parts() -> None:
 
 
 @given(ANGLES)
-@settings(deadline=None)  # the first example compiles
 def test_directions_are_those_of_the_kinematics(pose: Floats) -> None:
     frames = part_frames(TEN_PARTS, BDP, Pose(NAVEL, pose))
     torso = frames[0, :, :3]
@@ -76,7 +75,7 @@ def test_directions_are_those_of_the_kinematics(pose: Floats) -> None:
 
 @pytest.mark.nightly
 @given(ANGLES, SMALL_STEPS)
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_angles_invert_directions_from_a_pose_nearby(pose: Floats, step: Floats) -> None:
     low, high = TEN_PARTS.limits.T
     found = limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, pose), np.clip(pose + step, low, high))
@@ -90,7 +89,6 @@ def test_angles_invert_directions_from_a_pose_nearby(pose: Floats, step: Floats)
 
 
 @given(ANGLES)
-@settings(deadline=None)
 def test_other_angles_are_unchanged(pose: Floats) -> None:
     found = limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, pose), pose)
     moved = [k for limb in limbs_of(TEN_PARTS) for k in (limb.z, limb.x, limb.y, limb.flexion)]
@@ -124,7 +122,6 @@ def test_a_straight_limb_keeps_its_axial_rotation() -> None:
 
 
 @given(ANGLES)
-@settings(deadline=None)
 def test_exchanged_legs_have_the_vertical_and_forward_components_of_the_other_leg(pose: Floats) -> None:
     here = limb_directions(TEN_PARTS, pose)
     assume(np.all(np.hypot(np.linalg.norm(here[[3, 2], :, 1:], axis=2), here[2:, :, 0]) > 1e-3))
@@ -156,7 +153,7 @@ def test_limb_origins_and_sizes_are_those_of_the_bdp() -> None:
 
 @pytest.mark.nightly
 @given(ANGLES, ANGLES)
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_angles_are_within_limits_and_near_the_directions_from_any_pose(pose: Floats, before: Floats) -> None:
     found = limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, pose), before)
     low, high = TEN_PARTS.limits.T

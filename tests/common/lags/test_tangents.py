@@ -7,15 +7,20 @@ import pytest
 
 from tests.support.moving_balls import FPS, mask_of, ring
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.pairs import offsets_of, reach_s
+from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, baseline_of, outline_of, silhouette_pairs, tangents
-
-LIMITS = replace(SILHOUETTE_LIMITS, max_lag_s=3.0)
 
 
 def film(camera: Camera, start_s: float, count: int = 180, fps: float = FPS, *, still: bool = False) -> list[Outline]:
     every = (outline_of(camera, mask_of(camera, start_s + k / fps, still=still), k / fps) for k in range(count))
     return [one for one in every if one is not None]
+
+
+def offsets(
+    cameras: dict[str, Camera], outlines: dict[str, list[Outline]], max_lag_s: float = 3.0
+) -> dict[str, VideoOffset]:
+    pairs = silhouette_pairs(cameras, outlines, reach_s(max_lag_s))
+    return offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=max_lag_s), {})
 
 
 def test_tangent_planes_of_both_views_are_equal_at_equal_times() -> None:
@@ -31,9 +36,7 @@ def test_tangent_planes_of_both_views_are_equal_at_equal_times() -> None:
 def test_a_tangent_at_the_border_of_the_image_is_left_out() -> None:
     one, two = ring((0, 90)).values()
     mask = mask_of(one, 0.0)
-    rows = np.flatnonzero(mask.any(axis=1))
-    mask[rows[0] :, :] = np.roll(mask, -rows[0], axis=0)[: len(mask) - rows[0]]
-    cut = np.roll(mask_of(one, 0.0), -rows[0], axis=0)  # the head is at the upper border
+    cut = np.roll(mask, -np.flatnonzero(mask.any(axis=1))[0], axis=0)  # the head is at the upper border
     baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
     assert np.isnan(tangents([outline_of(one, cut, 0.0)], baseline).angles).sum() == 1
 
@@ -50,8 +53,7 @@ def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float
     cameras = ring((0, 90, 40))
     starts = {"cam01": 2.0, "cam02": 2.0 + shift_s, "cam03": 2.3}
     outlines = {name: film(camera, starts[name]) for name, camera in cameras.items()}
-    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
-    for name, offset in found.items():
+    for name, offset in offsets(cameras, outlines).items():
         assert not offset.reason
         assert abs(offset.offset_s - starts[name] + 2.0) < 0.1 / FPS
 
@@ -60,18 +62,15 @@ def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float
 def test_different_frame_rates_are_compared() -> None:
     cameras = ring((0, 90))
     outlines = {"cam01": film(cameras["cam01"], 0.0), "cam02": film(cameras["cam02"], 0.4, 300, 50.0)}
-    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
-    assert not found["cam02"].reason
-    assert abs(found["cam02"].offset_s - 0.4) < 0.15 / FPS
+    found = offsets(cameras, outlines)["cam02"]
+    assert not found.reason
+    assert abs(found.offset_s - 0.4) < 0.15 / FPS
 
 
 @pytest.mark.nightly
 def test_a_still_body_and_an_offset_beyond_the_range_are_not_certain() -> None:
     cameras = ring((0, 90))
     outlines = {name: film(camera, 0.0, still=True) for name, camera in cameras.items()}
-    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
-    assert found["cam02"].reason
+    assert offsets(cameras, outlines)["cam02"].reason
     outlines = {name: film(camera, start) for (name, camera), start in zip(cameras.items(), (0.0, 1.5), strict=True)}
-    narrow = replace(LIMITS, max_lag_s=1.0)
-    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(1.0)), narrow, {})
-    assert "--max-offset" in found["cam02"].reason
+    assert "--max-offset" in offsets(cameras, outlines, 1.0)["cam02"].reason

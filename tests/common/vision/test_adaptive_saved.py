@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.common.vision.test_adaptive import HEIGHT, LEARNT, WIDTH, overlap, person, picture
-from tests.common.vision.test_background import room, shot
-from zenocap.common.arrays import Floats, Image
+from tests.common.vision.test_adaptive import HEIGHT, LEARNT, ROOM, WIDTH, overlap, person, picture
+from tests.common.vision.test_background import shot
+from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import Adaptive, start
@@ -22,13 +22,8 @@ OWNER = Owner("lab", "1", "4f")
 
 
 @pytest.fixture(scope="module")
-def scene() -> Floats:
-    return room(HEIGHT, WIDTH)
-
-
-@pytest.fixture(scope="module")
-def model(scene: Floats) -> Adaptive:
-    return start([shot(scene, frame) for frame in range(LEARNT)])
+def model() -> Adaptive:
+    return start([shot(ROOM, frame) for frame in range(LEARNT)])
 
 
 @pytest.fixture
@@ -52,31 +47,28 @@ def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: 
     assert saved.stat().st_mode & 0o777 == 0o600
 
 
-def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_model(scene: Floats, saved: Path) -> None:
-    first = picture(scene, person(60), 500)
+def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_model(saved: Path) -> None:
+    first = picture(ROOM, person(60), 500)
     restored = taken_up(read(saved, SIZE, OWNER), first, OPTIONS)
-    assert restored is not None
     _, silhouette = follow(restored, first, 0.0, SilhouetteOptions(choice="nearest"))
-    assert silhouette is not None
     assert overlap(silhouette.mask, person(60)) > 0.85
 
 
-def test_another_light_is_taken_into_the_model(scene: Floats, saved: Path) -> None:
-    dark = picture(scene * np.linspace(0.5, 0.8, WIDTH)[None, :, None], person(60), 500)
+def test_another_light_is_taken_into_the_model(saved: Path) -> None:
+    dark = picture(ROOM * np.linspace(0.5, 0.8, WIDTH)[None, :, None], person(60), 500)
     restored = taken_up(read(saved, SIZE, OWNER), dark, OPTIONS)
-    assert restored is not None
     assert np.abs(restored.background.mean - dark)[:, :50].mean() < 5
 
 
 @pytest.mark.parametrize("px", [1.0, 2.0, 6.0])
-def test_a_camera_that_was_moved_is_refused(scene: Floats, saved: Path, px: float) -> None:
-    frame = moved(picture(scene, person(60), 500), px)
+def test_a_camera_that_was_moved_is_refused(saved: Path, px: float) -> None:
+    frame = moved(picture(ROOM, person(60), 500), px)
     assert shift_px(read(saved, SIZE, OWNER).background, frame, np.ones(3, np.float32)) == px
     assert taken_up(read(saved, SIZE, OWNER), frame, OPTIONS) is None
 
 
 def test_another_room_is_refused(saved: Path) -> None:
-    assert taken_up(read(saved, SIZE, OWNER), shot(room(HEIGHT, WIDTH)[::-1, ::-1].copy(), 500), OPTIONS) is None
+    assert taken_up(read(saved, SIZE, OWNER), shot(ROOM[::-1, ::-1].copy(), 500), OPTIONS) is None
 
 
 @pytest.mark.parametrize(

@@ -1,106 +1,100 @@
 """Foreground labels: noise is background, shadows are not the person, dark clothes are."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
 
-from zenocap.common.arrays import Image, Labels
+from tests.common.vision.test_background import shot
+from zenocap.common.arrays import Floats, Labels
 from zenocap.common.vision.background import Background, learn
 from zenocap.common.vision.foreground import BACKGROUND, SHADOW, STRONG, UNSURE, WEAK, ForegroundOptions, foreground
 
-Scene = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 PLACE = np.s_[20:40, 30:60]
 
 
-def wall(texture: float) -> Scene:
+def wall(texture: float) -> Floats:
     spots = np.random.default_rng(5).normal(0, texture, (60, 90, 1))
     return np.asarray(np.clip(140 + spots + np.array([0, 4, 8]), 0, 255))
 
 
-def shot(scene: Scene, seed: int) -> Image:
-    return np.clip(np.rint(scene + np.random.default_rng(seed).normal(0, 1.5, scene.shape)), 0, 255).astype(np.uint8)
+@cache
+def learned_background(texture: float) -> Background:
+    return learn([shot(wall(texture), k, 1.5) for k in range(25)])
 
 
-def learned_background(scene: Scene) -> Background:
-    return learn([shot(scene, k) for k in range(25)])
+def labelled(texture: float, scene: Floats, **options: object) -> Labels:
+    """Labels of a scene in front of the wall of a texture."""
+    return foreground(learned_background(texture), shot(scene, 99, 1.5), ForegroundOptions(**options))[0]
 
 
-def dimmed(texture: float, share: float) -> Scene:
-    """The wall with one place in a share of its light."""
+def share(labels: Labels, *of: int) -> float:
+    return float(np.mean(np.isin(labels, of)))
+
+
+def dimmed(light: float) -> Callable[[Floats], Floats]:
+    return lambda place: light * place
+
+
+def grey(light: float) -> Callable[[Floats], Floats]:
+    return lambda place: light * place.mean(axis=(0, 1))
+
+
+@pytest.mark.parametrize(
+    ("light", "options", "least"),
+    [(1.0, {}, 0.999), (0.85, {}, 0.999), (0.85, {"flicker": False}, 0.0)],
+    ids=["empty", "flicker", "flicker that is not measured"],
+)
+def test_the_empty_scene_is_background(light: float, options: dict[str, object], least: float) -> None:
+    background = share(labelled(15, light * wall(15), **options), BACKGROUND)
+    assert background >= least
+    assert (background < 0.1) == (least == 0.0)
+
+
+# Texture of the wall, how one place of it looks, options, and shares of labels in that place: at least, at most.
+PLACES = {
+    "another colour": (15, lambda place: np.array([60, 60, 160]), {}, {(STRONG,): (1.0, 1.0)}),
+    "deep shadow": (12, dimmed(0.5), {}, {(SHADOW,): (0.8, 1.0), (WEAK, STRONG): (0.0, 0.02)}),
+    "shadow": (12, dimmed(0.7), {}, {(SHADOW,): (0.8, 1.0), (WEAK, STRONG): (0.0, 0.02)}),
+    "light shadow": (12, dimmed(0.85), {}, {(SHADOW,): (0.8, 1.0), (WEAK, STRONG): (0.0, 0.02)}),
+    "no search for shadows": (12, dimmed(0.7), {"shadow": (1, 1)}, {(STRONG,): (0.95, 1.0)}),
+    "dark grey clothes": (12, grey(0.5), {}, {(WEAK, STRONG): (0.95, 1.0)}),
+    "grey clothes": (12, grey(0.7), {}, {(WEAK, STRONG): (0.95, 1.0)}),
+    "darker without texture": (0, dimmed(0.65), {}, {(UNSURE,): (0.8, 1.0)}),
+    "darker than any shadow": (0, dimmed(0.25), {}, {(STRONG,): (1.0, 1.0)}),
+}
+
+
+@pytest.mark.parametrize(("texture", "look", "options", "shares"), PLACES.values(), ids=PLACES)
+def test_a_place_that_looks_different_is_labelled(
+    texture: float, look: Callable[[Floats], Floats], options: dict[str, object], shares: dict[tuple[int, ...], tuple]
+) -> None:
     scene = wall(texture)
-    scene[PLACE] *= share
-    return scene
-
-
-def labelled(background: Background, frame: Image, options: ForegroundOptions | None = None) -> Labels:
-    return foreground(background, frame, options or ForegroundOptions())[0]
-
-
-def test_the_empty_scene_is_background() -> None:
-    labels = labelled(learned_background(wall(15)), shot(wall(15), 99))
-    assert np.mean(labels != BACKGROUND) < 0.001
-
-
-def test_flicker_is_background_only_when_it_is_measured() -> None:
-    background, frame = learned_background(wall(15)), shot(wall(15) * 0.85, 99)
-    assert np.mean(labelled(background, frame) != BACKGROUND) < 0.001
-    assert np.mean(labelled(background, frame, ForegroundOptions(flicker=False)) != BACKGROUND) > 0.9
-
-
-def test_another_colour_is_labelled_strong() -> None:
-    scene = wall(15)
-    scene[PLACE] = (60, 60, 160)
-    labels = labelled(learned_background(wall(15)), shot(scene, 99))
-    assert np.all(labels[PLACE] == STRONG)
+    scene[PLACE] = look(scene[PLACE])
+    labels = labelled(texture, scene, **options)
+    for of, (least, most) in shares.items():
+        assert least <= share(labels[PLACE], *of) <= most
     labels[PLACE] = BACKGROUND
-    assert np.mean(labels != BACKGROUND) < 0.001
-
-
-@pytest.mark.parametrize("dimming", [0.5, 0.7, 0.85])
-def test_a_shadow_on_texture_is_labelled_shadow(dimming: float) -> None:
-    labels = labelled(learned_background(wall(12)), shot(dimmed(12, dimming), 99))[PLACE]
-    assert np.mean(labels == SHADOW) > 0.8
-    assert np.mean(labels >= WEAK) < 0.02
+    assert share(labels, BACKGROUND) > 0.999
 
 
 def test_a_soft_shadow_on_texture_is_not_foreground() -> None:
     across = np.abs(np.linspace(-1, 1, 60))[:, None, None]
-    scene = wall(12) * np.clip(0.5 + across, 0, 1)
-    labels = labelled(learned_background(wall(12)), shot(scene, 99), ForegroundOptions(flicker=False))
-    assert np.mean(labels >= WEAK) < 0.05
-
-
-@pytest.mark.parametrize("dimming", [0.5, 0.7])
-def test_dark_grey_clothes_in_front_of_texture_are_foreground(dimming: float) -> None:
-    scene = wall(12)
-    scene[PLACE] = dimming * scene[PLACE].mean(axis=(0, 1))
-    labels = labelled(learned_background(wall(12)), shot(scene, 99))[PLACE]
-    assert np.mean(labels >= WEAK) > 0.95
-
-
-def test_without_texture_darkening_is_unsure_and_what_is_darker_than_any_shadow_is_foreground() -> None:
-    background = learned_background(wall(0))
-    assert np.mean(labelled(background, shot(dimmed(0, 0.65), 99))[PLACE] == UNSURE) > 0.8
-    assert np.all(labelled(background, shot(dimmed(0, 0.25), 99))[PLACE] == STRONG)
-
-
-def test_an_empty_shadow_range_disables_shadow_detection() -> None:
-    labels = labelled(learned_background(wall(12)), shot(dimmed(12, 0.7), 99), ForegroundOptions(shadow=(1, 1)))
-    assert np.mean(labels[PLACE] == STRONG) > 0.95
+    assert share(labelled(12, wall(12) * np.clip(0.5 + across, 0, 1), flicker=False), WEAK, STRONG) < 0.05
 
 
 def test_a_faint_pixel_beside_a_strong_one_is_background() -> None:
     scene = wall(0)
     scene[PLACE] = (0, 0, 255)
     scene[20:40, 29] += 9
-    without_limit = labelled(learned_background(wall(0)), shot(scene, 99), ForegroundOptions(faint=0, weak=2))
-    assert np.mean(without_limit[20:40, 29] >= WEAK) > 0.5
-    assert not labelled(learned_background(wall(0)), shot(scene, 99), ForegroundOptions(weak=2))[20:40, 29].any()
+    assert share(labelled(0, scene, faint=0, weak=2)[20:40, 29], WEAK, STRONG) > 0.5
+    assert not labelled(0, scene, weak=2)[20:40, 29].any()
 
 
 def test_a_frame_of_another_shape_is_refused() -> None:
-    background = learned_background(wall(0))
     with pytest.raises(ValueError, match="the background's is"):
-        foreground(background, np.zeros((90, 60, 3), np.uint8), ForegroundOptions())
+        foreground(learned_background(0), np.zeros((90, 60, 3), np.uint8), ForegroundOptions())
 
 
 def test_thresholds_out_of_order_are_refused() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -21,7 +21,6 @@ def test_even_kernels_are_refused(size: int) -> None:
 
 
 @given(MASKS, st.sampled_from([1, 3, 5, 7]))
-@settings(deadline=None)  # the first example compiles
 def test_closing_is_symmetric(mask: Mask, size: int) -> None:
     for turn in (np.flipud, np.fliplr):
         turned = np.ascontiguousarray(turn(mask))
@@ -29,7 +28,6 @@ def test_closing_is_symmetric(mask: Mask, size: int) -> None:
 
 
 @given(MASKS, st.sampled_from([3, 5]))
-@settings(deadline=None)  # the first example compiles
 def test_closing_only_adds_pixels_and_is_idempotent(mask: Mask, size: int) -> None:
     once = close_cracks(mask, size)
     assert np.all(once >= mask)
@@ -53,30 +51,29 @@ def test_small_holes_are_filled_and_large_ones_kept() -> None:
     assert mask[0, 10] == 0
 
 
-def test_unsure_clothes_between_shirt_and_shoes_are_added_and_a_shadow_is_not() -> None:
-    labels = np.full((20, 20), BACKGROUND, dtype=np.uint8)
-    labels[2:8, 8:12] = STRONG
-    labels[8:16, 8:12] = UNSURE
-    labels[16:18, 8:12] = STRONG
-    labels[17:19, 1:8] = UNSURE  # on the ground beside the shoes
-    mask = enclosed(labels, 0.7)
-    assert np.all(mask[2:18, 8:12] == 1)
-    assert not mask[17:19, 1:8].any()
+# Boxes of strong and unsure pixels, those that are in the mask, and those that are not.
+ENCLOSED = {
+    "clothes between shirt and shoes, a shadow beside them": (
+        [np.s_[2:8, 8:12], np.s_[16:18, 8:12]], [np.s_[8:16, 8:12], np.s_[17:19, 1:8]], np.s_[2:18, 8:12], np.s_[17:19, 1:8]
+    ),
+    "sleeve between torso and hand": (
+        [np.s_[4:18, 4:8], np.s_[5:7, 16:18]], [np.s_[5:7, 8:16]], np.s_[5:7, 8:18], np.s_[:, 18:]
+    ),
+    "patch between two feet": (
+        [np.s_[17:19, 3:6], np.s_[17:19, 12:15]], [np.s_[17:19, 6:12]], np.s_[17:19, 3:6], np.s_[:, 6:12]
+    ),
+}  # fmt: skip
 
 
-def test_an_unsure_sleeve_between_torso_and_hand_is_added() -> None:
+@pytest.mark.parametrize(("strong", "unsure", "within", "without"), ENCLOSED.values(), ids=ENCLOSED)
+def test_unsure_pixels_between_strong_ones_are_added(strong: list, unsure: list, within: tuple, without: tuple) -> None:
     labels = np.full((20, 30), BACKGROUND, dtype=np.uint8)
-    labels[4:18, 4:8] = STRONG
-    labels[5:7, 8:16] = UNSURE
-    labels[5:7, 16:18] = STRONG
-    assert np.all(enclosed(labels, 0.7)[5:7, 8:18] == 1)
-
-
-def test_an_unsure_patch_between_two_feet_is_not_added() -> None:
-    labels = np.full((20, 20), BACKGROUND, dtype=np.uint8)
-    labels[17:19, 3:6] = labels[17:19, 12:15] = STRONG
-    labels[17:19, 6:12] = UNSURE
-    assert not enclosed(labels, 0.7)[:, 6:12].any()
+    for boxes, label in ((strong, STRONG), (unsure, UNSURE)):
+        for box in boxes:
+            labels[box] = label
+    mask = enclosed(labels, 0.7)
+    assert np.all(mask[within] == 1)
+    assert not mask[without].any()
 
 
 def _trimmed(mask: Mask, coverage: Floats) -> Mask:
@@ -87,7 +84,6 @@ def _trimmed(mask: Mask, coverage: Floats) -> Mask:
 
 
 @given(st.floats(0, 1))
-@settings(deadline=None)  # the first example compiles
 def test_edges_are_cut_at_the_given_coverage(share: float) -> None:
     coverage = np.zeros((12, 12))
     coverage[3:9, 4:9] = 1

@@ -5,7 +5,7 @@ from math import exp
 import cv2
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -45,12 +45,6 @@ def inside(outline: Floats) -> Bools:
     return np.all(np.array(signs) >= 0, axis=0) | np.all(np.array(signs) <= 0, axis=0)
 
 
-def cover_part(frame: Floats, size: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
-    corners = np.empty((CORNERS, 2))
-    assert part_outline(frame, size, camera, corners)
-    cover_outline(corners, mask, cover, mode, totals)
-
-
 def empty_cover() -> tuple[Mask, Ints]:
     return np.zeros((HEIGHT, WIDTH), np.uint8), np.array([MASK.sum(), 0, 0], np.int64)
 
@@ -61,7 +55,7 @@ def counted_totals(cover: Mask) -> list[int]:
 
 @pytest.mark.slow
 @given(SEEDS)
-@settings(deadline=None, max_examples=300)  # the first example compiles
+@settings(max_examples=300)  # the first example compiles
 def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> None:
     cover, totals = empty_cover()
     cover_outline(random_outline(seed), MASK, cover, ADD, totals)
@@ -70,7 +64,6 @@ def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> No
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
-@settings(deadline=None)
 def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:
     cover, totals = empty_cover()
     placed: list[Floats] = []
@@ -91,7 +84,6 @@ def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) 
 
 
 @given(SEEDS, SEEDS)
-@settings(deadline=None)
 def test_count_mode_gives_the_totals_of_add_mode_without_changing_the_cover(first: int, second: int) -> None:
     cover, totals = empty_cover()
     cover_outline(random_outline(first), MASK, cover, ADD, totals)
@@ -123,7 +115,7 @@ def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> Floats32:
 
 @pytest.mark.nightly
 @given(SEEDS, st.sampled_from([0, 1]))
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer: int) -> None:
     """Within a pixel of 160 x 120: ten corners stand for two ellipses under local parallel projection."""
     camera = rows(viewer)
@@ -138,7 +130,6 @@ def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer
 
 
 @given(SEEDS, st.sampled_from([0, 1]))
-@settings(deadline=None)
 def test_a_parts_corners_are_in_order(seed: int, viewer: int) -> None:
     corners = np.empty((CORNERS, 2))
     assert part_outline(*random_part(seed), rows(viewer), corners)
@@ -164,22 +155,6 @@ def test_a_part_seen_along_its_axis_is_its_ellipse() -> None:
     np.testing.assert_allclose(np.ptp(corners[:, 1]), 2 * 0.1 * scale, rtol=0.3)
 
 
-@given(SEEDS)
-@example(0)
-@settings(deadline=None)
-def test_adding_and_removing_a_part_restores_everything(seed: int) -> None:
-    camera = rows(0)
-    mask = np.ones((120, 160), np.uint8)
-    cover, totals = np.zeros((120, 160), np.uint8), np.array([mask.sum(), 0, 0], np.int64)
-    frame, size = random_part(seed)
-    cover_part(frame, size, camera, mask, cover, ADD, totals)
-    assume(cover.any())
-    assert totals[1] == totals[2] == cover.sum()
-    cover_part(frame, size, camera, mask, cover, REMOVE, totals)
-    assert not cover.any()
-    assert totals.tolist() == [mask.sum(), 0, 0]
-
-
 MASKS = arrays(np.uint8, (6, 7), elements=st.integers(0, 1))
 
 
@@ -188,11 +163,6 @@ def test_the_matching_score_equals_equation_1_computed_by_hand() -> None:
     silhouette[0, :4] = 1
     model[0, 1:] = 1  # three pixels in both, one in either image only: p = n = 1/5
     assert matching_score(silhouette, model) == pytest.approx(exp(-0.4) * 0.8)
-
-
-@given(MASKS)
-def test_equal_images_have_a_score_of_1(mask: Mask) -> None:
-    assert matching_score(mask, mask) == 1.0
 
 
 def test_scores_of_empty_images() -> None:
@@ -233,7 +203,7 @@ def test_a_missing_model_pixel_costs_more_than_an_extra_one() -> None:
 
 
 @given(MASKS, MASKS)
-@settings(deadline=None)  # the first example compiles
-def test_the_score_from_counts_is_the_score_of_the_images(silhouette: Mask, model: Mask) -> None:
+def test_the_score_from_counts_is_the_score_of_the_images_and_1_of_equal_ones(silhouette: Mask, model: Mask) -> None:
     counts = (np.count_nonzero(silhouette), np.count_nonzero(model), np.count_nonzero(silhouette & model))
     assert score_of_counts(*counts) == pytest.approx(matching_score(silhouette, model))
+    assert matching_score(silhouette, silhouette) == 1.0

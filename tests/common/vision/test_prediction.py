@@ -18,7 +18,6 @@ def box(x: float = 0.0) -> Floats:
 
 def test_depth_is_positive_inside_and_grows_from_the_outline() -> None:
     found = predicted(CAMERA, box())
-    assert found is not None
     middle = found.depth[found.depth.shape[0] // 2]
     assert abs(middle.max() - 0.25 * PX_PER_M) < 2.0
     assert abs(np.count_nonzero(middle > 0) - 0.5 * PX_PER_M) < 2.5
@@ -30,8 +29,6 @@ def test_depth_is_positive_inside_and_grows_from_the_outline() -> None:
 
 def test_a_motion_moves_the_body_and_widens_the_band() -> None:
     still, moving = predicted(CAMERA, box()), predicted(CAMERA, box(), box(0.2) - box())
-    assert still is not None
-    assert moving is not None
     assert abs(moving.extents.leftmost - still.extents.leftmost - 0.2 * PX_PER_M) < 2.0
     assert abs(still.band - BAND_M * PX_PER_M) < 0.05
     assert moving.band > 1.5 * still.band

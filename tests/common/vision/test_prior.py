@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from zenocap.common.arrays import Mask
+from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.vision.foreground import BACKGROUND, STRONG
 from zenocap.common.vision.prediction import Prediction, depths
 from zenocap.common.vision.prior import explained_share, with_prior
@@ -25,14 +25,9 @@ BODY = painted((60, 20, 90, 100))
 EXPECTED = Prediction(0, 0, depths(BODY), 6.0, Extents(60, 89, 20, 99))
 
 
-def found(mask: Mask, since: object = MOVING) -> Mask:
-    silhouette = describe(mask)
-    assert silhouette is not None
-    assert isinstance(since, np.ndarray)
+def found(mask: Mask, since: Floats32 = MOVING) -> Mask:
     labels = np.where(mask != 0, STRONG, BACKGROUND).astype(np.uint8)
-    after = with_prior(silhouette, labels, EXPECTED, since, NOW_S, SilhouetteOptions())
-    assert after is not None
-    return after.mask
+    return with_prior(describe(mask), labels, EXPECTED, since, NOW_S, SilhouetteOptions()).mask
 
 
 def test_what_is_as_expected_stays() -> None:

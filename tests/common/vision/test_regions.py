@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -13,7 +13,6 @@ Labels = np.ndarray[tuple[int, int], np.dtype[np.uint8]]
 
 
 @given(LABELS, st.booleans())
-@settings(deadline=None)  # the first example compiles
 def test_regions_equal_those_of_opencv(labels: Labels, diagonal: bool) -> None:
     regions = find_regions(labels, 2, 4, 4, diagonal)
     count, image, stats, _ = cv2.connectedComponentsWithStats(
@@ -32,7 +31,6 @@ def test_regions_equal_those_of_opencv(labels: Labels, diagonal: bool) -> None:
 
 
 @given(LABELS)
-@settings(deadline=None)  # the first example compiles
 def test_gap_is_the_chessboard_distance_less_one(labels: Labels) -> None:
     regions = find_regions(labels, 3, 4, 4, True)
     if len(regions.areas) < 2:

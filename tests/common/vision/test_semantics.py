@@ -38,7 +38,6 @@ def test_a_verdict_counts_where_the_image_is_unchanged() -> None:
     frame = np.full((10, 10, 3), 100, np.uint8)
     frame[2, :, 1] = 140  # one row of the crop has another green
     decided = decision(found(2, 1), frame, 1000, NOISE)
-    assert decided is not None
     assert (decided[1, 2:8] == found().verdict[0]).all()
     assert (decided[2] == KEEP).all()
     assert (decided[:, :2] == KEEP).all()

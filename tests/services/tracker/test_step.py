@@ -266,7 +266,7 @@ EVENTS = st.lists(st.tuples(st.sampled_from(["1", "2", "3", "tick"]), st.integer
 
 @pytest.mark.slow
 @given(EVENTS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_poses_are_in_time_order_and_of_two_views_or_more(events: list[tuple[str, int]]) -> None:
     state, published = tracker.initial_state(SETUP), []
     for viewer, frame in events:
@@ -287,7 +287,7 @@ def test_same_events_give_the_same_bytes() -> None:
 
 @pytest.mark.slow
 @given(EVENTS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_tracker_without_overload_drops_nothing(events: list[tuple[str, int]]) -> None:
     """As offline: every frame set is tracked before the next message."""
     state, _ = play([silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"])

@@ -52,13 +52,9 @@ def started() -> Played:
 
 @pytest.mark.slow
 def test_person_is_awaited_measured_and_tracked(started: Played) -> None:
-    _, _, texts = started
+    _, outcomes, texts = started
     measuring = [f"measuring the body ({count} of 4)" for count in (1, 2, 3)]
     assert texts == ["waiting for a person", *measuring, "tracking", "tracking"]
-
-
-def test_body_is_published_when_measured(started: Played) -> None:
-    _, outcomes, _ = started
     assert [k for k, outcome in enumerate(outcomes) if outcome.body is not None] == [4]
     assert [k for k, outcome in enumerate(outcomes) if outcome.pose is not None] == [4, 5]
     assert error(outcomes[5], t_pose_at(SEED)) < 0.06
@@ -99,9 +95,7 @@ def test_tracking_continues_after_ten_empty_frame_sets(started: Played) -> None:
     assert error(outcomes[-1], t_pose_at(SEED, x=0.05)) < 0.06
 
 
-def test_a_person_who_leaves_is_searched_for_and_found_at_another_position(
-    started: Played,
-) -> None:
+def test_a_person_who_leaves_is_searched_for_and_found_at_another_position(started: Played) -> None:
     state, _, _ = started
     state, gone, texts = run(setup(CAMERAS), [None] * 61, state, 6)
     assert texts[-1] == "searching for the person"
@@ -165,9 +159,7 @@ def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
 
 
 @pytest.mark.slow
-def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(
-    started: Played,
-) -> None:
+def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(started: Played) -> None:
     _, outcomes, _ = started
     assert outcomes[-1].limb_features is not None
     assert outcomes[-1].toes is not None

@@ -34,20 +34,14 @@ def test_people_differ_in_age_height_proportions_girth_and_colour() -> None:
 
 
 @each_person
-def test_segment_lengths_and_surface_extent_equal_the_height(seed: int) -> None:
-    subject = person(seed)
-    size = subject.lengths
-    assert size.ankle_height + size.shank + size.thigh + size.torso + size.head_top == pytest.approx(subject.height)
-    surface = rest_surface(subject)
-    assert surface.points[:, 1].max() == pytest.approx(subject.height, abs=0.002)
-    assert surface.points[:, 1].min() == pytest.approx(0.0, abs=0.002)
-
-
-@each_person
-def test_proportions_are_human(seed: int) -> None:
+def test_proportions_are_human_and_add_up_to_the_height(seed: int) -> None:
     subject = person(seed)
     size, height = subject.lengths, subject.height
-    assert 0.44 < (size.ankle_height + size.shank + size.thigh) / height < 0.60
+    leg = size.ankle_height + size.shank + size.thigh
+    assert leg + size.torso + size.head_top == pytest.approx(height)
+    heights = rest_surface(subject).points[:, 1]
+    assert (heights.min(), heights.max()) == (pytest.approx(0.0, abs=0.002), pytest.approx(height, abs=0.002))
+    assert 0.44 < leg / height < 0.60
     assert 0.28 < (size.upper_arm + size.forearm) / height < 0.37
     assert 1.4 < size.shoulder_half / size.hip_half < 2.6
     assert subject.girths.chest[0] < size.shoulder_half + 0.02

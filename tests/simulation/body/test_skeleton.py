@@ -16,7 +16,7 @@ REACH = st.floats(-0.15, 0.15)
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 30), st.tuples(REACH, REACH), st.floats(0.0, 0.35), ANGLE, ANGLE, ANGLE)
 def test_bones_are_rotations_of_fixed_length(
     seed: int, shift: tuple[float, float], drop: float, yaw: float, lean: float, swing: float
@@ -39,7 +39,7 @@ def test_bones_are_rotations_of_fixed_length(
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 30), st.tuples(REACH, REACH), st.floats(0.0, 0.35), st.floats(-0.5, 0.5))
 def test_planted_feet_do_not_move_with_the_pelvis(seed: int, shift: tuple[float, float], drop: float, yaw: float) -> None:
     subject = person(seed)
@@ -72,7 +72,7 @@ def test_a_swung_leg_goes_forward_and_its_knee_bends_back() -> None:
     assert bones.origin[FOOT[LEFT], 1] == pytest.approx(subject.lengths.ankle_height, abs=1e-3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-4, 4), st.floats(-2, 2), st.floats(-2, 2), st.floats(-4, 4))
 def test_two_placements_equal_their_composition(x: float, z: float, yaw: float, dx: float, dz: float, turn: float) -> None:
     subject = person(1)

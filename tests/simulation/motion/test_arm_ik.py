@@ -20,7 +20,7 @@ from zenocap.simulation.motion.arm_ik import ArmGoal, in_chest, reach_goal
     height=st.floats(-1.2, 1.2),
     reach=st.floats(0.5, 0.95),
 )
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_wrist_reaches_the_goal(seed: int, side: int, azimuth: float, height: float, reach: float) -> None:
     subject, outward = person(seed), OUTWARD[side]
     arm = subject.lengths.upper_arm + subject.lengths.forearm

@@ -25,11 +25,8 @@ def paths_of(name: str, seed: int, repetition: int) -> dict[str, Floats]:
     return {joint: 1.7 / subject.height * path for joint, path in paths.items()}
 
 
-def test_there_are_fifteen_postures() -> None:
+def test_error_for_an_unknown_posture_lists_the_fifteen_known_ones() -> None:
     assert len(set(POSTURES)) == 15
-
-
-def test_unknown_posture_error_lists_the_known_postures() -> None:
     with pytest.raises(ValueError, match=r"'dance' is not one of march, .*kick-left"):
         posture(person(0), "dance", 0)
 

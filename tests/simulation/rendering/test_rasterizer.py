@@ -3,18 +3,18 @@
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from zenocap.simulation.rendering.rasterizer import composite, downsample, fill_triangles, sensor_image
 
+CORNERS = [[0.0, 0.0], [15.0, 0.0], [0.0, 15.0]]
 
-def draw(
-    pixels: list[list[float]], depth: list[float], bgr: list[list[float]], size: int = 16
-) -> tuple[np.ndarray, np.ndarray]:
+
+def draw(pixels: ArrayLike, depth: ArrayLike, bgr: ArrayLike, size: int = 16) -> tuple[np.ndarray, np.ndarray]:
     nearness = np.zeros((size, size), dtype=np.float32)
     colour = np.zeros((size, size, 3), dtype=np.float32)
     triangles = np.arange(len(pixels), dtype=np.int32).reshape(-1, 3)
-    as_single = (np.array(x, dtype=np.float32) for x in (pixels, depth, bgr))
-    points, far, paint = as_single
+    points, far, paint = (np.array(values, dtype=np.float32) for values in (pixels, depth, bgr))
     fill_triangles(points, far, paint, triangles, nearness, colour)
     return nearness, colour
 
@@ -24,31 +24,24 @@ def test_pixel_is_filled_when_its_centre_is_in_the_triangle() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):
         corners = rng.uniform(-10, 42, (3, 2))
-        nearness, _ = draw(corners.tolist(), [1.0] * 3, [[1.0] * 3] * 3, size=32)
-        inside = np.array(
-            [
-                [cv2.pointPolygonTest(corners.astype(np.float32), (float(x), float(y)), True) for x in range(32)]
-                for y in range(32)
-            ]
-        )
-        assert np.all((nearness > 0)[inside > 1e-3])
-        assert not np.any((nearness > 0)[inside < -1e-3])
+        nearness, _ = draw(corners, [1.0] * 3, [[1.0] * 3] * 3, size=32)
+        triangle = corners.astype(np.float32)
+        inside = [[cv2.pointPolygonTest(triangle, (float(x), float(y)), True) for x in range(32)] for y in range(32)]
+        assert np.all((nearness > 0)[np.array(inside) > 1e-3])
+        assert not np.any((nearness > 0)[np.array(inside) < -1e-3])
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_nearer_triangle_hides_the_other_in_any_order(order: tuple[int, int]) -> None:
-    corners = [[0.0, 0.0], [15.0, 0.0], [0.0, 15.0]]
-    colours, depths = [[10.0] * 3, [200.0] * 3], [2.0, 3.0]
-    pixels = corners * 2
-    depth = [d for k in order for d in [depths[k]] * 3]
-    bgr = [c for k in order for c in [colours[k]] * 3]
-    nearness, colour = draw(pixels, depth, bgr)
+    depth = np.repeat([(2.0, 3.0)[k] for k in order], 3)
+    grey = np.repeat([(10.0, 200.0)[k] for k in order], 3)
+    nearness, colour = draw(CORNERS * 2, depth, np.tile(grey[:, None], 3))
     assert colour[3, 3, 0] == 10.0
     assert nearness[3, 3] == pytest.approx(0.5)
 
 
 def test_a_triangle_behind_the_camera_is_left_out() -> None:
-    nearness, _ = draw([[0.0, 0.0], [15.0, 0.0], [0.0, 15.0]], [1.0, 0.0, 1.0], [[1.0] * 3] * 3)
+    nearness, _ = draw(CORNERS, [1.0, 0.0, 1.0], [[1.0] * 3] * 3)
     assert not nearness.any()
 
 

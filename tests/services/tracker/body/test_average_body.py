@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.anatomies import each_anatomy
+from tests.support.anatomies import assert_symmetric, each_anatomy
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import neutral_pose
@@ -32,17 +32,8 @@ def test_average_body_spans_its_height(anatomy: Anatomy, stature: float) -> None
 
 
 @each_anatomy
-def test_all_sizes_scale_with_the_height(anatomy: Anatomy) -> None:
+def test_body_is_symmetric_and_scales_with_the_height(anatomy: Anatomy) -> None:
     small, tall = average_body(anatomy, 1.0), average_body(anatomy, 1.8)
+    assert_symmetric(anatomy, tall)
     assert tall.sizes == pytest.approx(1.8 * small.sizes)
     assert tall.offsets == pytest.approx(1.8 * small.offsets)
-
-
-@each_anatomy
-def test_body_is_symmetric(anatomy: Anatomy) -> None:
-    body = average_body(anatomy, 1.75)
-    for name in anatomy.parts:
-        if name.startswith("right_"):
-            right, left = anatomy.index[name], anatomy.index[name.replace("right_", "left_")]
-            assert body.sizes[right] == pytest.approx(body.sizes[left])
-            assert body.offsets[right] == pytest.approx(body.offsets[left] * [-1.0, 1.0, 1.0])

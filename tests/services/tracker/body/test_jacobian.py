@@ -6,17 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.anatomies import each_anatomy
-from tests.support.tracker_scenes import (
-    DOF,
-    MODEL,
-    PARTS,
-    average_model,
-    carried_by,
-    frames_of,
-    tangent_rays,
-    touch,
-    upright,
-)
+from tests.support.tracker_scenes import DOF, MODEL, PARTS, average_model, carried_by, frames_of, upright
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
@@ -108,24 +98,3 @@ def test_root_step_is_in_world_axes() -> None:
     quarter = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     assert there.rotation == pytest.approx(quarter @ pose.rotation)
     assert there.values == pytest.approx(pose.values)
-
-
-@settings(max_examples=10)
-@given(seeds)
-def test_gaps_change_along_a_step_as_the_screws_predict(seed: int) -> None:
-    """Rays that touch the middle of a part, and a small step of the body."""
-    rng = np.random.default_rng(seed)
-    pose = upright(seed=seed)
-    rays = tangent_rays(MODEL, pose, 10 * PARTS, seed).astype(np.float64)
-    step = rng.normal(scale=1e-4, size=DOF)
-    screws, owner = screws_at(MODEL, pose)
-    there, here = frames_of(MODEL, stepped(MODEL, pose, step)), frames_of(MODEL, pose)
-    errors, sizes = [], []
-    for i in range(rays.shape[1]):
-        part = i % PARTS
-        before, after = (touch(MODEL, frames[part], part, rays[:, i]) for frames in (here, there))
-        velocity = (step * np.isin(owner, carried_by(MODEL, part))) @ screws
-        motion = velocity[:3] + np.cross(velocity[3:], before.point - pose.position)
-        errors.append(after.gap - before.gap + before.shrinks @ motion)
-        sizes.append(motion @ before.shrinks)
-    assert np.median(np.abs(errors)) < 0.06 * np.sqrt(np.mean(np.square(sizes)))

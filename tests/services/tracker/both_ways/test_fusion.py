@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS
+from tests.support.anatomies import each_anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.services.tracker.body.body_model import RootedPose
@@ -26,7 +27,7 @@ from zenocap.services.tracker.both_ways.fusion import (
 
 FRAME_NS = 33_333_333
 D = coordinates_of(FOURTEEN_PARTS).dimension
-few_examples = settings(deadline=None, max_examples=15)
+few_examples = settings(max_examples=15)
 
 
 def pose(random: np.random.Generator, spread: float = 0.3) -> RootedPose:
@@ -48,15 +49,12 @@ def total(sequence: list[TwoPoses], choices: np.ndarray) -> float:
     cost = sum(_frame_cost(frame)[choice] for frame, choice in zip(sequence, choices, strict=True))
     for before, now, i, j in zip(sequence, sequence[1:], choices, choices[1:], strict=False):
         table = _change_costs(FOURTEEN_PARTS, before, now, 1.0)
-        cost += sum(
-            table[section, int(BACKWARD[i, section]), int(BACKWARD[j, section])] for section in range(len(SECTIONS))
-        )
+        cost += table[np.arange(len(SECTIONS)), BACKWARD[i].astype(int), BACKWARD[j].astype(int)].sum()
     return float(cost)
 
 
-@pytest.mark.parametrize("name", ANATOMIES)
-def test_sections_divide_the_coordinates(name: str) -> None:
-    anatomy = ANATOMIES[name]
+@each_anatomy
+def test_sections_divide_the_coordinates(anatomy: Anatomy) -> None:
     columns = np.concatenate(columns_of(anatomy))
     assert sorted(columns.tolist()) == list(range(coordinates_of(anatomy).dimension))
     assert all(len(one) >= 4 for one in columns_of(anatomy)[1:])
@@ -86,13 +84,10 @@ def test_time_reversed_gives_the_same_choices_in_reverse(seed: int, gaps: bool) 
 def test_a_blend_is_the_same_from_either_side(seed: int, shares: list[float]) -> None:
     random = np.random.default_rng(seed)
     one, other, share = pose(random), pose(random), np.array(shares)
-    for a, b in zip(
-        blended(FOURTEEN_PARTS, one, other, share), blended(FOURTEEN_PARTS, other, one, 1 - share), strict=True
-    ):
-        np.testing.assert_allclose(a, b, atol=1e-9)
-    for end, expected in ((np.zeros(5), one), (np.ones(5), other)):
-        for a, b in zip(blended(FOURTEEN_PARTS, one, other, end), expected, strict=True):
-            np.testing.assert_allclose(a, b, atol=1e-12)
+    turned = blended(FOURTEEN_PARTS, other, one, 1 - share)
+    for at, expected, tolerance in ((share, turned, 1e-9), (np.zeros(5), one, 1e-12), (np.ones(5), other, 1e-12)):
+        for a, b in zip(blended(FOURTEEN_PARTS, one, other, at), expected, strict=True):
+            np.testing.assert_allclose(a, b, atol=tolerance)
 
 
 def test_equal_directions_give_the_pose_itself() -> None:

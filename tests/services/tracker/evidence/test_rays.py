@@ -30,10 +30,8 @@ def test_contact_equals_the_oracle(seed: int) -> None:
     frames, rays = missing(seed)
     for i in range(rays.shape[1]):
         part = i % PARTS
-        found, plain = (
-            contact_of(MODEL, frames[part], part, rays, i),
-            touch(MODEL, frames[part], part, rays[:, i].astype(float)),
-        )
+        found = contact_of(MODEL, frames[part], part, rays, i)
+        plain = touch(MODEL, frames[part], part, rays[:, i].astype(float))
         assert found[0] == pytest.approx(plain.distance, abs=1e-6)
         assert found[1] == pytest.approx(plain.gap, abs=1e-9)
         assert found[2:5] == pytest.approx(plain.point, abs=1e-9)
@@ -65,9 +63,8 @@ def test_ray_tangent_to_a_round_part_has_no_gap(seed: int) -> None:
     radius = MODEL.radii[part, 0] + share * (MODEL.radii[part, 2] - MODEL.radii[part, 0])
     across = frames[part, :, :3] @ np.array([np.cos(seed), 0.0, np.sin(seed)])
     axis = frames[part, :, 1]
-    point = (
-        frames[part, :, 3] + frames[part, :, :3] @ MODEL.bases[part] + share * MODEL.lengths[part] * axis + radius * across
-    )
+    base = frames[part, :, 3] + frames[part, :, :3] @ MODEL.bases[part]
+    point = base + share * MODEL.lengths[part] * axis + radius * across
     angle = rng.uniform(0.5, np.pi - 0.5)
     direction = np.cos(angle) * axis + np.sin(angle) * np.cross(axis, across)
     rays = np.array([*(point - 3.0 * direction), *direction, *across, 2.5, 3.5], dtype=np.float32)[:, None]

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import (
@@ -100,15 +98,6 @@ def test_perturbed_pose_is_recovered(anatomy: Anatomy, seed: int) -> None:
     assert away.mean() < 0.001
     assert np.percentile(away, 90) < 0.002
     assert away.max() < 0.004  # rays at a joint may be assigned to its other part
-
-
-@pytest.mark.nightly
-@settings(max_examples=10)
-@given(st.integers(0, 10_000))
-def test_true_pose_is_a_fixed_point(seed: int) -> None:
-    true = upright(seed=seed, spread=0.2)
-    found = refined(MODEL, tangent_rays(MODEL, true, 200, seed), FREE, 4, true, true)
-    assert apart(MODEL, found, true).max() < 0.005
 
 
 def test_pose_without_scene_moves_to_its_target() -> None:

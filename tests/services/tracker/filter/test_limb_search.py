@@ -69,13 +69,13 @@ def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("misfits", "support"), [(True, 0.9), (False, 9.0)], ids=["lost body", "little of the scene"])
-def test_no_limb_is_searched_while_the_body_does_not_fit(misfits: bool, support: float) -> None:
-    before, after = searched(RAISED, LOST, misfits=misfits, support=support)
-    assert np.array_equal(after.values, before.values)
-
-
-@pytest.mark.nightly
-def test_nothing_is_searched_while_every_limb_is_supported() -> None:
-    before, after = searched(RAISED, RAISED)
+@pytest.mark.parametrize(
+    ("tracked", "misfits", "support"),
+    [(LOST, True, 0.9), (LOST, False, 9.0), (RAISED, False, 0.9)],
+    ids=["lost body", "little of the scene", "every limb supported"],
+)
+def test_no_limb_is_searched_while_the_body_does_not_fit_or_every_limb_does(
+    tracked: RootedPose, misfits: bool, support: float
+) -> None:
+    before, after = searched(RAISED, tracked, misfits=misfits, support=support)
     assert np.array_equal(after.values, before.values)

@@ -45,10 +45,7 @@ def cloud_around(pose: RootedPose, n: int, seed: int = 0) -> Cloud:
     rng = np.random.default_rng(seed)
     poses = [moved(pose, rng, 0.01, 0.05) for _ in range(n)]
     weights = rng.dirichlet(np.ones(n))
-    return Cloud(
-        np.array([p.position for p in poses]), np.array([p.rotation for p in poses]), np.array([p.values for p in poses]),
-        rng.integers(0, len(PRIOR_TABLES.centres), n), weights,
-    )  # fmt: skip
+    return Cloud(*map(np.array, zip(*poses, strict=True)), rng.integers(0, len(PRIOR_TABLES.centres), n), weights)
 
 
 def advanced(
@@ -148,15 +145,6 @@ def test_particles_equal_the_plain_oracle(prior: bool, iterations: int) -> None:
         assert out.values[k] == pytest.approx(pose.values, abs=1e-9)
         assert out.regions[k] == region
         assert errors[k] == pytest.approx(error, rel=1e-6)
-
-
-def test_first_particle_follows_the_velocity() -> None:
-    cloud = cloud_around(TRUE, 6)
-    out, _ = advanced(cloud, draw_samples(cloud, 1.0, 3, np.random.default_rng(2)), 0, prior=True)
-    best = int(np.argmax(cloud.weights))
-    assert out.positions[0] == pytest.approx(cloud.positions[best] + VELOCITY[:3])
-    assert out.rotations[0] == pytest.approx(turn(VELOCITY[3:6]) @ cloud.rotations[best])
-    assert out.values[0] == pytest.approx(np.clip(cloud.values[best] + VELOCITY[6:], MODEL.low, MODEL.high))
 
 
 @pytest.mark.parametrize("refinement", ["gauss-newton", "force"])

@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.anatomies import each_anatomy
-from tests.support.tracker_scenes import (
-    NO_RAYS,
-    contact_of,
-    frames_of,
-    in_t_pose,
-    moved,
-    tangent_rays,
-    upright,
-)
+from tests.support.tracker_scenes import NO_RAYS, contact_of, frames_of, in_t_pose, moved, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
@@ -32,10 +24,8 @@ def equations_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32) 
     """Normal equations in sizes and pose, the sum of squared gaps, and the number of rays."""
     count = COUNT + ROOT + len(pose.values)
     a, b = np.zeros((count, count)), np.zeros(count)
-    squares, number = fit_equations(
-        model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body), pose, rays, a, b
-    )
-    return a, b, squares, number
+    model, entries, values = model_of(anatomy, body), entries_of(anatomy), values_of(anatomy, body)
+    return a, b, *fit_equations(model, entries, values, pose, rays, a, b)
 
 
 @pytest.mark.nightly

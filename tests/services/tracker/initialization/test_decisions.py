@@ -23,16 +23,7 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.initialization.decisions import (
-    by_decision,
-    decided_front,
-    exchanged_limbs,
-    faces,
-    least_toes,
-    opposite_pose,
-    start_as_decided,
-    turned_as_decided,
-)
+from zenocap.services.tracker.initialization import decisions
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
 from zenocap.services.tracker.states import Options, TrackerSetup, Turn
 
@@ -45,14 +36,13 @@ def with_options(config: TrackerSetup, **changes: object) -> TrackerSetup:
 
 def test_front_is_towards_the_camera_or_along_the_heading() -> None:
     config = setup(ring(4))
-    assert decided_front(config, np.zeros(3)) is None
-    front = decided_front(with_options(config, front="2"), np.array([0.5, 0.9, 0.2]))
+    assert decisions.decided_front(config, np.zeros(3)) is None
+    front = decisions.decided_front(with_options(config, front="2"), np.array([0.5, 0.9, 0.2]))
     towards = config.cameras["2"].centre - [0.5, 0.0, 0.2]
     np.testing.assert_allclose(front, [*(towards * [1, 0, 1] / np.hypot(towards[0], towards[2]))])
     for degrees, along in ((0.0, [0, 0, 1]), (90.0, [1, 0, 0]), (-90.0, [-1, 0, 0]), (180.0, [0, 0, -1])):
-        np.testing.assert_allclose(
-            decided_front(with_options(config, heading=np.radians(degrees)), np.zeros(3)), along, atol=1e-12
-        )
+        headed = with_options(config, heading=np.radians(degrees))
+        np.testing.assert_allclose(decisions.decided_front(headed, np.zeros(3)), along, atol=1e-12)
 
 
 @pytest.mark.nightly
@@ -78,18 +68,18 @@ def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float,
 
 def test_the_feet_do_not_overrule_the_decision_at_the_start_and_only_clearly_later() -> None:
     phase = replace(tracking(STANDING), toes=-0.03)
-    assert least_toes(phase, 0) == REVERSED_TOES
-    decided = by_decision(phase, 10)
+    assert decisions.least_toes(phase, 0) == REVERSED_TOES
+    decided = decisions.by_decision(phase, 10)
     assert decided.person.heading_known
-    assert phase.toes > least_toes(decided, 10 + DECIDED_NS - 1)
-    assert least_toes(decided, 10 + DECIDED_NS) == -HEADING_TOES
+    assert phase.toes > decisions.least_toes(decided, 10 + DECIDED_NS - 1)
+    assert decisions.least_toes(decided, 10 + DECIDED_NS) == -HEADING_TOES
 
 
 @each_anatomy
 def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
     body, pose = average_body(anatomy, 1.75), standing(anatomy)
     pose.values[coordinates_of(anatomy).names.index("right_elbow.x")] += 0.8
-    other = exchanged_limbs(anatomy, body, pose)
+    other = decisions.exchanged_limbs(anatomy, body, pose)
     assert other.rotation[:, 2] @ pose.rotation[:, 2] < -0.95
     at = {one.name: k for k, one in enumerate(anatomy.markers)}
     here, there = (joint_centres(anatomy, body, one.pose(anatomy)) for one in (pose, other))
@@ -101,8 +91,8 @@ def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
 
 def test_opposite_pose_fills_the_same_space() -> None:
     person = tracking(STANDING).person
-    found = opposite_pose(SETUP, person, rays_alone(rays()), STANDING)
-    assert not faces(found, STANDING.rotation[:, 2])
+    found = decisions.opposite_pose(SETUP, person, rays_alone(rays()), STANDING)
+    assert not decisions.faces(found, STANDING.rotation[:, 2])
     right, left = (FOURTEEN_PARTS.index[f"{side}_lower_arm"] for side in ("right", "left"))
     assert np.linalg.norm(frames_of(MODEL, STANDING)[right, :, 3] - frames_of(MODEL, found)[left, :, 3]) < 0.08
     assert person.body is BODY
@@ -117,13 +107,13 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
         (tracking(STANDING), 8, False),
         (tracking(reversed_of(STANDING)), 7, False),
     ):
-        after, _ = turned_as_decided(config, phase, outcome, captured_ns, rays_alone(rays()))
+        after, _ = decisions.turned_as_decided(config, phase, outcome, captured_ns, rays_alone(rays()))
         assert (after is not phase) == is_turned
-        assert faces(after.estimate, np.array(back)) == (captured_ns == 7)
+        assert decisions.faces(after.estimate, np.array(back)) == (captured_ns == 7)
         assert after.person.body is phase.person.body
 
 
 def test_without_a_decision_the_first_pose_stays() -> None:
     phase, outcome = tracking(STANDING), no_pose(SETUP, lost=False)
-    assert start_as_decided(SETUP, phase, outcome, 0, rays_alone(rays())) == (phase, outcome)
+    assert decisions.start_as_decided(SETUP, phase, outcome, 0, rays_alone(rays())) == (phase, outcome)
     assert Options().front is None

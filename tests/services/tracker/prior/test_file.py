@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.prior_cases import known_prior
+from tests.support.prior_cases import known_prior, reconstruction_error
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.errors import UserError
 from zenocap.common.rig.tracker import SUFFIX, find_prior
 from zenocap.data import PRIORS
 from zenocap.services.tracker.prior.file import parse_prior, read_prior, write_prior
-from zenocap.services.tracker.prior.model import Prior, reconstruction_error
+from zenocap.services.tracker.prior.model import Prior
 from zenocap.tools.teach.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 
 MAGIC, VERSION = b"zenocap prior\n", 1
@@ -41,22 +41,18 @@ def with_body(body: object) -> bytes:
     return HEADER.pack(MAGIC, VERSION, zlib.crc32(packed), len(packed)) + packed
 
 
-def test_written_prior_is_read_back(tmp_path: Path) -> None:
+def test_written_prior_is_read_back_for_its_body(tmp_path: Path) -> None:
     prior = known_prior()
     write_prior(tmp_path / "some.prior", prior)
     found = read_prior(tmp_path / "some.prior", FOURTEEN_PARTS)
     for field in fields(Prior):
         assert np.array_equal(getattr(found, field.name), getattr(prior, field.name))
+    with pytest.raises(UserError, match=r"some\.prior: anatomy = 'fourteen-parts': allowed: 'ten-parts'"):
+        read_prior(tmp_path / "some.prior", TEN_PARTS)
 
 
 def test_same_prior_gives_the_same_bytes(tmp_path: Path, whole: bytes) -> None:
     assert bytes_of(tmp_path, known_prior()) == whole
-
-
-def test_file_of_another_body_is_refused(tmp_path: Path) -> None:
-    write_prior(tmp_path / "some.prior", known_prior())
-    with pytest.raises(UserError, match=r"some\.prior: anatomy = 'fourteen-parts': allowed: 'ten-parts'"):
-        read_prior(tmp_path / "some.prior", TEN_PARTS)
 
 
 @pytest.mark.parametrize(
@@ -139,9 +135,6 @@ def test_invalid_values_are_refused_without_leaving_a_file(
     assert list(tmp_path.iterdir()) == []
 
 
-MAX_BYTES = 300_000
-
-
 def test_shipped_priors_are_the_known_kinds() -> None:
     assert {path.stem for path in PRIORS.glob(f"*{SUFFIX}")} == set(NAMES)
 
@@ -150,7 +143,7 @@ def test_shipped_priors_are_the_known_kinds() -> None:
 def test_shipped_prior_has_current_version_and_training(kind: str) -> None:
     path = find_prior(kind)
     prior = read_prior(path, FOURTEEN_PARTS)
-    assert path.stat().st_size < MAX_BYTES
+    assert path.stat().st_size < 300_000
     assert prior.rate == RATE
     assert len(prior.training.motions) == len(PEOPLE)
     assert prior.training.held == (f"actor-{kind}-{HELD_PERSON}-{HELD_PERSON}",)

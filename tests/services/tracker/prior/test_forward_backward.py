@@ -52,10 +52,8 @@ def test_expectation_equals_hmmlearn() -> None:
     model.startprob_, model.transmat_ = np.full(4, 0.25), chain(rng, 4)
     model.means_, model.covars_ = rng.normal(size=(4, 3)), np.stack([np.eye(3) * s for s in (0.5, 1.0, 1.5, 2.0)])
     poses, _ = model.sample(300, random_state=1)
-    densities = np.stack(
-        [multivariate_normal(m, c).logpdf(poses) for m, c in zip(model.means_, model.covars_, strict=True)], axis=1
-    )
-    found = expectation(model.transmat_, densities)
+    densities = [multivariate_normal(*one).logpdf(poses) for one in zip(model.means_, model.covars_, strict=True)]
+    found = expectation(model.transmat_, np.stack(densities, axis=1))
     assert found.log_likelihood == pytest.approx(model.score(poses), rel=1e-9)
     assert np.allclose(found.gamma, model.predict_proba(poses), atol=1e-9)
 

@@ -15,8 +15,6 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.services.tracker.prior.sequences import finite_runs, held_out, mirrored, resampled, rms_velocities
 
-SEEDS = st.integers(0, 2**32 - 1)
-
 
 def origins(anatomy: Anatomy, values: Floats) -> Floats:
     """(parts, 3) start and end of every part of a symmetric body, root unrotated."""
@@ -38,14 +36,6 @@ def test_mirrored_pose_is_the_body_in_a_mirror(anatomy: Anatomy, seed: int) -> N
     order = [anatomy.index[other_side(part)] for part in anatomy.parts]
     places = origins(anatomy, values).reshape(2, -1, 3)[:, order].reshape(-1, 3)
     assert np.allclose(origins(anatomy, mirrored(coordinates, values[None])[0]), places * [-1, 1, 1], atol=1e-9)
-
-
-@each_anatomy
-@given(seed=SEEDS)
-def test_mirroring_twice_is_the_identity(anatomy: Anatomy, seed: int) -> None:
-    coordinates = coordinates_of(anatomy)
-    poses = np.random.default_rng(seed).normal(size=(3, coordinates.dimension))
-    assert np.array_equal(mirrored(coordinates, mirrored(coordinates, poses)), poses)
 
 
 def test_resampling_keeps_the_instants_that_both_rates_have() -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.support.prior_cases import COORDINATES, D, gait
+from tests.support.prior_cases import COORDINATES, D, gait, reconstruction_error
 from zenocap.common.errors import UserError
-from zenocap.services.tracker.prior.model import Reconstruction, reconstruction_error
+from zenocap.services.tracker.prior.model import Reconstruction
 from zenocap.services.tracker.prior.training import TrainingMotion, TrainingPlan, choose_regions, prepare, train
 
 SHORT = TrainingPlan(candidates=(3, 6, 12))
@@ -60,21 +60,14 @@ def test_same_seed_gives_the_same_prior_and_progress_is_reported_to_the_end() ->
 def test_frames_without_a_pose_split_the_motion_and_mirroring_doubles_it() -> None:
     poses = gait(100)
     poses[40] = np.nan
-    assert [len(run) for run in prepare(COORDINATES, [TrainingMotion("cut", 60.0, poses)], TrainingPlan())] == [
-        40,
-        59,
-        40,
-        59,
-    ]
+    runs = prepare(COORDINATES, [TrainingMotion("cut", 60.0, poses)], TrainingPlan())
+    assert [len(run) for run in runs] == [40, 59, 40, 59]
 
 
 @pytest.mark.parametrize(
     ("motion", "words"),
     [
-        (
-            TrainingMotion("flat", 60.0, np.zeros((9, D - 1))),
-            f"flat: poses of shape .*: allowed: {D} coordinates of fourteen",
-        ),
+        (TrainingMotion("flat", 60.0, np.zeros((9, D - 1))), f"flat: poses of shape .*: allowed: {D} coordinates of four"),
         (TrainingMotion("lost", 60.0, np.full((9, D), np.nan)), "lost: 9 frames, no two with poses: allowed: two or more"),
         (TrainingMotion("brief", 60.0, gait(8)), "training frames: allowed: 25 or more at 60/s, for 5 regions"),
     ],

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
@@ -22,8 +23,7 @@ SERVICES = [("viewer", "1"), ("integrator", "main")]
 
 
 def health(service: str, id: str, **counts: int) -> m.Health:
-    counts = {"process": 1, **counts}
-    return m.Health(frame=0, captured_ns=0, service=service, id=id, state="", rate=0.0, stages_ms={}, counts=counts)
+    return built(m.Health, service=service, id=id, counts={"process": 1, **counts})
 
 
 def whole(path: Path) -> None:
@@ -53,9 +53,7 @@ def summary(
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    result = supervisor.summary()
-    assert isinstance(console.file, io.StringIO)
-    return result, console.file.getvalue()
+    return supervisor.summary(), console.file.getvalue()
 
 
 @pytest.fixture

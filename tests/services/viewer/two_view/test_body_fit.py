@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.limb_cases import fit_over
 from tests.support.two_view_scene import ANGLES, BDP, MODEL, NAVEL, SMALL, directions, model_mask, rows
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -46,8 +47,7 @@ def test_the_score_is_equation_1_of_the_two_images(angles: Floats) -> None:
 
 
 def test_the_models_own_silhouette_has_a_score_of_1() -> None:
-    fit = BodyFit(MODEL, rows(1), model_mask(rows(1), STANDING))
-    assert fit.place(NAVEL, np.eye(3), STANDING) == 1.0
+    assert fit_over(1, STANDING, STANDING).score() == 1.0
 
 
 def test_removing_and_adding_all_limbs_restores_the_cover() -> None:

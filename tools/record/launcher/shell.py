@@ -245,8 +245,7 @@ class Supervisor:
         """Handle all received events, after a short wait for the first."""
         until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
         while (left_s := until_s - time.monotonic()) > 0:
-            event = self._bus.receive(left_s)
-            if event is not None:
+            if (event := self._bus.receive(left_s)) is not None:
                 self._handle(event)
                 if self._status.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s

@@ -37,8 +37,7 @@ from zenocap.services.viewer.two_view.paper.joint_angles import find_arm_facade 
 from zenocap.services.viewer.two_view.paper.joint_angles import find_arm_flank as paper_arm_flank
 from zenocap.services.viewer.two_view.paper.joint_angles import find_leg_facade as paper_leg_facade
 from zenocap.services.viewer.two_view.paper.joint_angles import find_leg_flank as paper_leg_flank
-from zenocap.services.viewer.two_view.paper.position import shift
-from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at
+from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at, shift
 from zenocap.services.viewer.two_view.position import TorsoEstimate, estimate_torso, tilt_of, turn_scores
 from zenocap.services.viewer.two_view.silhouette_features import own_view, silhouette_box, toes_offset, upper_body_width
 from zenocap.services.viewer.two_view.states import Pending, TrackingBody, TwoViewSetup

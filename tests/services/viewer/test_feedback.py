@@ -13,8 +13,8 @@ from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import TrackerBdp, TrackerPose
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.viewer.feedback import Feedback, receive
 from zenocap.services.viewer.parameters import FEEDBACK_FRAMES
+from zenocap.services.viewer.step import Feedback, receive
 
 CAMERA = look("cam01", np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 0.0])).resized((320, 240))
 BODY = TrackerBdp(frame=0, captured_ns=1, body=body_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75)))

@@ -90,10 +90,7 @@ def test_what_is_lost_and_stale_viewers_are_shown(pose: m.Message, text: str) ->
 
 @pytest.mark.parametrize(
     "poses",
-    [
-        (bap(), bap(stale=["2"]), bap()),
-        (tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"])),
-    ],
+    [(bap(), bap(stale=["2"]), bap()), (tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]))],
     ids=["two-view", "tracker"],
 )
 def test_poses_are_counted_and_those_of_every_running_viewer(poses: tuple[m.Message, ...]) -> None:

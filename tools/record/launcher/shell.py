@@ -26,16 +26,7 @@ from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, 
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.common.topics import (
-    HEALTH,
-    POSTURE,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-    Topic,
-)
+from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, Topic
 from zenocap.tools.operate.warmup.processes import compile_parts
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.display import plain_line, table
@@ -128,8 +119,8 @@ class Supervisor:
         services: list[ServiceKey],
         take: Path | None,
         console: Console,
-        hosted: HostedViewers | None = None,
-        frames: Topic = SILHOUETTE,
+        hosted: HostedViewers | None,
+        frames: Topic,
     ) -> None:
         """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
         self._hosted = hosted

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.limb_cases import fit_over
 from tests.support.two_view_scene import ANGLES, BDP, MODEL, NAVEL, SMALL, directions, model_mask, rows
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -44,10 +43,6 @@ def test_the_score_is_equation_1_of_the_two_images(angles: Floats) -> None:
     fit = BodyFit(MODEL, rows(0), mask)
     score = fit.place(NAVEL, np.eye(3), limb_directions(TEN_PARTS, angles))
     assert score == fit.score() == pytest.approx(matching_score(mask, fit.image.cover > 0))
-
-
-def test_the_models_own_silhouette_has_a_score_of_1() -> None:
-    assert fit_over(1, STANDING, STANDING).score() == 1.0
 
 
 def test_removing_and_adding_all_limbs_restores_the_cover() -> None:

@@ -51,9 +51,7 @@ RAISED = {"right_shoulder_z": 60.0, "left_shoulder_z": 300.0}
         pytest.param({}, 0, BOTH, -120, False, 12, id="lowered-from-the-rest-pose"),
     ],
 )
-def test_an_elbow_and_a_lost_or_lowered_arm_are_found(
-    pose: dict[str, float], k: int, what: int, off_deg: float, lost: bool, most_deg: float
-) -> None:
+def test_an_elbow_and_a_lost_or_lowered_arm_are_found(pose, k, what, off_deg, lost, most_deg):
     truth = directions(**pose)
     fit = fit_started_off(0, truth, k, what, off_deg)
     assert_found(fit, k, find_arm(fit, k, RESTING, lost=lost).directions, truth, most_deg)
@@ -111,9 +109,7 @@ def test_a_leg_is_found_in_the_flank_from_a_start_20_degrees_off(pose: dict[str,
         pytest.param(75, -20, BOTH, 110, True, 6, id="lost-leg-in-front"),
     ],
 )
-def test_a_bent_knee_and_a_lost_leg_are_found_in_the_flank(
-    hip_x: float, knee_x: float, what: int, off_deg: float, lost: bool, most_deg: float
-) -> None:
+def test_a_bent_knee_and_a_lost_leg_are_found_in_the_flank(hip_x, knee_x, what, off_deg, lost, most_deg):
     truth = directions(right_hip_x=hip_x, right_knee_x=knee_x)
     fit = fit_started_off(1, truth, RIGHT_LEG, what, off_deg)
     assert_found(fit, RIGHT_LEG, find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=lost).directions, truth, most_deg)

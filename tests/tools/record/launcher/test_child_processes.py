@@ -96,9 +96,7 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     ],
     ids=["failed-at-its-first-start", "failed-after-a-long-run", "finished"],
 )
-def test_what_follows_the_end_of_a_process(
-    status: int, after_s: float, words: str, starts: int, given_up: list[str]
-) -> None:
+def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given_up):
     harness = Harness()
     assert words in harness.end_newest(status, after_s)
     assert [child.name for child in harness.children.given_up] == given_up

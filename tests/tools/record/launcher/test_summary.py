@@ -15,7 +15,7 @@ from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
+from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor
 
@@ -47,7 +47,7 @@ def summary(
     children = ChildProcesses([], lambda: 0.0)
     children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
     console = Console(file=io.StringIO(), width=200)
-    supervisor = Supervisor(children, bus, SERVICES, take, console)
+    supervisor = Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE)
     if take is not None:
         write(take)
     for one in healths:

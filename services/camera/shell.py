@@ -87,9 +87,8 @@ class CameraHostServer:
         found: Sequence[FoundCamera] = ()
         with suppress(UserError):  # no camera is plugged in, or this is not Linux: the named ones are all
             found = self._found()
-        offered = offered_cameras(found, self._named)
-        self._offered = offered
-        for id, one in offered.items():
+        self._offered = offered_cameras(found, self._named)
+        for id, one in self._offered.items():
             if id not in self._endpoints:
                 self._endpoints[id] = self._served(id, one.source)
 
@@ -97,10 +96,9 @@ class CameraHostServer:
         """Answer the queries about one camera."""
         assigned: AssignedCamera | None = None
         servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []
-        used_by = partial(self.used_by, id)
         film = FilmEndpoint(
             CameraFeed(source, self._opener), None, self._folder, self._permission, self._clock, self._machine,
-            used_by=used_by, detect=self._detect,
+            used_by=partial(self.used_by, id), detect=self._detect,
         )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(

@@ -43,9 +43,9 @@ Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | N
 
 
 def silhouettes(
-    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None, kept: Adaptive | None
 ) -> Service[ViewerSetup, SilhouetteState, Frame]:
-    """Viewer of the methods with a tracker: `silhouette_service`."""
+    """`silhouette_service` as a `Factory`."""
     return silhouette_service(viewer, people, kept)
 
 

@@ -108,9 +108,19 @@ def run_recorder(
         parts = _parts(selection, take, clock.now_ns(), id, limits)
         whole_rig = selection.rig is not None and selection.expression == EVERYTHING.format(rig=selection.name)
         log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS)
+        show_ns = clock.elapsed_ns()
+
+        def ended() -> bool:
+            nonlocal show_ns
+            now = log.statistics
+            if clock.elapsed_ns() >= show_ns:
+                show_ns += SHOW_NS
+                show(RecordingProgress(now.messages, now.bytes, now.lost, parts.number, log.free_bytes))
+            return stopped() or now.failure is not None
+
         log.start()
         try:
-            status = _wait(selection, bus, clock, id, log, _Watching(log, parts, clock, stopped, show).ended)
+            status = _wait(selection, bus, clock, id, log, ended)
         finally:
             end = log.close()
     if status:
@@ -119,24 +129,6 @@ def run_recorder(
         logger.error("no message received under %s: is the rig running, and is this its network?", selection.expression)
         return FAILED
     return LOSS if end.incomplete else 0
-
-
-class _Watching:
-    """Decides when to end, and shows the state."""
-
-    def __init__(
-        self, log: Log, parts: Parts, clock: Clock, stopped: Callable[[], bool], show: Callable[[RecordingProgress], None]
-    ) -> None:
-        self._log, self._parts, self._clock = log, parts, clock
-        self._stopped, self._show = stopped, show
-        self._show_ns = clock.elapsed_ns()
-
-    def ended(self) -> bool:
-        now = self._log.statistics
-        if self._clock.elapsed_ns() >= self._show_ns:
-            self._show_ns += SHOW_NS
-            self._show(RecordingProgress(now.messages, now.bytes, now.lost, self._parts.number, self._log.free_bytes))
-        return self._stopped() or now.failure is not None
 
 
 def _wait(selection: RecordingSelection, bus: Bus, clock: Clock, id: str, log: Log, ended: Callable[[], bool]) -> int:

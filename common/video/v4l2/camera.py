@@ -170,9 +170,7 @@ class V4l2Camera(Closable):
         return found
 
 
-NUMBERS = (
-    ControlType.INTEGER, ControlType.BOOLEAN, ControlType.MENU, ControlType.BITMASK, ControlType.INTEGER_MENU,
-)  # fmt: skip
+NUMBERS = (ControlType.INTEGER, ControlType.BOOLEAN, ControlType.MENU, ControlType.BITMASK, ControlType.INTEGER_MENU)
 
 
 def fourcc_text(code: int) -> str:

@@ -76,9 +76,7 @@ def _listed(path: Path, source: str, opener: Callable[[Path], V4l2Camera]) -> Fo
         with opener(path) as camera:
             if not camera.is_camera:
                 return None
-            return FoundCamera(
-                path, source, camera.name, camera.driver, camera.bus, camera.modes(), camera.controls()
-            )  # fmt: skip
+            return FoundCamera(path, source, camera.name, camera.driver, camera.bus, camera.modes(), camera.controls())
     except PermissionError:
         return FoundCamera(path, source, problem="no permission: add this user to the group `video` and log in again")
     except OSError as error:

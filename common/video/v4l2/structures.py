@@ -11,26 +11,16 @@ U8, U32, S32, U64, S64 = ctypes.c_uint8, ctypes.c_uint32, ctypes.c_int32, ctypes
 
 class Capability(ctypes.Structure):
     _fields_ = (
-        ("driver", U8 * 16),
-        ("card", U8 * 32),
-        ("bus_info", U8 * 32),
-        ("version", U32),
-        ("capabilities", U32),
-        ("device_caps", U32),
-        ("reserved", U32 * 3),
-    )
+        ("driver", U8 * 16), ("card", U8 * 32), ("bus_info", U8 * 32), ("version", U32), ("capabilities", U32),
+        ("device_caps", U32), ("reserved", U32 * 3),
+    )  # fmt: skip
 
 
 class FormatDescription(ctypes.Structure):
     _fields_ = (
-        ("index", U32),
-        ("type", U32),
-        ("flags", U32),
-        ("description", U8 * 32),
-        ("pixelformat", U32),
-        ("mbus_code", U32),
+        ("index", U32), ("type", U32), ("flags", U32), ("description", U8 * 32), ("pixelformat", U32), ("mbus_code", U32),
         ("reserved", U32 * 3),
-    )
+    )  # fmt: skip
 
 
 class FrameSize(ctypes.Structure):
@@ -43,32 +33,17 @@ class FrameInterval(ctypes.Structure):
     """values: numerator, denominator (s); or those of the shortest interval, the longest one and the step."""
 
     _fields_ = (
-        ("index", U32),
-        ("pixel_format", U32),
-        ("width", U32),
-        ("height", U32),
-        ("type", U32),
-        ("values", U32 * 6),
+        ("index", U32), ("pixel_format", U32), ("width", U32), ("height", U32), ("type", U32), ("values", U32 * 6),
         ("reserved", U32 * 2),
-    )
+    )  # fmt: skip
 
 
 class ControlDescription(ctypes.Structure):
     _fields_ = (
-        ("id", U32),
-        ("type", U32),
-        ("name", U8 * 32),
-        ("minimum", S64),
-        ("maximum", S64),
-        ("step", U64),
-        ("default_value", S64),
-        ("flags", U32),
-        ("elem_size", U32),
-        ("elems", U32),
-        ("nr_of_dims", U32),
-        ("dims", U32 * 4),
-        ("reserved", U32 * 32),
-    )
+        ("id", U32), ("type", U32), ("name", U8 * 32), ("minimum", S64), ("maximum", S64), ("step", U64),
+        ("default_value", S64), ("flags", U32), ("elem_size", U32), ("elems", U32), ("nr_of_dims", U32),
+        ("dims", U32 * 4), ("reserved", U32 * 32),
+    )  # fmt: skip
 
 
 class MenuItem(ctypes.Structure):

@@ -51,13 +51,9 @@ class Measured:
 LOW = (AdviceCode.CONTRAST, AdviceCode.SMALL, AdviceCode.DARK)  # faults where the value is below the limit
 UNSTEADY = (AdviceCode.LIGHT_DRIFT, AdviceCode.WHITE_BALANCE)
 OF_PERSON = (
-    AdviceCode.CONTRAST,
-    AdviceCode.HOLES,
-    AdviceCode.GLOSSY_FLOOR,
-    AdviceCode.CUT_OFF,
-    AdviceCode.SMALL,
+    AdviceCode.CONTRAST, AdviceCode.HOLES, AdviceCode.GLOSSY_FLOOR, AdviceCode.CUT_OFF, AdviceCode.SMALL,
     AdviceCode.MOTION_BLUR,
-)
+)  # fmt: skip
 
 
 def faults_of(found: Measured) -> list[CameraFault]:

@@ -168,9 +168,8 @@ def is_mirrored(found: ReducedSurroundings, first: int, last: int) -> bool:
         likeness = int(np.count_nonzero(common)) / max(1, int(np.count_nonzero(above | below)))
         if likeness > best:
             best = likeness
-            mirrored = _is_faint_image(
-                difference[feet - reach : feet][::-1][common], difference[feet : feet + reach][common]
-            )
+            bright, faint = difference[feet - reach : feet][::-1], difference[feet : feet + reach]
+            mirrored = _is_faint_image(bright[common], faint[common])
     return mirrored
 
 

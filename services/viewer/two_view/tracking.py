@@ -32,13 +32,9 @@ from zenocap.services.viewer.two_view.joint_angles import (
 )
 from zenocap.services.viewer.two_view.limb_fit import LimbResult
 from zenocap.services.viewer.two_view.limb_hypotheses import arm_hypotheses, combination, hypothesis_scores, leg_hypotheses
-from zenocap.services.viewer.two_view.paper.joint_angles import LimbAngles, other_starts
-from zenocap.services.viewer.two_view.paper.joint_angles import find_arm_facade as paper_arm_facade
-from zenocap.services.viewer.two_view.paper.joint_angles import find_arm_flank as paper_arm_flank
-from zenocap.services.viewer.two_view.paper.joint_angles import find_leg_facade as paper_leg_facade
-from zenocap.services.viewer.two_view.paper.joint_angles import find_leg_flank as paper_leg_flank
-from zenocap.services.viewer.two_view.paper.position import shift
-from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at
+from zenocap.services.viewer.two_view.paper import joint_angles as paper
+from zenocap.services.viewer.two_view.paper.joint_angles import LimbAngles
+from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at, shift
 from zenocap.services.viewer.two_view.position import TorsoEstimate, estimate_torso, tilt_of, turn_scores
 from zenocap.services.viewer.two_view.silhouette_features import own_view, silhouette_box, toes_offset, upper_body_width
 from zenocap.services.viewer.two_view.states import Pending, TrackingBody, TwoViewSetup
@@ -217,7 +213,7 @@ def _search_angles(
     for k, limb in enumerate(limbs_of(anatomy)):
         start = LimbAngles(*(float(angles[n]) for n in (limb.z, limb.x, limb.y, limb.flexion)))
         found, results[k] = _search_limb(fit, k, limb, anatomy.limits, start, assignment.squatting, facade)
-        for other in other_starts(start, limb.is_leg, facade, lost) if "restart" in setup.additions else ():
+        for other in paper.other_starts(start, limb.is_leg, facade, lost) if "restart" in setup.additions else ():
             kept = fit.directions[k].copy()
             retried, result = _search_limb(fit, k, limb, anatomy.limits, other, assignment.squatting, facade)
             if result.score >= results[k].score + RESTART_GAIN:
@@ -235,10 +231,10 @@ def _search_limb(
 ) -> tuple[LimbAngles, LimbResult]:
     """Limb k searched angle by angle from `start`; limits: (angles, 2) radians."""
     if not limb.is_leg:
-        return (paper_arm_facade if facade else paper_arm_flank)(fit, k, start)
+        return (paper.find_arm_facade if facade else paper.find_arm_flank)(fit, k, start)
     if facade:
-        return paper_leg_facade(fit, k, start, limits[limb.z], squatting)
-    return paper_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
+        return paper.find_leg_facade(fit, k, start, limits[limb.z], squatting)
+    return paper.find_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
 
 
 def _last(setup: TwoViewSetup, state: TrackingBody, torso: Floats) -> Floats:

@@ -1,7 +1,9 @@
 """Reading of video files: times of their containers, formats, rotation, damage."""
 
+import wave
 from collections.abc import Sequence
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -13,17 +15,18 @@ from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
 
 
-def read(path: Path) -> tuple[list[VideoFrame], VideoSummary]:
-    with VideoReader(path) as reader:
-        frames = []
-        while (frame := reader.next()) is not None:
-            frames.append(frame)
-        return frames, reader.summary()
+def read(path: Path, *, hardware: bool = False) -> tuple[list[VideoFrame], VideoSummary]:
+    with VideoReader(path, hardware=hardware) as reader:
+        return list(iter(reader.next, None)), reader.summary()
 
 
 def levels(frames: Sequence[VideoFrame]) -> list[int]:
     """Numbers encoded in the grey values."""
     return [round(float(frame.image().mean()) / GREY_STEP) for frame in frames]
+
+
+def noisy(count: int) -> list[np.ndarray]:
+    return [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(count)]
 
 
 FORMATS = [
@@ -54,21 +57,18 @@ def test_raw_video_of_48_columns_is_read(tmp_path: Path) -> None:
 
 
 def test_images_are_those_of_opencv(tmp_path: Path) -> None:
-    noise = [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(5)]
-    path = write_video(tmp_path / "a.mp4", [cv2.GaussianBlur(image, (9, 9), 0) for image in noise])
+    path = write_video(tmp_path / "a.mp4", [cv2.GaussianBlur(image, (9, 9), 0) for image in noisy(5)])
     capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     for frame in read(path)[0]:
         assert np.array_equal(frame.image(), capture.read()[1])
 
 
 def test_variable_rate_keeps_the_times_of_the_container(tmp_path: Path) -> None:
-    intervals = np.random.default_rng(1).uniform(0.02, 0.06, 60)
-    times = np.concatenate([[0.0], np.cumsum(intervals)])
+    times = np.concatenate([[0.0], np.cumsum(np.random.default_rng(1).uniform(0.02, 0.06, 60))])
     frames, summary = read(write_video(tmp_path / "a.mp4", grey_frames(61), list(times)))
     assert len(frames) == 61
     assert np.abs([frame.time_ns / 1e9 for frame in frames] - times).max() < 1e-4
-    assert summary.timing.variable
-    assert summary.timing.gaps == ()
+    assert (summary.timing.variable, summary.timing.gaps) == (True, ())
 
 
 def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
@@ -99,16 +99,11 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     matrix = b"".join((value * 65536).to_bytes(4, "big", signed=True) for value in (c, s, 0, -s, c, 0, 0, 0))
     content[at : at + 32] = matrix
     path.write_bytes(content)
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-    expected = capture.read()[1]
+    expected = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG).read()[1]
     assert expected.shape[:2] == ((64, 48) if degrees in (90, 270) else (48, 64))
     assert np.array_equal(read(path)[0][0].image(), expected)
     with VideoReader(path) as reader:
         assert reader.size == expected.shape[1::-1]
-
-
-def noisy(count: int) -> list[np.ndarray]:
-    return [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(count)]
 
 
 @pytest.mark.parametrize(
@@ -148,8 +143,6 @@ def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
 
 
 def test_sound_alone_is_refused(tmp_path: Path) -> None:
-    import wave
-
     with wave.open(str(tmp_path / "a.wav"), "wb") as sound:
         sound.setnchannels(1)
         sound.setsampwidth(2)
@@ -177,22 +170,13 @@ def test_damaged_files_never_raise_anything_else(tmp_path: Path, suffix: str) ->
         assert all(frame.image().ndim == 3 for frame in frames)
 
 
-def test_without_hardware_the_frames_are_those_of_software_and_the_reason_is_known(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_video(tmp_path / "a.mp4", grey_frames(5), codec="libx264")
-
-    def refuse(kind: str, **_: object) -> None:
-        raise RuntimeError("no such device")
-
-    monkeypatch.setattr("zenocap.common.video.reader.HWAccel", refuse)
-    with VideoReader(path) as plain, VideoReader(path, hardware=True) as asked:
-        for _ in range(5):
-            first, second = plain.next(), asked.next()
-            assert first is not None
-            assert second is not None
-            assert first.time_ns == second.time_ns
-            np.testing.assert_array_equal(first.image(), second.image())
-        assert plain.summary().software == ""
-        reason = asked.summary().software
-        assert "no such device" in reason or reason == "this FFmpeg has no hardware decoder for h264"
+def test_without_hardware_the_frames_are_those_of_software_and_the_reason_is_known(tmp_path, monkeypatch):
+    path = write_video(tmp_path / "a.mp4", grey_frames(5))
+    monkeypatch.setattr("zenocap.common.video.reader.HWAccel", Mock(side_effect=RuntimeError("no such device")))
+    (plain, summary), (asked, with_reason) = read(path), read(path, hardware=True)
+    for first, second in zip(plain, asked, strict=True):
+        assert first.time_ns == second.time_ns
+        np.testing.assert_array_equal(first.image(), second.image())
+    assert (len(plain), summary.software) == (5, "")
+    reason = with_reason.software
+    assert "no such device" in reason or reason == "this FFmpeg has no hardware decoder for h264"

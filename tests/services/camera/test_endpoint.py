@@ -1,7 +1,6 @@
 """Film endpoint of a camera's program: obeyed and refused queries."""
 
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.processes import PATIENCE_S
+from tests.support.live_cameras import until
 from zenocap.common import codec
 from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
 from zenocap.common.runtime.clock import ManualClock
@@ -71,6 +70,13 @@ class Place:
         reply = self.ask("start", begin_ns=1001 * S, duration_ns=round(duration_s * S))
         assert (reply.refused, reply.state) == ("", "filming")
 
+    def refuses(self, text: str, *whats: str, **fields: object) -> None:
+        """Queries are refused with a text, and nothing of a film is given."""
+        for what in whats:
+            reply = self.ask(what, **fields)
+            assert text in reply.refused
+            assert (reply.data, reply.files, reply.board) == (b"", {}, "none")
+
     def ended(self) -> FilmReply:
         """Film one image."""
         self.filmed()
@@ -78,8 +84,12 @@ class Place:
         return self.ask("stop")
 
 
-def test_images_of_the_interval_and_no_others_are_recorded(tmp_path):
-    place = Place(tmp_path)
+@pytest.fixture
+def place(tmp_path: Path) -> Place:
+    return Place(tmp_path)
+
+
+def test_images_of_the_interval_and_no_others_are_recorded(place, tmp_path):
     place.filmed(duration_s=1.0)
     for k in range(5, 25):
         place.image(1000 + k / 10)
@@ -105,10 +115,7 @@ def test_nothing_is_obeyed_without_permission(tmp_path):
 def test_pictures_stay_without_permission_to_read(tmp_path):
     place = Place(tmp_path, Permission(film=True))
     assert place.ended().frames == 1
-    for what in ("files", "read"):
-        reply = place.ask(what)
-        assert "pictures do not leave this machine" in reply.refused
-        assert (reply.data, reply.files) == (b"", {})
+    place.refuses("pictures do not leave this machine", "files", "read")
 
 
 @pytest.mark.parametrize("name", ["..", "../x", "a/b", "/etc", ".hidden", "a\nb", "a\x1b", "", "a\n"])
@@ -119,8 +126,7 @@ def test_names_that_lead_elsewhere_are_no_message(name, key):
         codec.encode(FilmQuery(**query))
 
 
-def test_one_film_at_a_time_and_only_of_the_own_camera(tmp_path):
-    place = Place(tmp_path)
+def test_one_film_at_a_time_and_only_of_the_own_camera(place):
     assert "camera = 'cam02': allowed: cam01" in place.ask("open", camera="cam02").refused
     place.filmed()
     assert "film walk is being recorded: allowed: one at a time" in place.ask("open", "other", "run").refused
@@ -131,22 +137,17 @@ def test_one_film_at_a_time_and_only_of_the_own_camera(tmp_path):
     assert place.ask("open", "other", "run").refused == ""
 
 
-def test_nobody_else_starts_stops_or_reads_a_film(tmp_path):
-    place = Place(tmp_path)
+def test_nobody_else_starts_stops_or_reads_a_film(place):
     place.filmed()
     place.image(1001.5)
-    assert "opened by another program" in place.ask("stop", "stranger").refused
+    place.refuses("opened by another program", "stop", sender="stranger")
     assert place.ask("state", "stranger").folder == ""
     assert place.ask("stop").state == "ended"
-    for what in ("files", "read"):
-        reply = place.ask(what, "stranger")
-        assert "opened by another program" in reply.refused
-        assert (reply.data, reply.files) == (b"", {})
+    place.refuses("opened by another program", "files", "read", sender="stranger")
     assert place.ask("read").data[:4] == b"\x1aE\xdf\xa3"  # Matroska
 
 
-def test_a_film_ends_when_its_commander_is_gone(tmp_path):
-    place = Place(tmp_path)
+def test_a_film_ends_when_its_commander_is_gone(place):
     place.filmed()
     for k in range(int(FILM_LEASE_S) - 2):
         place.image(1001.5 + k)
@@ -160,8 +161,7 @@ def test_a_film_ends_when_its_commander_is_gone(tmp_path):
     assert reply.frames >= FILM_LEASE_S - 2
 
 
-def test_an_opened_film_that_is_not_started_gives_the_camera_back(tmp_path):
-    place = Place(tmp_path)
+def test_an_opened_film_that_is_not_started_gives_the_camera_back(place, tmp_path):
     place.ask("open")
     for k in range(int(OPEN_S) + 2):
         place.image(1000.0 + k)
@@ -171,43 +171,40 @@ def test_an_opened_film_that_is_not_started_gives_the_camera_back(tmp_path):
     assert not list(tmp_path.rglob("*.mkv"))
 
 
-def test_a_start_far_off_is_refused(tmp_path):
-    place = Place(tmp_path)
+def test_a_start_far_off_is_refused(place):
     place.ask("open")
     assert "the camera is not ready: opening" in place.ask("start", begin_ns=1000 * S).refused
     place.image(1000.5)
-    assert "allowed: -10 to 60 s" in place.ask("start", begin_ns=2000 * S).refused
-    assert "allowed: -10 to 60 s" in place.ask("start", begin_ns=0).refused
+    for begin_ns in (2000 * S, 0):
+        assert "allowed: -10 to 60 s" in place.ask("start", begin_ns=begin_ns).refused
 
 
-def test_a_full_disk_and_a_failing_camera_end_a_film(tmp_path):
-    full = Place(tmp_path / "full", free=10)
-    assert "0 MB free: allowed: at least 500 MB" in full.ask("open").refused
-    place = Place(tmp_path / "failing")
+def test_on_a_full_disk_no_film_is_opened(tmp_path):
+    assert "0 MB free: allowed: at least 500 MB" in Place(tmp_path, free=10).ask("open").refused
+
+
+@pytest.mark.parametrize(
+    ("event", "failure"),
+    [
+        (lambda place: setattr(place.camera, "failure", "unplugged"), "unplugged"),
+        (lambda place: place.endpoint.close(), "the program that has the camera was ended"),
+    ],
+    ids=["the-camera-fails", "the-program-ends"],
+)
+def test_a_film_is_ended_in_order(place, event, failure):
     place.filmed()
     place.image(1001.5)
-    place.camera.failure = "unplugged"
+    event(place)
     reply = place.ask("state")
-    assert (reply.state, reply.failure, reply.frames) == ("ended", "unplugged", 1)
+    assert (reply.state, reply.failure, reply.frames) == ("ended", failure, 1)
 
 
-def test_a_link_in_the_folder_of_films_is_not_followed(tmp_path):
-    place = Place(tmp_path)
+def test_a_link_in_the_folder_of_films_is_not_followed(place, tmp_path):
     (tmp_path / "films").mkdir()
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "films" / "walk").symlink_to(tmp_path / "elsewhere")
     assert "a link: allowed: a folder" in place.ask("open").refused
     assert list((tmp_path / "elsewhere").iterdir()) == []
-
-
-def test_the_program_ends_its_film_in_order(tmp_path):
-    place = Place(tmp_path)
-    place.filmed()
-    place.image(1001.5)
-    place.endpoint.close()
-    reply = place.ask("state")
-    assert (reply.state, reply.frames) == ("ended", 1)
-    assert reply.failure == "the program that has the camera was ended"
 
 
 def script(text: str) -> Command:
@@ -227,11 +224,8 @@ def searched(place: Place) -> FilmReply:
     """The reply after a search of a board in a film."""
     place.ended()
     assert place.ask("detect", board=BOARD).refused == ""
-    end_s = time.monotonic() + PATIENCE_S
-    while (reply := place.ask("state")).board == "searching":
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
-    return reply
+    until(lambda: place.ask("state").board != "searching", "the end of the search")
+    return place.ask("state")
 
 
 @pytest.mark.core
@@ -239,20 +233,16 @@ def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path)
     place = Place(tmp_path, Permission(film=True), detect=WRITES)
     reply = searched(place)
     assert (reply.board, reply.board_failure) == ("found", "")
-    end_s = time.monotonic() + PATIENCE_S
-    while not (files := place.ask("files", file="corners").files)["corners"].sha256:
-        assert time.monotonic() < end_s
+    until(lambda: place.ask("files", file="corners").files["corners"].sha256 != "", "the checksum")
+    files = place.ask("files", file="corners").files
     assert (set(files), files["corners"].bytes) == ({"corners"}, 20)
     assert place.ask("read", file="corners").data == b"corners of cam01.mkv"
     for file in ("video", "times"):
         assert "pictures do not leave this machine" in place.ask("read", file=file).refused
-    for what in ("detect", "files", "read"):
-        reply = place.ask(what, "stranger", file="corners", board=BOARD)
-        assert "opened by another program" in reply.refused
-        assert (reply.data, reply.files, reply.board) == (b"", {}, "none")
-    assert {path.relative_to(tmp_path / "films" / "walk").parts[0] for path in (tmp_path / "films").rglob("*.*")} == {
-        "videos", "times", "corners",
-    }  # fmt: skip
+    place.refuses("opened by another program", "detect", "files", "read", sender="stranger", file="corners", board=BOARD)
+    assert {path.parent for path in tmp_path.rglob("*.*")} == {
+        tmp_path / "films" / "walk" / folder for folder in ("videos", "times", "corners")
+    }
 
 
 @pytest.mark.core
@@ -276,23 +266,23 @@ def test_a_search_is_refused_or_ended_with_the_reason(tmp_path):
 
 
 @pytest.mark.core
-def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path):
-    for name, words in (
-        ("gone", "who filmed is gone: no query for 10 s"),
-        ("ended", "the program that has the camera was"),
-    ):
-        place = Place(tmp_path / name, detect=script("time.sleep(600)"))
-        place.ended()
-        place.ask("detect", board=BOARD)
-        place.ask("detect", board=BOARD)  # asked again, it goes on
-        assert "a board is being searched in film walk" in place.ask("open", "other", "run").refused
-        assert place.ask("state").board == "searching"
-        if name == "gone":
-            place.clock.set(round((1002.5 + FILM_LEASE_S) * S))
-            place.endpoint.check()
-        else:
-            place.endpoint.close()
-        reply = place.ask("state")
-        assert reply.board == "failed"
-        assert words in reply.board_failure
-        assert place.ask("open", "other", "run").refused == ""
+@pytest.mark.parametrize(
+    ("is_gone", "words"),
+    [(True, "who filmed is gone: no query for 10 s"), (False, "the program that has the camera was")],
+    ids=["commander-gone", "program-ended"],
+)
+def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path, is_gone, words):
+    place = Place(tmp_path, detect=script("time.sleep(600)"))
+    place.ended()
+    place.ask("detect", board=BOARD)
+    place.ask("detect", board=BOARD)  # asked again, it goes on
+    assert "a board is being searched in film walk" in place.ask("open", "other", "run").refused
+    assert place.ask("state").board == "searching"
+    if is_gone:
+        place.clock.set(round((1002.5 + FILM_LEASE_S) * S))
+        place.endpoint.check()
+    else:
+        place.endpoint.close()
+    reply = place.ask("state")
+    assert (reply.board, words in reply.board_failure) == ("failed", True)
+    assert place.ask("open", "other", "run").refused == ""

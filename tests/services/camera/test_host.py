@@ -1,6 +1,7 @@
 """A camera host: which cameras it announces, and the names it refuses."""
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -16,41 +17,21 @@ from zenocap.services.camera.shell import CameraHostServer
 from zenocap.tools.setup.cameras.hosts import host_data, host_lines
 
 
-class Server:
-    def undeclare(self) -> None:
-        pass
-
-
-class Session:
-    """Of no network."""
-
-    def __init__(self) -> None:
-        self.keys: list[str] = []
-
-    def serve(self, key: str, *_: object) -> Server:
-        self.keys.append(key)
-        return Server()
-
-    def announce(self, *_: object) -> Server:
-        return Server()
-
-
 def camera(number: int, modes: int = 60) -> FoundCamera:
     all_modes = tuple(Mode("MJPG", (640 + k, 480), (30.0, 15.0)) for k in range(modes))
     source = f"/dev/v4l/by-id/usb-{number}-video-index0"
     return FoundCamera(Path(f"/dev/video{number}"), source, f"Webcam \x1b[{number}" + "x" * 400, modes=all_modes)
 
 
-def host(folder: Path, found: list[FoundCamera], session: Session | None = None) -> CameraHostServer:
+def host(folder: Path, found: list[FoundCamera], session: Mock) -> CameraHostServer:
+    """A host on no network."""
     named = {"cam01": Stream("rtsp://user:secret@1.2.3.4/s")}
     clock, permission = ManualClock(5), Permission(film=True)
-    return CameraHostServer(
-        session or Session(), "lab1", named, folder, permission, clock, lambda *_: iter(()), lambda: tuple(found)
-    )  # type: ignore[arg-type]
+    return CameraHostServer(session, "lab1", named, folder, permission, clock, lambda *_: iter(()), lambda: tuple(found))
 
 
 def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_path):
-    found, session = [camera(0)], Session()
+    found, session = [camera(0)], Mock()
     server = host(tmp_path, found, session)
     first = server.announcement()
     assert [one.id for one in first.cameras] == ["cam01", "usb-0-video-index0"]
@@ -59,7 +40,7 @@ def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_pat
     found[:] = [camera(1)]
     server.look()
     assert [one.id for one in server.announcement().cameras] == ["cam01", "usb-1-video-index0"]
-    assert session.keys[-1] == "zenocap-cameras/lab1/film/usb-1-video-index0"
+    assert session.serve.call_args.args[0] == "zenocap-cameras/lab1/film/usb-1-video-index0"
     lines = list(host_lines([server.announcement()]))
     assert "secret" not in "".join(lines)
     assert '  in a rig file: source = "discover:lab1/usb-1-video-index0"' in lines
@@ -69,7 +50,7 @@ def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_pat
 
 
 def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):
-    announced = host(tmp_path, [camera(k, 200) for k in range(40)]).announcement()
+    announced = host(tmp_path, [camera(k, 200) for k in range(40)], Mock()).announcement()
     assert len(announced.cameras) == MOST_CAMERAS
     assert codec.decode(codec.encode(announced), type(announced)) == announced
 

@@ -18,9 +18,7 @@ SECOND = 10**9
 
 
 def info(viewer: str, captured_ns: int) -> CameraInfo:
-    return built(
-        CameraInfo, captured_ns=captured_ns, viewer=viewer, matrix=[0.0] * 9, rotation=[0.0] * 9, translation=[0.0] * 3,
-    )  # fmt: skip
+    return built(CameraInfo, captured_ns=captured_ns, viewer=viewer)
 
 
 class Scene:
@@ -54,9 +52,8 @@ class Scene:
 
     def proposals(self) -> Iterator[int]:
         while (event := self.observer.receive()) is not None:
-            message = getattr(event, "message", None)
-            if isinstance(message, CameraInfo) and message.viewer == "1":
-                yield message.captured_ns
+            if event.message.viewer == "1":
+                yield event.message.captured_ns
 
 
 def test_the_first_viewer_waits_and_the_later_proposal_is_used() -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
+from tests.support.built_messages import built
 from tests.support.simulated_cameras import look
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.definition import neutral_pose
@@ -12,8 +13,8 @@ from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import TrackerBdp, TrackerPose
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.viewer.feedback import Feedback, receive
 from zenocap.services.viewer.parameters import FEEDBACK_FRAMES
+from zenocap.services.viewer.step import Feedback, receive
 
 CAMERA = look("cam01", np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 0.0])).resized((320, 240))
 BODY = TrackerBdp(frame=0, captured_ns=1, body=body_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75)))
@@ -21,10 +22,8 @@ BODY = TrackerBdp(frame=0, captured_ns=1, body=body_of(FOURTEEN_PARTS, average_b
 
 def pose(x: float, captured_ns: int) -> TrackerPose:
     upright = neutral_pose(FOURTEEN_PARTS, np.array([x, 0.95, 0.0]))
-    return TrackerPose(
-        frame=1, captured_ns=captured_ns, position=(x, 0.95, 0.0), angles=angles_by_name(FOURTEEN_PARTS, upright.angles),
-        position_spread=(0.0, 0.0, 0.0), spread={}, likelihood=0.0, effective=1.0, lost=False, views=[],
-    )  # fmt: skip
+    angles = angles_by_name(FOURTEEN_PARTS, upright.angles)
+    return built(TrackerPose, frame=1, captured_ns=captured_ns, position=(x, 0.95, 0.0), angles=angles)
 
 
 def after(*messages: TrackerBdp | TrackerPose) -> Feedback:
@@ -37,21 +36,16 @@ def after(*messages: TrackerBdp | TrackerPose) -> Feedback:
 def test_a_body_and_a_pose_give_a_prediction_where_the_person_stands() -> None:
     assert after(BODY).usable is None
     assert after(pose(0.0, 1)).usable is None  # without a body
-    found = after(BODY, pose(0.0, 1)).usable
-    assert found is not None
-    left, right, _, _ = found.extents
+    left, right, _, _ = after(BODY, pose(0.0, 1)).usable.extents
     assert abs((left + right) / 2 - 159.5) < 3.0
 
 
 def test_the_motion_between_two_poses_goes_on() -> None:
-    found = after(BODY, pose(0.0, 1), pose(0.1, 66_000_001)).usable
-    expected = after(BODY, pose(0.2, 1)).usable
-    assert found is not None
-    assert expected is not None
-    assert abs(found.extents.leftmost - expected.extents.leftmost) <= 1
-    late = after(BODY, pose(0.0, 1), pose(0.1, 900_000_001)).usable  # too long ago: at rest
-    assert late is not None
-    assert late.extents.leftmost < found.extents.leftmost
+    found = after(BODY, pose(0.0, 1), pose(0.1, 66_000_001)).usable.extents
+    expected = after(BODY, pose(0.2, 1)).usable.extents
+    assert abs(found.leftmost - expected.leftmost) <= 1
+    late = after(BODY, pose(0.0, 1), pose(0.1, 900_000_001)).usable.extents  # too long ago: at rest
+    assert late.leftmost < found.leftmost
 
 
 def test_there_is_none_after_a_track_loss_nor_long_after_a_pose() -> None:

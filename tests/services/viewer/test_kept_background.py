@@ -34,9 +34,7 @@ def played(setup: ViewerSetup, frames: int, keeper: BackgroundKeeper | None = No
 
 @pytest.fixture(scope="module")
 def learnt() -> Segmenting:
-    state = played(SETUP, 70)
-    assert isinstance(state, Segmenting)
-    return state
+    return played(SETUP, 70)
 
 
 @pytest.mark.slow
@@ -52,7 +50,7 @@ def test_the_model_is_written_every_minute_and_at_the_end(tmp_path: Path, learnt
     keeper(learnt)
     keeper.close()
     back = read(path, SETUP.camera.size, OWNER)
-    assert packed(back, OWNER) == packed(learnt.scene.background, OWNER)  # type: ignore[arg-type]
+    assert packed(back, OWNER) == packed(learnt.scene.background, OWNER)
 
 
 def test_a_viewer_that_ends_while_it_learns_keeps_what_there_was(tmp_path: Path) -> None:
@@ -64,33 +62,23 @@ def test_a_viewer_that_ends_while_it_learns_keeps_what_there_was(tmp_path: Path)
     assert path.read_bytes() == b"earlier"
 
 
-def test_the_first_image_that_fits_ends_learning(
-    learnt: Segmenting, caplog: pytest.LogCaptureFixture, tmp_path: Path
-) -> None:
+def test_the_first_image_that_fits_ends_learning(learnt, caplog, tmp_path):
     caplog.set_level(logging.INFO, LOGGER)
     keeper = BackgroundKeeper(tmp_path / "lab-1.npz", OWNER, kept=True, clock=lambda: 0.0)
-    state = played(replace(SETUP, kept=learnt.scene.background), 2, keeper)  # type: ignore[arg-type]
-    assert isinstance(state, Segmenting)
-    assert state.scene.restored
+    assert played(replace(SETUP, kept=learnt.scene.background), 2, keeper).scene.restored
     assert [record.getMessage() for record in caplog.records] == [f"background of {tmp_path / 'lab-1.npz'} taken up again"]
 
 
 @pytest.mark.nightly
-def test_a_model_that_never_fits_is_named_and_the_room_learnt_anew(
-    learnt: Segmenting, caplog: pytest.LogCaptureFixture, tmp_path: Path
-) -> None:
+def test_a_model_that_never_fits_is_named_and_the_room_learnt_anew(learnt, caplog, tmp_path):
     model = learnt.scene.background
-    other = replace(model, background=replace(model.background, mean=model.background.mean[::-1, ::-1].copy()))  # type: ignore
+    other = replace(model, background=replace(model.background, mean=model.background.mean[::-1, ::-1].copy()))
     keeper = BackgroundKeeper(tmp_path / "lab-1.npz", OWNER, kept=True, clock=lambda: 0.0)
-    state = played(replace(SETUP, kept=other), 70, keeper)
-    assert isinstance(state, Segmenting)
-    assert not state.scene.restored
+    assert not played(replace(SETUP, kept=other), 70, keeper).scene.restored
     assert "does not fit: the camera was moved" in caplog.text
 
 
-def test_a_folder_that_cannot_be_written_is_named_once(
-    tmp_path: Path, learnt: Segmenting, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_folder_that_cannot_be_written_is_named_once(learnt, caplog, tmp_path):
     (tmp_path / "file").write_text("")
     keeper = BackgroundKeeper(tmp_path / "file" / "lab-1.npz", OWNER, kept=False, clock=lambda: 0.0)
     keeper(learnt)
@@ -106,17 +94,13 @@ def placed(folder: Path, rig: str, viewer: str, source: Source = CAMERA) -> tupl
 
 
 def test_two_viewers_never_have_the_same_file(tmp_path: Path) -> None:
-    names = [
-        ("lab", "1"), ("lab-1", "2"), ("lab", "1-2"), ("lab.1", "2"), ("lab", "1.2"), ("lab-1-2", "3"), ("lab-1", "2-3"),
-    ]  # fmt: skip
-    assert len({kept_path(*placed(tmp_path, *each)) for each in names}) == len(names)
+    names = ["lab 1", "lab-1 2", "lab 1-2", "lab.1 2", "lab 1.2", "lab-1-2 3", "lab-1 2-3"]  # of rig and viewer
+    assert len({kept_path(*placed(tmp_path, *each.split())) for each in names}) == len(names)
 
 
-def test_the_background_of_another_source_is_refused_and_a_new_password_is_not(
-    tmp_path: Path, learnt: Segmenting, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_the_background_of_another_source_is_refused_and_a_new_password_is_not(learnt, caplog, tmp_path):
     first = placed(tmp_path, "lab", "1", Stream("rtsp://anna:one@10.0.0.1/stream"))
-    write(kept_path(*first), packed(learnt.scene.background, owner_of(*first)))  # type: ignore[arg-type]
+    write(kept_path(*first), packed(learnt.scene.background, owner_of(*first)))
     assert read_kept(*first) is not None
     assert read_kept(*placed(tmp_path, "lab", "1", Stream("rtsp://10.0.0.1/stream"))) is not None
     assert not caplog.records
@@ -125,9 +109,7 @@ def test_the_background_of_another_source_is_refused_and_a_new_password_is_not(
     assert caplog.text.count("viewer '1' had another source") == 2
 
 
-def test_a_file_with_the_ambiguous_name_of_earlier_versions_is_named(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_file_with_the_ambiguous_name_of_earlier_versions_is_named(tmp_path, caplog):
     old = tmp_path / "backgrounds" / "lab-1.npz"
     old.parent.mkdir()
     old.write_bytes(b"earlier")

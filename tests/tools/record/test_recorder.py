@@ -1,9 +1,6 @@
 """A recorder writes the messages of one rig or several, and is itself visible on the network."""
 
-import os
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,8 +11,7 @@ import pytest
 from tests.common.bus.test_inbox import bap, sighting
 from tests.support.command import zenocap
 from tests.support.live_cameras import until
-from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S
+from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.rig_process import bdp
 from tests.system.test_zenoh_bus import free_endpoint
 from zenocap.common import messages as m
@@ -56,9 +52,7 @@ class Recorder(threading.Thread):
 
 
 @contextmanager
-def recording(
-    text: str, options: ZenohOptions, take: Path, *, topics: tuple[Topic, ...] = TOPICS, id: str = "here"
-) -> Iterator[Recorder]:
+def recording(text: str, options: ZenohOptions, take: Path, *, topics=TOPICS, id: str = "here") -> Iterator[Recorder]:
     recorder = Recorder(text, options, take, topics, id)
     recorder.start()
     until(lambda: recorder.messages >= 0 or not recorder.is_alive(), "the recorder begins")
@@ -70,10 +64,10 @@ def recording(
 
 
 def keys(take: Path) -> list[str]:
-    take_file = TakeReader(take)
-    topics_found = [recorded.topic for recorded in take_file.messages() if recorded.topic.startswith("zenocap/")]
-    assert take_file.cut is None
-    return topics_found
+    reader = TakeReader(take)
+    found = [recorded.topic for recorded in reader.messages() if recorded.topic.startswith("zenocap/")]
+    assert reader.cut is None
+    return found
 
 
 @pytest.mark.core
@@ -144,9 +138,7 @@ def test_recorders_need_unique_ids_and_record_only_the_requested_topics(routed: 
 
 
 @pytest.mark.core
-def test_recording_without_any_message_fails(
-    routed: ZenohOptions, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_recording_without_any_message_fails(routed, tmp_path, caplog):
     with recording("zenocap/*/integrator/bap", routed, tmp_path / "take.mcap") as recorder:
         pass
     assert recorder.status == 1
@@ -164,39 +156,26 @@ def test_expression_without_a_key_of_any_topic_is_rejected(routed: ZenohOptions,
 def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     arguments = ["studio", "-o", "takes/", "-l", endpoint, "--no-multicast-scouting", "--id", "x", "--part-minutes", "5"]
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "zenocap", "record", *arguments],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        folder = tmp_path / "takes"
-        until(lambda: folder.is_dir() and any(folder.iterdir()), "a take")
+    with started(["record", *arguments], tmp_path) as process:
+        wait_until(lambda: any(tmp_path.glob("takes/*")), tmp_path)
         options = ZenohOptions("client", connect=(endpoint,), multicast_scouting=False)
         with ZenohBus.open(options, "studio", RealClock()) as bus:
             bus.subscribe(HEALTH, service="recorder")
             until(lambda: isinstance(bus.receive(0.1), Envelope), "a health of the recorder")
             bus.publish(UNIVERSAL_BAP, bap(0))
             until(lambda: isinstance(bus.receive(0.1), Envelope), "a health after the message")
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE_S)
-    finally:
-        process.kill()
-    assert process.returncode == 0, err
-    (take,) = (tmp_path / "takes").glob("studio-*.mcap")
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
+    (take,) = tmp_path.glob("takes/studio-*.mcap")
     assert "zenocap/studio/integrator/bap" in keys(take)
-    assert "Traceback" not in err
+    assert "Traceback" not in output_of(tmp_path)
 
 
 def test_recording_is_selected_by_rig_file_rig_name_or_key_expression() -> None:
     demo = parse_selection(str(demo_rig_file("two-view")))
-    assert (demo.expression, demo.rig) == ("zenocap/demo/**", "demo")
-    assert demo.file is not None
+    assert (demo.expression, demo.rig, demo.file is None) == ("zenocap/demo/**", "demo", False)
     assert parse_selection("studio") == RecordingSelection("zenocap/studio/**", "studio")
-    assert parse_selection("zenocap/studio/viewer/*/bap") == RecordingSelection("zenocap/studio/viewer/*/bap", "studio")
-    assert parse_selection("zenocap/*/viewer/**") == RecordingSelection("zenocap/*/viewer/**", None)
+    for text, rig in (("zenocap/studio/viewer/*/bap", "studio"), ("zenocap/*/viewer/**", None)):
+        assert parse_selection(text) == RecordingSelection(text, rig)
     assert parse_selection("**").name == "rigs"
     for text in ("studio.toml", "a b", ""):
         with pytest.raises(UserError):

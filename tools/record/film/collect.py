@@ -16,14 +16,12 @@ from zenocap.common.formats.model_files import MAX_BYTES
 from zenocap.common.messages import FilmBoard, FilmFile, FilmReply
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.runtime.foreign_text import printable
+from zenocap.services.camera.files import Kind
 from zenocap.tools.record.film.parameters import CHECKSUM_S, DETECT_S, FETCH_TRIES, POLL_S, QUERY_S
 from zenocap.tools.record.film.remote import RemoteCamera, Unanswered
 from zenocap.tools.record.film.remote_film import RemoteFilm
 
-Kind = Literal["video", "times", "corners"]
-
 FILES: dict[Kind, str] = {"video": "videos/{name}.mkv", "times": "times/{name}.csv"}
-CORNER_FILES: dict[Kind, str] = {"corners": f"{CORNERS}/{{name}}{CORNERS_SUFFIX}"}
 
 
 def check_fetch(remote: RemoteFilm) -> None:
@@ -133,7 +131,7 @@ def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> int:
     file = _checksums(camera, ("corners",))["corners"]
     if file.bytes > MAX_BYTES:
         raise UserError(f"{camera.name} on {camera.host}: {file.bytes} bytes of corners: allowed: at most {MAX_BYTES}")
-    path = folder / CORNER_FILES["corners"].format(name=camera.name)
+    path = folder / CORNERS / f"{camera.name}{CORNERS_SUFFIX}"
     _copy(camera, "corners", file, path, lambda _: None)
     try:
         found = read_corners(path)

@@ -80,10 +80,8 @@ class RemoteCamera:
     def _ask(self, what: What, timeout_s: float, fields: dict[str, object]) -> FilmReply:
         self._queries += 1
         sent_ns = time.time_ns()
-        query = FilmQuery(
-            frame=self._queries, captured_ns=sent_ns, what=what, sender=self.sender, film=self.film, camera=self.name
-        )
-        query = msgspec.structs.replace(query, **fields)
+        query = FilmQuery(frame=self._queries, captured_ns=sent_ns, what=what, sender=self.sender, film=self.film)
+        query = msgspec.structs.replace(query, camera=self.name, **fields)
         try:
             reply = self.session.ask(self.place.key, query, timeout_s).get(self.place.key)
         except BadMessage as error:

@@ -73,16 +73,13 @@ class RemoteFilm:
     def start_text(self, filmed: Sequence[Filmed]) -> str:
         """Beginnings by this machine's clock, and errors of the other clocks."""
         first = [one.first_ns for one in filmed if one.frames]
-        clocks = [(one, one.clock) for one in self.cameras]
         known = [
             f"{one.host} {clock.offset_ns / 1e6:+.1f} ms, known within {clock.error_ns / 1e6:.1f} ms"
-            for one, clock in clocks
-            if clock is not None
+            for one in self.cameras
+            if (clock := one.clock) is not None
         ]
-        texts = "; ".join(dict.fromkeys(known))
-        return (
-            f"first frames within {(max(first) - min(first)) / 1e6:.1f} ms; clocks against this one: {texts or 'unknown'}"
-        )
+        texts = "; ".join(dict.fromkeys(known)) or "unknown"
+        return f"first frames within {(max(first) - min(first)) / 1e6:.1f} ms; clocks against this one: {texts}"
 
     def news(self) -> Iterator[str]:
         """Failures that were not reported yet."""

@@ -40,16 +40,10 @@ Spawn = Callable[[Sequence[str]], Process]
 
 def spawn(arguments: Sequence[str]) -> Process:
     """Start a process in a separate session, so that Ctrl-C reaches only its parent, which stops the children in order."""
-    process: Process = subprocess.Popen(
-        arguments,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
+    return subprocess.Popen(
+        arguments, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
         start_new_session=True,
-    )
-    return process
+    )  # fmt: skip
 
 
 @dataclass
@@ -139,8 +133,7 @@ class ChildProcesses:
         child.starts += 1
         if child.starts > 1:
             self._lines.put(f"{child.name}: started again (pid {child.process.pid})")
-        stream = child.process.stderr
-        if stream is not None:
+        if (stream := child.process.stderr) is not None:
             child.reader = threading.Thread(target=self._read, args=(stream,), name=child.name, daemon=True)
             child.reader.start()
 

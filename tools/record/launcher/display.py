@@ -6,13 +6,12 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from zenocap.common import messages as m
 from zenocap.common.observe.losses import lost as lost_of
 from zenocap.common.rig.services import ServiceKey, title
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.record.launcher.rig_status import RigStatus, lost_text, posture_label, view_of
 
-# Processing stage of each service that runs once per frame.
+# Stages of the services that run once per frame; their median times are shown.
 STAGES = (
     ("step_frame", "silhouette + place"), ("step_assignment", "limbs"), ("step_sighting", "assign"),
     ("step_partial_bap", "pose"), ("step_tick", "follow"), ("result_age", "since capture"),
@@ -45,8 +44,7 @@ def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: flo
     if status.posture is not None:
         parts.append(f"posture: {posture_label(status.posture)}")
     if status.pose is not None:
-        lost = lost_text(status.pose)
-        parts.append(f"frame {status.pose.frame}: {angles}" + (f" ({lost})" if lost else ""))
+        parts.append(f"frame {status.pose.frame}: {angles}" + (f" ({lost})" if (lost := lost_text(status.pose)) else ""))
     return " | ".join(parts)
 
 
@@ -57,22 +55,9 @@ def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
     if health is None:
         return [title(service), "", "", "", "", "", "starting"]
     view, score = _view(status, service)
-    lost = lost_of(health.counts)
-    return [
-        title(service),
-        f"{health.rate:.1f}",
-        stage_times(health),
-        Text(str(lost), style="red" if lost else ""),
-        view,
-        score,
-        Text(printable(health.state)),
-    ]
-
-
-def stage_times(health: m.Health) -> str:
-    """Median times of the stages that run once per frame."""
-    shown = ((label, health.stages_ms.get(stage)) for stage, label in STAGES)
-    return "  ".join(f"{label} {ms:.1f}" for label, ms in shown if ms is not None)
+    lost, rate, state = lost_of(health.counts), f"{health.rate:.1f}", Text(printable(health.state))
+    times = "  ".join(f"{label} {health.stages_ms[stage]:.1f}" for stage, label in STAGES if stage in health.stages_ms)
+    return [title(service), rate, times, Text(str(lost), style="red" if lost else ""), view, score, state]
 
 
 def _view(status: RigStatus, service: ServiceKey) -> tuple[str, str]:

@@ -98,8 +98,7 @@ class HostedViewers:
                 self._check_clock(one, reply.captured_ns - (begin_ns + time.time_ns()) // 2)
         one.problem, now_s = problem, time.monotonic()
         if not problem:
-            machine = one.camera.source.machine
-            text = f"viewer {one.camera.viewer} runs on {machine}"
+            text = f"viewer {one.camera.viewer} runs on {one.camera.source.machine}"
             one.good_s, one.has_run = now_s, True
         else:
             text = f"viewer {one.camera.viewer}: {problem}"

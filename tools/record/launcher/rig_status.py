@@ -1,6 +1,6 @@
 """Status of a rig from its messages, for the live table and the plain lines."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import degrees
 from types import MappingProxyType
@@ -14,24 +14,20 @@ MAX_POSTURES = 256  # labels that are counted, as many as a model may have
 
 # Joint angles that are easy to recognize; degrees, a straight elbow or knee is 0.
 SHOWN_ANGLES = (
-    ("turn", "navel.y"),
-    ("right elbow", "right_elbow.x"),
-    ("left elbow", "left_elbow.x"),
-    ("right knee", "right_knee.x"),
+    ("turn", "navel.y"), ("right elbow", "right_elbow.x"), ("left elbow", "left_elbow.x"), ("right knee", "right_knee.x"),
     ("left knee", "left_knee.x"),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class RigStatus:
-    """services: presence and health.  pose: last universal BAP or pose of the tracker.  bodies: number received.
-    complete: number of poses to which every viewer contributes.  posture, postures: last one; number by label."""
+    """services: presence and health.  pose: last universal BAP or pose of the tracker.  poses: their number.
+    complete: number of those to which every viewer contributes.  posture, postures: last one; number by label."""
 
     services: RigView
     pose: m.UniversalBap | m.TrackerPose | None = None
     poses: int = 0
     complete: int = 0
-    bodies: int = 0
     posture: m.Posture | None = None
     postures: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -43,8 +39,6 @@ class RigStatus:
             case Envelope(message=m.TrackerPose() as pose):
                 viewers = {id for service, id in self.services.alive if service == "viewer"}
                 return replace(self, pose=pose, poses=self.poses + 1, complete=self.complete + (viewers <= {*pose.views}))
-            case Envelope(message=m.UniversalBdp() | m.TrackerBdp()):
-                return replace(self, bodies=self.bodies + 1)
             case Envelope(message=m.Posture() as posture):
                 label = posture_label(posture)
                 if label not in self.postures and len(self.postures) >= MAX_POSTURES:
@@ -81,14 +75,11 @@ def posture_label(posture: m.Posture) -> str:
 def lost_text(pose: m.UniversalBap | m.TrackerPose) -> str:
     """Limbs that are being relocalized, and viewers whose contribution is old; empty when there are none."""
     if isinstance(pose, m.TrackerPose):
-        return "searching for the person" if pose.lost else _uncertain(pose.lost_limbs)
+        limbs = " and ".join(limb.replace("_", " ") for limb in pose.lost_limbs)
+        return "searching for the person" if pose.lost else f"{limbs} uncertain" if limbs else ""
     parts = []
     if pose.lost:
         parts.append("searching for " + ", ".join(name.replace("_", " ") for name in pose.lost))
     if pose.stale:
         parts.append("without viewer " + " and ".join(pose.stale))
     return "; ".join(parts)
-
-
-def _uncertain(limbs: Sequence[str]) -> str:
-    return f"{' and '.join(limb.replace('_', ' ') for limb in limbs)} uncertain" if limbs else ""

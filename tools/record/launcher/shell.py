@@ -26,16 +26,7 @@ from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, 
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.common.topics import (
-    HEALTH,
-    POSTURE,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-    Topic,
-)
+from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, Topic
 from zenocap.tools.operate.warmup.processes import compile_parts
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.display import plain_line, table
@@ -128,8 +119,8 @@ class Supervisor:
         services: list[ServiceKey],
         take: Path | None,
         console: Console,
-        hosted: HostedViewers | None = None,
-        frames: Topic = SILHOUETTE,
+        hosted: HostedViewers | None,
+        frames: Topic,
     ) -> None:
         """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
         self._hosted = hosted
@@ -245,8 +236,7 @@ class Supervisor:
         """Handle all received events, after a short wait for the first."""
         until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
         while (left_s := until_s - time.monotonic()) > 0:
-            event = self._bus.receive(left_s)
-            if event is not None:
+            if (event := self._bus.receive(left_s)) is not None:
                 self._handle(event)
                 if self._status.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s

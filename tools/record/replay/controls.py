@@ -125,14 +125,9 @@ def status_lines(stream: TextIO = sys.stdout) -> Callable[[Status], None]:
 def write_status(status: Status, stream: TextIO = sys.stdout) -> None:
     """One line of JSON."""
     line = StatusLine(
-        place_s=(status.place_ns - status.begin_ns) / 1e9,
-        duration_s=(status.end_ns - status.begin_ns) / 1e9,
-        rate=status.rate,
-        paused=status.paused,
-        lap=status.lap,
-        bad=status.bad,
-        shift_ns=status.shift_ns,
+        place_s=(status.place_ns - status.begin_ns) / 1e9, duration_s=(status.end_ns - status.begin_ns) / 1e9,
+        rate=status.rate, paused=status.paused, lap=status.lap, bad=status.bad, shift_ns=status.shift_ns,
         shift_frames=status.shift_frames,
-    )
+    )  # fmt: skip
     stream.write(msgspec.json.encode(line).decode() + "\n")
     stream.flush()

@@ -3,7 +3,7 @@
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from zenocap.common.bus.protocol import Bus
@@ -56,11 +56,7 @@ class Command:
 
     def followed_by(self, later: "Command") -> "Command":
         """Both as one command."""
-        return Command(
-            self.paused if later.paused is None else later.paused,
-            self.place_ns if later.place_ns is None else later.place_ns,
-            self.rate if later.rate is None else later.rate,
-        )
+        return replace(self, **{name: value for name, value in vars(later).items() if value is not None})
 
 
 class CommandSource(Protocol):

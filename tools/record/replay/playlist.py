@@ -89,14 +89,12 @@ class Playlist:
             lowest = last_ns = None
             state_keys = [key for key in plan.keys if _is_kept(key)]
             for recorded in timeline.last_before(start.place_ns, state_keys):
-                prepared = self._prepared(recorded, start.place_ns, start, state=True)
-                if prepared is not None:
+                if (prepared := self._prepared(recorded, start.place_ns, start, state=True)) is not None:
                     yield prepared
             for placed in timeline.read(start.place_ns):
                 if placed.place_ns >= plan.end_ns:
                     break
-                prepared = self._prepared(placed.recorded, placed.place_ns, start)
-                if prepared is None:
+                if (prepared := self._prepared(placed.recorded, placed.place_ns, start)) is None:
                     continue
                 last_ns = placed.place_ns
                 lowest = prepared.frame if lowest is None else min(lowest, prepared.frame)
@@ -113,15 +111,12 @@ class Playlist:
 
     def _prepared(self, recorded: Recorded, place_ns: int, start: Start, *, state: bool = False) -> PreparedMessage | None:
         """The prepared message; None when it is not selected or not valid."""
-        key = self._plan.keys.get(recorded.topic)
-        if key is None:
+        if (key := self._plan.keys.get(recorded.topic)) is None:
             return None
         try:
-            found = envelope(recorded)
-            if found is None:
+            if (found := envelope(recorded)) is None:
                 return None
-            wrong = disagreeing_name(found.topic, found.key, found.message)
-            if wrong is not None:
+            if (wrong := disagreeing_name(found.topic, found.key, found.message)) is not None:
                 raise codec.BadMessage(wrong)
             message, data = found.message, self._bytes(found, start.shift)
         except codec.BadMessage as error:
@@ -129,18 +124,10 @@ class Playlist:
             self._log_once.warn(recorded.topic, "invalid", f"left out: {error}")
             return None
         return PreparedMessage(
-            line_ns=start.line_ns + place_ns - start.place_ns,
-            place_ns=place_ns,
-            log_ns=recorded.log_ns,
-            lap=start.lap,
-            topic=found.topic,
-            key=key,
-            data=data,
-            captured_ns=message.captured_ns + start.shift.time_ns,
-            frame=message.frame + start.shift.frames,
-            shift=start.shift,
-            state=state,
-        )
+            line_ns=start.line_ns + place_ns - start.place_ns, place_ns=place_ns, log_ns=recorded.log_ns, lap=start.lap,
+            topic=found.topic, key=key, data=data, captured_ns=message.captured_ns + start.shift.time_ns,
+            frame=message.frame + start.shift.frames, shift=start.shift, state=state,
+        )  # fmt: skip
 
     def _bytes(self, found: Envelope, shift: Shift) -> bytes:
         """The recorded bytes, re-encoded only where names, times or counts change.  Raises BadMessage."""

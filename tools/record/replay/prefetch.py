@@ -104,6 +104,4 @@ class Prefetch:
             return True
 
     def _has_room(self, size: int) -> bool:
-        if not self._buffer:
-            return True
-        return len(self._buffer) <= REFILL * self._limit and self._bytes + size <= MAX_BYTES
+        return not self._buffer or (len(self._buffer) <= REFILL * self._limit and self._bytes + size <= MAX_BYTES)

@@ -10,7 +10,6 @@ from zenocap.common import messages as m
 from zenocap.common.topics import PARTIAL_BAP, Topic, checked_name, topic_at
 from zenocap.tools.record.replay.selection import ROOT
 
-SEPARATOR = ":="
 T = TypeVar("T")
 
 
@@ -27,7 +26,7 @@ class Remap:
 
 def parsed_remap(text: str) -> Remap:
     """Parse OLD:=NEW.  Raises ValueError."""
-    old, mark, new = text.partition(SEPARATOR)
+    old, mark, new = text.partition(":=")
     if not mark or not all(part for side in (old, new) for part in side.split("/")) or "*" in text:
         raise ValueError(f"--remap {text!r}: OLD:=NEW expected, such as viewer/1:=viewer/3 or {ROOT}/demo:={ROOT}/lab")
     if old.startswith(f"{ROOT}/") != new.startswith(f"{ROOT}/"):
@@ -58,8 +57,7 @@ class Remapping:
         _, rig, rest = key.split("/", 2)
         for remap in self.remaps:
             if remap.old.startswith(f"{ROOT}/"):
-                found = _replaced(key, remap)
-                if found is not None:
+                if (found := _replaced(key, remap)) is not None:
                     _, rig, rest = found.split("/", 2) if found.count("/") > 1 else ("", "", "")
                     break
             elif (found := _replaced(rest, remap)) is not None:

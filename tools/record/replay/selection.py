@@ -42,9 +42,7 @@ class ReplaySelection:
 
 def full(expression: str) -> str:
     """Return the expression with its root."""
-    if expression.startswith((f"{ROOT}/", "**")):
-        return expression
-    return f"{ROOT}/*/{expression}"
+    return expression if expression.startswith((f"{ROOT}/", "**")) else f"{ROOT}/*/{expression}"
 
 
 def _any(expressions: Sequence[str], key: str) -> bool:

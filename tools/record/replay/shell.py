@@ -169,8 +169,7 @@ def announce_services(
     for service, id in sorted(own):
         bus.declare_alive(service, id)
     for key in sorted(plan.keys.values()):
-        topic = topic_at(key)
-        if topic is not None:
+        if (topic := topic_at(key)) is not None:
             bus.announce(topic, key)
     _poll_for(consumers, delay_s / 2, stopped)
     others = ", ".join(f"{service} {id}" for service, id in sorted(consumers.names)) or "no other service"

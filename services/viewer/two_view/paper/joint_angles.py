@@ -137,8 +137,6 @@ def other_starts(start: LimbAngles, is_leg: bool, facade: bool, lost: bool) -> t
     if not lost:
         return () if is_leg else (hanging,)
     if facade:
-        return (
-            hanging,
-            *(LimbAngles(start.z + turn, 0.0, start.y, 0.0) for turn in (-ARM_REGION, ARM_REGION) if not is_leg),
-        )
+        turns = () if is_leg else (-ARM_REGION, ARM_REGION)
+        return (hanging, *(LimbAngles(start.z + turn, 0.0, start.y, 0.0) for turn in turns))
     return (hanging, *(LimbAngles(pi, turn, start.y, 0.0) for turn in (-ARM_REGION, ARM_REGION, 2 * ARM_REGION)))

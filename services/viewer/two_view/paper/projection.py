@@ -1,8 +1,12 @@
-"""Scaled orthographic projection: the model image of the paper.  [Two-view 3.2, 4.2]"""
+"""Scaled orthographic projection, the model image of the paper, and the position by its shifts.  [Two-view 3.2, 4.2]"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.services.viewer.parameters import PAPER_ROWS, SHIFTS_PX
+from zenocap.services.viewer.two_view.body_fit import BodyFit
 
 FAR = 1e4  # depths to which the camera is moved back; a point one body height nearer is then displaced by 0.01 %
 
@@ -36,3 +40,32 @@ def point_at(camera: Floats, x: float, y: float, depth: float) -> Floats:
     local = np.array([x, y, 1.0]) * depth - camera[3]
     point: Floats = camera[:3].T @ local
     return point
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """position: (3,) navel at the assumed depth, metres.  score: matching score there."""
+
+    position: Floats
+    score: float
+
+
+def shift(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats) -> Shifted:
+    """Best of the paper's shifts along X, then of those along Y from there; leaves the fit at the result.  [Fig. 9]
+
+    position: (3,), torso_to_world: (3, 3), directions: (4, 2, 3) of the last pose.
+    """
+    # Paper (corrected): 3.2 omits the shift 0, with which a good position is kept.
+    # Paper (added): images of more rows than 120 are shifted by proportionally more pixels.
+    pixels = max(1, round(fit.image_rows / PAPER_ROWS))
+    best, score = np.array(position), fit.place(position, torso_to_world, directions)
+    step = pixels * fit.metres_per_pixel()
+    for axis in range(2):
+        start = best
+        for pixels_shifted in SHIFTS_PX:
+            trial = start + pixels_shifted * step * fit.image.camera[axis]
+            trial_score = fit.place(trial, torso_to_world, directions)
+            if trial_score > score:
+                best, score = trial, trial_score
+    fit.place(best, torso_to_world, directions)
+    return Shifted(best, float(score))

@@ -2,6 +2,7 @@
 
 import errno
 import os
+from unittest.mock import Mock
 
 import pytest
 
@@ -83,13 +84,9 @@ def test_cameras_are_listed_with_stable_names_and_without_nodes_of_metadata(tmp_
 
 
 def test_a_camera_that_cannot_be_asked_is_listed_with_the_reason(tmp_path):
-    (tmp_path / "video0").touch()
-
-    def refuse(path: object) -> V4l2Camera:
-        raise PermissionError(errno.EACCES, "Permission denied")
-
     path = tmp_path / "video0"
-    assert found_cameras(tmp_path, refuse) == (
+    path.touch()
+    assert found_cameras(tmp_path, Mock(side_effect=PermissionError(errno.EACCES, "Permission denied"))) == (
         FoundCamera(path, str(path), problem="no permission: add this user to the group `video` and log in again"),
     )
     assert "Inappropriate ioctl" in found_cameras(tmp_path)[0].problem

@@ -1,5 +1,6 @@
 """Camera advice: each fault of a simulated film is found, and none without it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -63,10 +64,6 @@ def codes(images: list[Image] | tuple[Image, ...]) -> set[AdviceCode]:
     return {one.fault.code for one in collected.faults()}
 
 
-def scaled(image: Image, share: object) -> Image:
-    return np.clip(np.rint(image * np.asarray(share)), 0, 255).astype(np.uint8)
-
-
 @pytest.mark.nightly
 def test_a_good_film_has_no_advice_and_a_message_each_second() -> None:
     advice = found(film())
@@ -85,25 +82,23 @@ def test_a_good_film_has_no_advice_and_a_message_each_second() -> None:
         (A.FLICKER, lambda k: 1.0 + 0.05 * np.cos(2.0 * np.pi * 0.37 * k)),
     ],
 )
-def test_faults_of_the_light_are_found(code: AdviceCode, share: object) -> None:
-    assert callable(share)
-    advice = found([scaled(image, share(k)) for k, image in enumerate(film())])
-    assert code in {fault.code for message in advice for fault in message.faults}
+def test_faults_of_the_light_are_found(code: AdviceCode, share: Callable[[int], object]) -> None:
+    lit = [np.clip(np.rint(image * np.asarray(share(k))), 0, 255).astype(np.uint8) for k, image in enumerate(film())]
+    assert code in {fault.code for message in found(lit) for fault in message.faults}
 
 
 @pytest.mark.nightly
-def test_a_soft_image_is_found() -> None:
-    assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()])
-
-
-@pytest.mark.nightly
-def test_clothes_like_the_wall_are_found_by_contrast_or_holes() -> None:
-    assert codes(film(like_wall=True)) & {A.CONTRAST, A.HOLES}
-
-
-@pytest.mark.nightly
-def test_a_glossy_floor_spoils_the_silhouette() -> None:
-    assert codes(film(gloss=0.5)) & {A.GLOSSY_FLOOR, A.CONTRAST, A.HOLES}
+@pytest.mark.parametrize(
+    ("images", "allowed"),
+    [
+        (lambda: [np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()], {A.FOCUS}),
+        (lambda: film(like_wall=True), {A.CONTRAST, A.HOLES}),
+        (lambda: film(gloss=0.5), {A.GLOSSY_FLOOR, A.CONTRAST, A.HOLES}),
+    ],
+    ids=["soft-image", "clothes-like-the-wall", "glossy-floor"],
+)
+def test_faults_of_the_image_are_found(images: Callable[[], list[Image]], allowed: set[AdviceCode]) -> None:
+    assert codes(images()) & allowed
 
 
 @pytest.mark.slow

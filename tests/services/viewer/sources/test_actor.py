@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tests.services.viewer.sources.test_sources import FakeTime, S
+from tests.services.viewer.sources.test_sources import FakeTime, S, live
 from zenocap.common.errors import OpenError
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.sources import Actor
@@ -18,32 +18,25 @@ EPOCH = 1_000 * S
 VIEWER = demo_rig("two-view").viewers[0]
 
 
-def live(start_ns: int) -> tuple[FakeTime, Playback]:
-    time = FakeTime(start_ns)
-    return time, Playback(EPOCH, time, sleep=time.sleep)
-
-
 def person_pixels(frame: Frame, empty: Frame) -> int:
     return int((np.abs(frame.image.astype(int) - empty.image.astype(int)).max(axis=2) > 30).sum())
 
 
 @pytest.mark.slow
 def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
-    _, early = live(EPOCH - 2 * S)
-    _, late = live(EPOCH + 10 * S + 12_345)
-    for playback, first in ((early, 0), (late, 150)):
-        frames = list(islice(open_source(VIEWER, playback), 4))
-        assert [f.frame for f in frames] == [first + k for k in range(4)]
-        assert [f.captured_ns for f in frames] == [EPOCH + round((first + k) * S / 15) for k in range(4)]
+    for start_ns, first in ((EPOCH - 2 * S, 0), (EPOCH + 10 * S + 12_345, 150)):
+        frames = islice(open_source(VIEWER, live(FakeTime(start_ns), EPOCH)), 4)
+        expected = [(k, EPOCH + round(k * S / 15)) for k in range(first, first + 4)]
+        assert [(f.frame, f.captured_ns) for f in frames] == expected
 
 
 @pytest.mark.slow
 def test_viewers_that_started_at_different_times_see_the_same_frame():
-    camera, source = VIEWER.camera, Actor("demo", 0)
-    _, one = live(EPOCH + 6 * S)
-    _, other = live(EPOCH + 6 * S + S // 3)
-    a = {f.frame: f.image for f in islice(actor_frames(source, 15.0, camera, one, 2), 12)}
-    b = {f.frame: f.image for f in islice(actor_frames(source, 15.0, camera, other, 2), 7)}
+    def seen(start_ns: int, count: int) -> dict[int, np.ndarray]:
+        frames = actor_frames(Actor("demo", 0), 15.0, VIEWER.camera, live(FakeTime(start_ns), EPOCH), 2)
+        return {f.frame: f.image for f in islice(frames, count)}
+
+    a, b = seen(EPOCH + 6 * S, 12), seen(EPOCH + 6 * S + S // 3, 7)
     shared = sorted(set(a) & set(b))[2:]
     assert shared
     for index in shared:
@@ -51,17 +44,15 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
 
 
 def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
-    _, playback = live(EPOCH + 5 * S)
-    frames = list(islice(open_source(VIEWER, playback), 32))
+    frames = list(islice(open_source(VIEWER, live(FakeTime(EPOCH + 5 * S), EPOCH)), 32))
     assert person_pixels(frames[29], frames[0]) < 5
     assert person_pixels(frames[30], frames[0]) > 100
 
 
 @pytest.mark.slow
 def test_late_frames_are_skipped_in_live_playback():
-    time, playback = live(EPOCH)
-    indices = []
-    for frame in islice(open_source(VIEWER, playback), 5):
+    time, indices = FakeTime(EPOCH), []
+    for frame in islice(open_source(VIEWER, live(time, EPOCH)), 5):
         indices.append(frame.frame)
         if frame.frame == 1:
             time.ns += S

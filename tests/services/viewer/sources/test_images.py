@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.services.viewer.sources.test_sources import FakeTime, S
+from tests.services.viewer.sources.test_sources import FakeTime, S, live, offline
 from zenocap.common.errors import OpenError, SizeMismatch
 from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import Rendered, SpecError
-from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
 from zenocap.services.viewer.sources.resize import Fit
 
 SIZE = (4, 3)
+FIT = Fit(SIZE, SIZE)
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def test_consecutive_indices_are_adjacent_forwards_and_backwards(step: int, coun
 
 def test_live_frames_are_in_time_and_late_ones_are_skipped(film: Path) -> None:
     time = FakeTime(10 * S)
-    frames = rendered_frames(Rendered(film, 10.0), 10.0, Fit(SIZE, SIZE), Playback(9 * S, time, sleep=time.sleep))
+    frames = rendered_frames(Rendered(film, 10.0), 10.0, FIT, live(time, 9 * S))
     first = list(islice(frames, 3))
     assert [(f.frame, f.captured_ns) for f in first] == [(10, 10 * S), (11, 10 * S + S // 10), (12, 10 * S + S // 5)]
     assert [int(f.image[0, 0, 0]) for f in first] == [2, 3, 4]
@@ -45,34 +45,26 @@ def test_live_frames_are_in_time_and_late_ones_are_skipped(film: Path) -> None:
 
 
 def test_the_speed_of_the_motion_is_independent_of_the_rate(film: Path) -> None:
-    time = FakeTime(0)
-    frames = rendered_frames(Rendered(film, 10.0), 20.0, Fit(SIZE, SIZE), Playback(0, time, sleep=time.sleep))
+    frames = rendered_frames(Rendered(film, 10.0), 20.0, FIT, live(FakeTime()))
     assert [int(f.image[0, 0, 0]) for f in islice(frames, 6)] == [0, 0, 1, 1, 2, 2]
 
 
 def test_offline_playback_ends(film: Path) -> None:
-    playback = Playback(0, FakeTime(0), live=False)
-    assert [f.frame for f in rendered_frames(Rendered(film, 10.0), 10.0, Fit(SIZE, SIZE), playback)] == [0, 1, 2, 3, 4]
+    assert [f.frame for f in rendered_frames(Rendered(film, 10.0), 10.0, FIT, offline())] == [0, 1, 2, 3, 4]
 
 
 def test_invalid_image_arrays_are_refused(tmp_path: Path, film: Path) -> None:
-    playback = Playback(0, FakeTime(0), live=False)
     bad = tmp_path / "bad.npy"
     np.save(bad, np.zeros((2, 3)))
     for path in (bad, tmp_path / "none.npy", Path(__file__)):
         with pytest.raises(OpenError, match=path.name):
-            next(rendered_frames(Rendered(path, 10.0), 10.0, Fit(SIZE, SIZE), playback))
+            next(rendered_frames(Rendered(path, 10.0), 10.0, FIT, offline()))
     with pytest.raises(SizeMismatch):
-        next(rendered_frames(Rendered(film, 10.0), 10.0, Fit((8, 8), (8, 8)), playback))
-
-
-@pytest.mark.parametrize(
-    "text", ["rendered:a.mp4", "rendered:a.npy?fps=0", "rendered:a.npy?fps=x", "rendered:a.npy?speed=2"]
-)
-def test_invalid_source_text_is_refused(text: str) -> None:
-    with pytest.raises(SpecError, match=r"rendered:FILE\.npy"):
-        parse_source(text, Path())
+        next(rendered_frames(Rendered(film, 10.0), 10.0, Fit((8, 8), (8, 8)), offline()))
 
 
 def test_source_text_has_file_and_rate() -> None:
+    for rest in ("a.mp4", "a.npy?fps=0", "a.npy?fps=x", "a.npy?speed=2"):
+        with pytest.raises(SpecError, match=r"rendered:FILE\.npy"):
+            parse_source(f"rendered:{rest}", Path())
     assert parse_source("rendered:a.npy?fps=60", Path("films")) == Rendered(Path("films/a.npy"), 60.0)

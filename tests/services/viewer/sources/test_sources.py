@@ -1,10 +1,10 @@
 """Frames of videos, pictures and cameras: numbers, times, live playback, errors."""
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -13,7 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.common.runtime.test_frame_rate import reduced
+from tests.support import video_file
 from tests.support.places import CLIPS, ROOT
+from tests.support.videos import GREY_STEP, grey_frames
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import load_rig
@@ -57,35 +59,30 @@ def live(time: FakeTime, epoch_ns: int = 0, loop: bool = False, reports: list[st
     return Playback(epoch_ns, time, loop=loop, sleep=time.sleep, report=(reports if reports is not None else []).append)
 
 
-def write_video(path: Path, frames: int, fps: float = 10.0, size: tuple[int, int] = SIZE, start: int = 0) -> Path:
-    """Write a video; frame k has the grey value 10 (start + k)."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
-    for k in range(start, start + frames):
-        writer.write(np.full((size[1], size[0], 3), 10 * k, np.uint8))
-    writer.release()
-    return path
+def write_video(path: Path, frames: int, fps: int = 10, size: tuple[int, int] = SIZE, start: int = 0) -> Path:
+    """Write a video; frame k has the grey value of number start + k."""
+    return video_file.write_video(path, grey_frames(start + frames, size)[start:], fps=fps)
+
+
+def frames_of(path: Path, playback: Playback, fps: float = 10.0) -> Iterator[Frame]:
+    return video_frames(VideoFile(path), fps, FIT, playback)
 
 
 def level(frame: Frame) -> int:
     """Number encoded in the grey value of a frame."""
-    return round(float(frame.image.mean()) / 10)
+    return round(float(frame.image.mean()) / GREY_STEP)
 
 
-def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_time(tmp_path):
-    path = write_video(tmp_path / "a.mp4", 6)
-    frames = list(video_frames(VideoFile(path), 10.0, FIT, offline(5 * S)))
-    assert [f.frame for f in frames] == list(range(6))
-    assert [f.captured_ns for f in frames] == [5 * S + k * S // 10 for k in range(6)]
-    assert [level(f) for f in frames] == list(range(6))
+@pytest.mark.parametrize("size", [SIZE, (128, 96)], ids=["of-the-calibrated-size", "of-its-shape"])
+def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_time(tmp_path, size):
+    frames = list(frames_of(write_video(tmp_path / "a.mp4", 6, size=size), offline(5 * S)))
+    assert [(f.frame, f.captured_ns, level(f)) for f in frames] == [(k, 5 * S + k * S // 10, k) for k in range(6)]
     assert all(f.image.shape == (24, 32, 3) and f.image.dtype == np.uint8 and not f.initial for f in frames)
 
 
 def test_a_lower_rate_takes_the_first_frame_of_each_period_and_keeps_its_number(tmp_path):
-    path = write_video(tmp_path / "a.mp4", 12, fps=30.0)
-    frames = list(video_frames(VideoFile(path), 15.0, FIT, offline()))
-    assert [f.frame for f in frames] == [0, 2, 4, 6, 8, 10]
-    assert [level(f) for f in frames] == [0, 2, 4, 6, 8, 10]
+    frames = list(frames_of(write_video(tmp_path / "a.mp4", 12, fps=30), offline(), 15.0))
+    assert [(f.frame, level(f)) for f in frames] == [(k, k) for k in (0, 2, 4, 6, 8, 10)]
 
 
 @given(fps=st.floats(0.5, 60), own=st.floats(1, 120), count=st.integers(2, 400))
@@ -98,9 +95,7 @@ def test_thinned_frames_are_never_more_than_the_rate_allows(fps, own, count):
     else:
         assert abs(len(kept) - count * fps / own) <= 1
         assert all(abs((b - a) - own / fps) <= 1.001 for a, b in pairwise(kept))
-        assert all(abs(k / own - round(k * fps / own) / fps) <= 0.51 / own for k in kept), (
-            "nearest to multiples of the period"
-        )
+        assert all(abs(k / own - round(k * fps / own) / fps) <= 0.51 / own for k in kept)
 
 
 def test_thinning_follows_the_times_of_a_variable_rate():
@@ -118,15 +113,14 @@ def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tm
 
 
 def test_a_file_is_paced_by_its_own_times_in_live_playback(tmp_path):
-    path, time = write_video(tmp_path / "a.mp4", 4), FakeTime(ns=3 * S)
-    arrived = [time.now_ns() for _ in video_frames(VideoFile(path), 10.0, FIT, live(time, 5 * S))]
+    time = FakeTime(ns=3 * S)
+    arrived = [time.now_ns() for _ in frames_of(write_video(tmp_path / "a.mp4", 4), live(time, 5 * S))]
     assert arrived == [5 * S + k * S // 10 for k in range(4)]
 
 
 def test_late_frames_are_skipped_in_live_playback(tmp_path):
-    path, time = write_video(tmp_path / "a.mp4", 10), FakeTime()
-    indices = []
-    for frame in video_frames(VideoFile(path), 10.0, FIT, live(time)):
+    time, indices = FakeTime(), []
+    for frame in frames_of(write_video(tmp_path / "a.mp4", 10), live(time)):
         indices.append(frame.frame)
         if frame.frame == 2:
             time.ns += S // 2
@@ -138,9 +132,8 @@ def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_
     kept = []
     for late_at in (None, 6):
         time, choice = FakeTime(), reduced(1, 2, 10.0)
-        playback = replace(live(time), choice=choice)
         kept.append([])
-        for frame in video_frames(VideoFile(path), 10.0, FIT, playback):
+        for frame in frames_of(path, replace(live(time), choice=choice)):
             kept[-1].append(frame.frame)
             time.ns += S // 2 if frame.frame == late_at else 0
         assert (choice.skipped, choice.late) == (10, 0 if late_at is None else 1)
@@ -149,8 +142,7 @@ def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_
 
 
 def test_frame_numbers_continue_in_a_looped_file(tmp_path):
-    path, time = write_video(tmp_path / "a.mp4", 3), FakeTime()
-    frames = list(islice(video_frames(VideoFile(path), 10.0, FIT, live(time, loop=True)), 7))
+    frames = list(islice(frames_of(write_video(tmp_path / "a.mp4", 3), live(FakeTime(), loop=True)), 7))
     assert [(f.frame, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
     assert frames[-1].captured_ns == 6 * S // 10
 
@@ -165,7 +157,7 @@ def test_a_picture_goes_on_though_opening_it_takes_longer_than_a_frame_period(tm
             super().__init__(*arguments)
 
     monkeypatch.setattr(video, "VideoReader", SlowReader)
-    frames = list(islice(video_frames(VideoFile(path), 10.0, FIT, live(time, loop=True)), 30))
+    frames = list(islice(frames_of(path, live(time, loop=True)), 30))
     assert {level(frame) for frame in frames} == {7}
     assert {later.captured_ns - one.captured_ns for one, later in pairwise(frames[1:])} == {S // 10}
     assert [later.frame - one.frame for one, later in pairwise(frames[1:])] == [1] * 28
@@ -173,45 +165,28 @@ def test_a_picture_goes_on_though_opening_it_takes_longer_than_a_frame_period(tm
 
 
 def test_missing_forbidden_and_invalid_video_files_are_refused(tmp_path, monkeypatch):
-    source = VideoFile(tmp_path / "a.mp4")
+    path = tmp_path / "a.mp4"
     with pytest.raises(OpenError, match=r"a\.mp4: no such video file"):
-        next(video_frames(source, 10.0, FIT, offline()))
-    source.path.write_bytes(b"no video")
+        next(frames_of(path, offline()))
+    path.write_bytes(b"no video")
     with pytest.raises(OpenError, match=r"a\.mp4: not a video that can be decoded: the file is damaged"):
-        next(video_frames(source, 10.0, FIT, offline()))
+        next(frames_of(path, offline()))
     monkeypatch.setattr(reader.os, "access", lambda path, mode: False)
     with pytest.raises(AccessDenied, match=r"a\.mp4: no permission to read this video file"):
-        next(video_frames(source, 10.0, FIT, offline()))
+        next(frames_of(path, offline()))
 
 
-def test_a_truncated_file_raises_an_error(tmp_path):
-    path = tmp_path / "a.avi"
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, SIZE)
-    for _ in range(60):
-        writer.write(np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8))
-    writer.release()
-    content = path.read_bytes()
-    path.write_bytes(content[: len(content) // 2])
-    with pytest.raises((EndedEarly, OpenError), match=r"a\.avi: "):
-        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
-
-
-def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_path):
-    path = write_video(tmp_path / "a.mp4", 2, size=(64, 64))
-    with pytest.raises(SizeMismatch, match=r"a\.mp4: images of 64 x 64 px, but the calibration is for 64 x 48 px"):
-        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
-
-
-def test_images_of_the_calibrated_shape_are_scaled(tmp_path):
-    path = write_video(tmp_path / "a.mp4", 2, size=(128, 96))
-    frames = list(video_frames(VideoFile(path), 10.0, FIT, offline()))
-    assert [(frame.image.shape, level(frame)) for frame in frames] == [((24, 32, 3), 0), ((24, 32, 3), 1)]
-
-
-def test_turned_images_are_refused(tmp_path):
-    path = write_video(tmp_path / "a.mp4", 2, size=(48, 64))
-    with pytest.raises(SizeMismatch, match="one of them is turned by 90 degrees"):
-        list(video_frames(VideoFile(path), 10.0, FIT, offline()))
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [
+        ((64, 64), r"a\.mp4: images of 64 x 64 px, but the calibration is for 64 x 48 px"),
+        ((48, 64), "one of them is turned by 90 degrees"),
+    ],
+    ids=["of-another-shape", "turned"],
+)
+def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_path, size, text):
+    with pytest.raises(SizeMismatch, match=text):
+        list(frames_of(write_video(tmp_path / "a.mp4", 2, size=size), offline()))
 
 
 @pytest.mark.parametrize(("real", "calibrated"), [((1080, 1920), (1088, 1920)), ((1088, 1920), (1080, 1920))])
@@ -229,36 +204,32 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
         assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
 
 
+def pictures(folder: Path, playback: Playback, *numbers: int) -> Iterator[Frame]:
+    """Write pictures with the grey values of their numbers; return the frames of the folder."""
+    for k in numbers:
+        cv2.imwrite(str(folder / f"{k}.png"), grey_frames(k + 1)[k])
+    return image_frames(Images(folder, "*.png"), 10.0, FIT, playback)
+
+
 def test_pictures_are_ordered_by_number(tmp_path):
-    for k in (2, 10, 1):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
-    frames = list(image_frames(Images(tmp_path, "*.png"), 10.0, FIT, offline(S)))
-    assert [(f.frame, level(f)) for f in frames] == [(0, 1), (1, 2), (2, 10)]
-    assert [f.captured_ns for f in frames] == [S, S + S // 10, S + S // 5]
+    frames = pictures(tmp_path, offline(S), 2, 10, 1)
+    assert [(f.frame, f.captured_ns, level(f)) for f in frames] == [(0, S, 1), (1, S + S // 10, 2), (2, S + S // 5, 10)]
 
 
 def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_path):
-    for k in range(3):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
-    time = FakeTime(ns=S // 4)
-    frames = islice(image_frames(Images(tmp_path, "*.png"), 10.0, FIT, live(time, loop=True)), 3)
+    frames = islice(pictures(tmp_path, live(FakeTime(ns=S // 4), loop=True), 0, 1, 2), 3)
     assert [(f.frame, level(f)) for f in frames] == [(2, 2), (3, 0), (4, 1)]
 
 
 def test_unreadable_pictures_are_refused(tmp_path, monkeypatch):
-    source = Images(tmp_path, "*.png")
     with pytest.raises(OpenError, match=r"\*\.png: no file matches"):
-        next(image_frames(source, 10.0, FIT, offline()))
+        next(pictures(tmp_path, offline()))
     (tmp_path / "1.png").write_bytes(b"")
     with pytest.raises(EndedEarly, match=r"1\.png: picture 0 of 1 cannot be decoded"):
-        next(image_frames(source, 10.0, FIT, offline()))
-
-    def refuse(self: Path) -> bytes:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+        next(pictures(tmp_path, offline()))
+    monkeypatch.setattr(Path, "read_bytes", Mock(side_effect=PermissionError(13, "Permission denied")))
     with pytest.raises(AccessDenied, match=r"1\.png: no permission to read this picture"):
-        next(image_frames(source, 10.0, FIT, offline()))
+        next(pictures(tmp_path, offline()))
 
 
 class FakeCamera:
@@ -291,13 +262,15 @@ def opening(captures: list[FakeCamera]) -> device.Opener:
     return lambda source, size, fps: next(rest)
 
 
+def first(source: Device | Stream, images: int = 0) -> Frame:
+    """The first frame of a camera that gives some images and then fails."""
+    time = FakeTime()
+    return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, images)])))
+
+
 @pytest.mark.parametrize("source", [Device(0, delay_ns=80_000_000), Stream("rtsp://a/b", delay_ns=80_000_000)])
 def test_the_delay_of_a_camera_is_subtracted_from_its_times(source):
-    def first(source):
-        time = FakeTime()
-        return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, 3)])))
-
-    assert first(source).captured_ns == first(replace(source, delay_ns=0)).captured_ns - 80_000_000
+    assert first(source, 3).captured_ns == first(replace(source, delay_ns=0), 3).captured_ns - 80_000_000
 
 
 def test_frames_of_a_camera_have_the_time_when_they_were_grabbed():
@@ -328,9 +301,7 @@ class FakeControls:
 def test_frames_are_left_out_while_controls_settle_and_not_when_the_camera_is_back():
     time, controls, rate = FakeTime(ns=S), FakeControls(), SourceRate()
     captures = [FakeCamera(time, 40), FakeCamera(time, 50)]
-    stream = camera_frames(
-        Device(0), 10.0, SIZE, live(time), opening(captures), controls=controls, rate=rate
-    )  # fmt: skip
+    stream = camera_frames(Device(0), 10.0, SIZE, live(time), opening(captures), controls=controls, rate=rate)
     frames = list(islice(stream, 12))
     assert frames[0].captured_ns - S == int((0.1 + device.SETTLING_S + 0.1) * S)
     assert [f.frame for f in frames] == list(range(12))
@@ -342,8 +313,8 @@ def test_frames_are_left_out_while_controls_settle_and_not_when_the_camera_is_ba
 def test_frames_of_a_camera_have_the_time_of_its_buffer(monkeypatch):
     monkeypatch.setattr(device.time, "monotonic_ns", lambda: 7 * S)
     monkeypatch.setattr(device.sys, "platform", "linux")
-    time, camera = FakeTime(ns=S), FakeCamera(FakeTime(), 50)
-    camera.time = time
+    time = FakeTime(ns=S)
+    camera = FakeCamera(time, 50)
     camera.get = lambda propId: 7000.0 - 30.0  # ms
     stream = camera_frames(Device(0), 10.0, SIZE, live(time), opening([camera]))
     assert next(stream).captured_ns == S + 2 * S // 10 - 30_000_000
@@ -360,23 +331,15 @@ def test_on_other_systems_a_stable_name_is_refused_and_settings_are_left_out_wit
 
 
 def test_a_camera_with_a_stable_name_is_found_under_another_number(tmp_path, monkeypatch):
-    opened: list[str] = []
-
-    class Capture:
-        def __init__(self, name: str, backend: int) -> None:
-            opened.append(name)
-
-        def set(self, propId: int, value: float) -> bool:
-            return True
-
-    monkeypatch.setattr(device.cv2, "VideoCapture", Capture)
+    capture = Mock()
+    monkeypatch.setattr(device.cv2, "VideoCapture", capture)
     monkeypatch.setattr(device.sys, "platform", "linux")
     link = tmp_path / "usb-A"
     for number in (0, 4):
         link.unlink(missing_ok=True)
         link.symlink_to(f"/dev/video{number}")
         device.open_device(Device(None, link), SIZE, 30.0)
-    assert opened == ["/dev/video0", "/dev/video4"]
+    assert [call.args[0] for call in capture.call_args_list] == ["/dev/video0", "/dev/video4"]
 
 
 def test_frames_of_a_fast_camera_are_reduced_to_the_rate():
@@ -419,11 +382,6 @@ def test_a_camera_with_other_images_is_refused():
         next(stream)
 
 
-def first(source: Device | Stream) -> Frame:
-    time = FakeTime()
-    return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, 0)])))
-
-
 def test_error_gives_the_reason_why_a_camera_does_not_open(monkeypatch):
     monkeypatch.setattr(device.sys, "platform", "linux")
     monkeypatch.setattr(device.Path, "exists", lambda path: False)
@@ -451,12 +409,11 @@ def test_a_viewer_opens_its_own_source(tmp_path):
         write_video(folder / "videos" / f"{name}.mp4", 3, size=(640, 480))
     demo = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
     (folder / "calibration.toml").write_text(demo.read_text())
-    rig = load_rig(folder)
-    frames = list(open_source(rig.viewers[0], offline()))
-    assert [f.image.shape for f in frames] == [(480, 640, 3)] * 3
-    os.remove(folder / "videos" / "cam01.mp4")
+    viewer = load_rig(folder).viewers[0]
+    assert [f.image.shape for f in open_source(viewer, offline())] == [(480, 640, 3)] * 3
+    (folder / "videos" / "cam01.mp4").unlink()
     with pytest.raises(OpenError, match="no such video file"):
-        next(open_source(rig.viewers[0], offline()))
+        next(open_source(viewer, offline()))
 
 
 @pytest.mark.slow
@@ -466,6 +423,5 @@ def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():
     rig = load_rig(CLIPS / "real_beam4")
     for viewer in rig.viewers:
         frames = list(islice(open_source(viewer, offline(S)), 14))
-        assert [f.initial for f in frames] == [True] * 11 + [False] * 3
-        assert [f.frame for f in frames] == [*range(11), 0, 1, 2]
+        assert [(f.frame, f.initial) for f in frames] == [(k, True) for k in range(11)] + [(k, False) for k in range(3)]
         assert {f.image.shape for f in frames} == {(viewer.camera.size[1], viewer.camera.size[0], 3)}

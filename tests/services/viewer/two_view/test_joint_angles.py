@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.support.limb_cases import UPRIGHT, assert_consistent, fit_started_off, image_errors_deg
-from tests.support.two_view_scene import MODEL, NAVEL, directions, model_mask, rows
+from tests.support.limb_cases import UPRIGHT, assert_consistent, assert_found, fit_over, fit_started_off
+from tests.support.two_view_scene import NAVEL, directions
 from zenocap.common.body.segments import exchange_legs, hanging_arm
-from zenocap.services.viewer.two_view.body_fit import BodyFit
 from zenocap.services.viewer.two_view.joint_angles import (
     LEFT_LEG,
     RIGHT_LEG,
@@ -34,38 +33,28 @@ def test_an_arm_is_found_from_a_start_20_degrees_off(viewer: int, pose: dict[str
     truth = directions(**pose)
     fit = fit_started_off(viewer, truth, 0, BOTH, off_deg)
     result = find_arm(fit, 0, RESTING, lost=False)
-    assert np.max(image_errors_deg(fit, result.directions, truth[0])) < 6
+    assert_found(fit, 0, result.directions, truth, 6)
     assert result.score > 0.97
     assert result.visible > 0.3
-    np.testing.assert_array_equal(fit.directions[0], result.directions)
-    assert_consistent(fit)
 
 
-@pytest.mark.parametrize("off_deg", [-20, 20])
-def test_an_elbow_is_found_from_a_start_20_degrees_off(off_deg: float) -> None:
-    truth = directions(**FACADE[3])
-    fit = fit_started_off(0, truth, 0, LOWER, off_deg)
-    assert (
-        np.max(image_errors_deg(fit, find_arm(fit, 0, RESTING, lost=False).directions, truth[0])) < 14
-    )  # the whole arm moves first
-    assert_consistent(fit)
+RAISED = {"right_shoulder_z": 60.0, "left_shoulder_z": 300.0}
 
 
-@pytest.mark.parametrize("k", [0, 1])
-def test_a_lost_arm_is_found_at_any_angle(k: int) -> None:
-    truth = directions(right_shoulder_z=60, left_shoulder_z=300)
-    fit = fit_started_off(0, truth, k, BOTH, 150 if k else -150)
-    result = find_arm(fit, k, RESTING, lost=True)
-    assert np.max(image_errors_deg(fit, result.directions, truth[k])) < 6
-    assert_consistent(fit)
-
-
-def test_a_lowered_arm_is_found_from_the_rest_pose() -> None:
-    truth = directions()
-    fit = fit_started_off(0, truth, 0, BOTH, -120)
-    result = find_arm(fit, 0, RESTING, lost=False)
-    assert np.max(image_errors_deg(fit, result.directions, truth[0])) < 12
-    assert_consistent(fit)
+@pytest.mark.parametrize(
+    ("pose", "k", "what", "off_deg", "lost", "most_deg"),
+    [
+        pytest.param(FACADE[3], 0, LOWER, -20, False, 14, id="elbow-up"),  # the whole arm moves first
+        pytest.param(FACADE[3], 0, LOWER, 20, False, 14, id="elbow-down"),
+        pytest.param(RAISED, 0, BOTH, -150, True, 6, id="lost-right-arm"),
+        pytest.param(RAISED, 1, BOTH, 150, True, 6, id="lost-left-arm"),
+        pytest.param({}, 0, BOTH, -120, False, 12, id="lowered-from-the-rest-pose"),
+    ],
+)
+def test_an_elbow_and_a_lost_or_lowered_arm_are_found(pose, k, what, off_deg, lost, most_deg):
+    truth = directions(**pose)
+    fit = fit_started_off(0, truth, k, what, off_deg)
+    assert_found(fit, k, find_arm(fit, k, RESTING, lost=lost).directions, truth, most_deg)
 
 
 def test_the_search_never_lowers_the_score_or_moves_other_limbs() -> None:
@@ -84,13 +73,6 @@ def test_an_arm_behind_the_body_is_hidden_and_one_beside_it_is_visible() -> None
     assert far.visible < 0.2 < 0.6 < near.visible <= 1.0
 
 
-def test_an_arm_search_needs_at_most_the_nine_matchings_of_the_paper() -> None:
-    truth = directions(right_shoulder_z=100)
-    result = find_arm(fit_started_off(0, truth, 0, BOTH, 20), 0, RESTING, lost=False)
-    assert result.matchings
-    assert max(result.matchings) <= 9
-
-
 def test_the_search_is_repeatable() -> None:
     truth = directions(right_shoulder_z=100)
     one, two = (find_arm(fit_started_off(0, truth, 0, BOTH, 20), 0, RESTING, lost=True) for _ in range(2))
@@ -98,7 +80,6 @@ def test_the_search_is_repeatable() -> None:
     assert (one.score, one.visible, one.matchings) == (two.score, two.visible, two.matchings)
 
 
-STANDING = directions()[RIGHT_LEG]
 STRAIGHT = np.tile([0.0, -1.0, 0.0], (2, 1))
 
 
@@ -116,20 +97,22 @@ def test_a_leg_is_found_in_the_flank_from_a_start_20_degrees_off(pose: dict[str,
     truth = directions(**pose)
     fit = fit_started_off(1, truth, RIGHT_LEG, BOTH, off_deg)
     result = find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=False)
-    assert np.max(image_errors_deg(fit, result.directions, truth[RIGHT_LEG])) < 6
+    assert_found(fit, RIGHT_LEG, result.directions, truth, 6)
     assert result.score > 0.97
-    np.testing.assert_array_equal(fit.directions[RIGHT_LEG], result.directions)
-    assert_consistent(fit)
 
 
-def test_a_bent_knee_is_found_in_the_flank() -> None:
-    truth = directions(right_hip_x=30, right_knee_x=-50)
-    fit = fit_started_off(1, truth, RIGHT_LEG, LOWER, 20)
-    assert (
-        np.max(image_errors_deg(fit, find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=False).directions, truth[RIGHT_LEG]))
-        < 10
-    )  # the whole leg moves first
-    assert_consistent(fit)
+@pytest.mark.parametrize(
+    ("hip_x", "knee_x", "what", "off_deg", "lost", "most_deg"),
+    [
+        pytest.param(30, -50, LOWER, 20, False, 10, id="bent-knee"),  # the whole leg moves first
+        pytest.param(75, -20, BOTH, -110, True, 6, id="lost-leg-behind"),
+        pytest.param(75, -20, BOTH, 110, True, 6, id="lost-leg-in-front"),
+    ],
+)
+def test_a_bent_knee_and_a_lost_leg_are_found_in_the_flank(hip_x, knee_x, what, off_deg, lost, most_deg):
+    truth = directions(right_hip_x=hip_x, right_knee_x=knee_x)
+    fit = fit_started_off(1, truth, RIGHT_LEG, what, off_deg)
+    assert_found(fit, RIGHT_LEG, find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=lost).directions, truth, most_deg)
 
 
 @pytest.mark.parametrize("k", [RIGHT_LEG, LEFT_LEG])
@@ -137,16 +120,13 @@ def test_a_bent_knee_is_found_in_the_flank() -> None:
 def test_a_spread_leg_is_found_in_the_facade(k: int, off_deg: float) -> None:
     truth = directions(right_hip_z=155, left_hip_z=205)
     fit = fit_started_off(0, truth, k, BOTH, off_deg)
-    result = find_leg_facade(fit, k, squatting=False)
-    assert np.max(image_errors_deg(fit, result.directions, truth[k])) < 6
-    assert_consistent(fit)
+    assert_found(fit, k, find_leg_facade(fit, k, squatting=False).directions, truth, 6)
 
 
 def test_a_squatting_leg_is_folded_with_the_foot_below_the_hip() -> None:
     folded = directions(right_hip_x=60, right_knee_x=-120, left_hip_x=60, left_knee_x=-120)
     start = directions(right_hip_x=45, right_knee_x=-90, left_hip_x=60, left_knee_x=-120)
-    fit = BodyFit(MODEL, rows(0), model_mask(rows(0), folded))
-    fit.place(NAVEL, UPRIGHT, start)
+    fit = fit_over(0, folded, start)
     before = fit.score()
     result = find_leg_facade(fit, RIGHT_LEG, squatting=True)
     assert fit.score() > before
@@ -154,56 +134,39 @@ def test_a_squatting_leg_is_folded_with_the_foot_below_the_hip() -> None:
     assert_consistent(fit)
 
 
-@pytest.mark.parametrize("turned_deg", [-110, 110])
-def test_a_lost_leg_is_found_again(turned_deg: float) -> None:
-    truth = directions(right_hip_x=75, right_knee_x=-20)
-    fit = fit_started_off(1, truth, RIGHT_LEG, BOTH, turned_deg)
-    result = find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=True)
-    assert np.max(image_errors_deg(fit, result.directions, truth[RIGHT_LEG])) < 6
-    assert_consistent(fit)
-
-
 def test_knees_do_not_bend_forward() -> None:
     bent = directions(right_hip_x=20, right_knee_x=-60)
     forward = bent.copy()
     forward[RIGHT_LEG] = bent[RIGHT_LEG] * [1, 1, -1]  # a silhouette that no leg position explains
-    fit = fit_started_off(1, forward, RIGHT_LEG, BOTH, 0)
-    fit.place(NAVEL, UPRIGHT, directions())
+    fit = fit_over(1, forward, directions())
     upper, lower = find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=True).directions
     assert upper[1] * lower[2] - upper[2] * lower[1] > -0.15
 
 
-def test_a_leg_search_needs_no_more_matchings_than_the_full_search() -> None:
-    fit = fit_started_off(1, directions(right_hip_x=40), RIGHT_LEG, BOTH, 20)
-    result = find_leg_flank(fit, RIGHT_LEG, STRAIGHT, lost=False)
-    assert result.matchings
-    assert max(result.matchings) <= 9
-    assert (
-        max(find_leg_facade(fit_started_off(0, directions(), RIGHT_LEG, BOTH, 5), RIGHT_LEG, squatting=False).matchings)
-        <= 7
-    )
+def test_a_search_needs_at_most_the_matchings_of_the_paper() -> None:
+    arm = find_arm(fit_started_off(0, directions(right_shoulder_z=100), 0, BOTH, 20), 0, RESTING, lost=False)
+    flank = fit_started_off(1, directions(right_hip_x=40), RIGHT_LEG, BOTH, 20)
+    facade = fit_started_off(0, directions(), RIGHT_LEG, BOTH, 5)
+    assert max(arm.matchings) <= 9
+    assert max(find_leg_flank(flank, RIGHT_LEG, STRAIGHT, lost=False).matchings) <= 9
+    assert max(find_leg_facade(facade, RIGHT_LEG, squatting=False).matchings) <= 7
 
 
-def step_pose() -> np.ndarray:
-    """A wide step: the right leg to the front, the left one back, distinguishable from above the hips."""
-    return directions(right_hip_x=35, left_hip_x=-30, left_knee_x=-10)
+# A wide step: the right leg to the front, the left one back, distinguishable from above the hips.
+STEP = directions(right_hip_x=35, left_hip_x=-30, left_knee_x=-10)
 
 
 @pytest.mark.parametrize("mistaken", [False, True])
 def test_the_exchange_gain_in_the_facade_is_positive_for_exchanged_legs(mistaken: bool) -> None:
-    camera = rows(0)
-    truth = step_pose()
-    place = NAVEL - [0.0, 0.1, 0.0]
-    fit = BodyFit(MODEL, camera, model_mask(camera, truth, place))
-    fit.place(place, UPRIGHT, exchange_legs(truth) if mistaken else truth)
+    fit = fit_over(0, STEP, exchange_legs(STEP) if mistaken else STEP, NAVEL - [0.0, 0.1, 0.0])
     assert (leg_exchange_gain(fit) > 0) == mistaken
 
 
 def test_the_exchange_gain_does_not_change_the_fit() -> None:
-    fit = fit_started_off(0, step_pose(), RIGHT_LEG, BOTH, 0)
+    fit = fit_over(0, STEP, STEP)
     for k in (RIGHT_LEG, LEFT_LEG):
         find_leg_facade(fit, k, squatting=False)
-    directions = fit.directions.copy()
+    before = fit.directions.copy()
     leg_exchange_gain(fit)
-    np.testing.assert_array_equal(fit.directions, directions)
+    np.testing.assert_array_equal(fit.directions, before)
     assert_consistent(fit)

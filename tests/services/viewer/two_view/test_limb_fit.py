@@ -5,6 +5,7 @@ import pytest
 
 from tests.support.limb_cases import assert_consistent, fit_started_off
 from tests.support.two_view_scene import directions
+from zenocap.common.arrays import Floats
 from zenocap.services.viewer.parameters import ARM_REGION
 from zenocap.services.viewer.two_view.limb_fit import HALF_TURN, LimbFit
 from zenocap.services.viewer.two_view.limb_search import BOTH, LOWER
@@ -24,8 +25,7 @@ def test_finishing_without_a_search_changes_nothing() -> None:
 
 def test_searches_never_lower_the_score() -> None:
     fit = fit_started_off(0, TRUTH, 0, BOTH, 20)
-    search = LimbFit(fit, 0)
-    scores = []
+    search, scores = LimbFit(fit, 0), []
     for what in (BOTH, LOWER, BOTH, LOWER):
         search.search(what, ARM_REGION)
         scores.append(search.score)
@@ -36,17 +36,20 @@ def test_searches_never_lower_the_score() -> None:
     assert_consistent(fit)
 
 
+def retry_from(search: LimbFit, start: Floats, gain: float) -> None:
+    def search_from_the_start() -> None:
+        search.start(start)
+        search.search(BOTH, ARM_REGION)
+
+    search.retry(search_from_the_start, gain)
+
+
 def test_a_retry_without_gain_keeps_the_result() -> None:
     fit = fit_started_off(0, TRUTH, 0, BOTH, 0)
     search = LimbFit(fit, 0)
     search.search(BOTH, ARM_REGION)
     found, score = search.directions.copy(), search.score
-
-    def search_from_another_start() -> None:
-        search.start(directions(right_shoulder_z=20)[0])
-        search.search(BOTH, ARM_REGION)
-
-    search.retry(search_from_another_start, 0.0)
+    retry_from(search, directions(right_shoulder_z=20)[0], 0.0)
     np.testing.assert_array_equal(search.directions, found)
     assert search.score == score
     search.finish()
@@ -54,21 +57,14 @@ def test_a_retry_without_gain_keeps_the_result() -> None:
 
 
 def test_a_retry_from_a_better_start_is_used() -> None:
-    fit = fit_started_off(0, TRUTH, 0, BOTH, 90)
-    search = LimbFit(fit, 0)
+    search = LimbFit(fit_started_off(0, TRUTH, 0, BOTH, 90), 0)
     search.search(LOWER, ARM_REGION)
-
-    def search_from_the_truth() -> None:
-        search.start(TRUTH[0])
-        search.search(BOTH, ARM_REGION)
-
-    search.retry(search_from_the_truth, 0.01)
+    retry_from(search, TRUTH[0], 0.01)
     np.testing.assert_allclose(search.directions, TRUTH[0], atol=1e-9)
 
 
 def test_a_sweep_covers_a_full_turn() -> None:
-    fit = fit_started_off(0, TRUTH, 0, BOTH, 180)
-    search = LimbFit(fit, 0)
+    search = LimbFit(fit_started_off(0, TRUTH, 0, BOTH, 180), 0)
     search.sweep(BOTH, 2 * HALF_TURN, float(np.radians(15)))
     assert np.max(np.abs(search.directions - TRUTH[0])) < 0.3
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.two_view_scene import ANGLES, MODEL, NAVEL, directions, model_mask, rows
+from tests.support.limb_cases import fit_over
+from tests.support.two_view_scene import ANGLES, MODEL, NAVEL, directions, rows
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import exchange_legs, hanging_arm, limb_directions
@@ -52,8 +53,7 @@ def test_the_last_hypothesis_of_the_legs_exchanges_them() -> None:
 @settings(deadline=None, max_examples=15)  # the first example compiles
 def test_hypothesis_scores_equal_those_of_the_whole_model(viewer: int, angles: Floats) -> None:
     last = directions()
-    fit = BodyFit(MODEL, rows(viewer), model_mask(rows(viewer), limb_directions(TEN_PARTS, angles)))
-    fit.place(NAVEL, np.eye(3), last)
+    fit = fit_over(viewer, limb_directions(TEN_PARTS, angles), last)
     cover, totals = fit.image.cover.copy(), fit.image.totals.copy()
     for first, hypotheses in ((0, arm_hypotheses(last, RESTING)), (2, leg_hypotheses(last))):
         scores = hypothesis_scores(fit, first, hypotheses)
@@ -70,8 +70,6 @@ def test_an_arm_to_the_front_is_distinguished_from_a_hanging_one() -> None:
     truth = directions(left_shoulder_x=90)
     total = np.zeros(ARM_HYPOTHESES**2)
     for viewer in (0, 1):
-        fit = BodyFit(MODEL, rows(viewer), model_mask(rows(viewer), truth))
-        fit.place(NAVEL, np.eye(3), directions())
-        total += hypothesis_scores(fit, 0, arm_hypotheses(directions(), RESTING))
+        total += hypothesis_scores(fit_over(viewer, truth, directions()), 0, arm_hypotheses(directions(), RESTING))
     _, left = combination(arm_hypotheses(directions(), RESTING), int(np.argmax(total)))
     np.testing.assert_allclose(left, [[0, 0, 1], [0, 0, 1]])

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.limb_cases import fit_over
 from tests.support.two_view_scene import MODEL, NAVEL, directions, model_mask, rows
 from zenocap.common.arrays import Floats
 from zenocap.common.vision.model_image import ADD, COUNT, REMOVE
@@ -35,14 +36,9 @@ from zenocap.services.viewer.two_view.limb_search import (
 
 X_AXIS, Z_AXIS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 DOWN = np.tile([0.0, -1.0, 0.0], (2, 1))
-HALF_TURN = np.radians(180)
 REGIONS = [(ARM_REGION, 6, 9, 17), (LEG_REGION, 5, 7, 9)]  # least, most, full
-UNIT = (
-    st.tuples(*[st.floats(-1, 1)] * 3)
-    .map(np.array)
-    .filter(lambda v: np.linalg.norm(v) > 0.1)
-    .map(lambda v: v / np.linalg.norm(v))
-)
+LONG = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
+UNIT = LONG.map(lambda v: v / np.linalg.norm(v))
 
 
 def turned(what: int, angle: float, axis: Floats = Z_AXIS, start: Floats = DOWN) -> Floats:
@@ -66,13 +62,7 @@ class ScriptedSearch(NamedTuple):
     evaluated_deg: list[int]
 
 
-def scripted_search(
-    monkeypatch: pytest.MonkeyPatch,
-    scores: dict[int, float],
-    region: float,
-    low: float = -HALF_TURN,
-    high: float = HALF_TURN,
-) -> ScriptedSearch:
+def scripted_search(scores: dict[int, float], region: float) -> ScriptedSearch:
     """scores: by angle in whole degrees, 0 elsewhere."""
     evaluated: list[int] = []
 
@@ -80,16 +70,14 @@ def scripted_search(
         evaluated.append(round(np.degrees(angle)))
         return scores.get(evaluated[-1], 0.0)
 
-    monkeypatch.setattr(limb_search, "limb_score", score)
-    limb, image = unobserved_limb()
-    best, best_score, matchings = tri_tree.py_func(DOWN, Z_AXIS, BOTH, region, limb, image)
+    with patch.object(limb_search, "limb_score", score):
+        best, best_score, matchings = tri_tree.py_func(DOWN, Z_AXIS, BOTH, region, *unobserved_limb())
     return ScriptedSearch(float(np.degrees(best)), best_score, matchings, evaluated)
 
 
 def winners(region_deg: int, stages: tuple[str, ...]) -> dict[int, float]:
     """Scores by which the given place ("centre" or "extreme") wins each stage in turn."""
-    scores, centre, width = {}, 0, region_deg
-    best = 0
+    scores, centre, width, best = {}, 0, region_deg, 0
     for number, place in enumerate(stages, start=1):
         if place == "centre":
             best = centre
@@ -103,17 +91,15 @@ def winners(region_deg: int, stages: tuple[str, ...]) -> dict[int, float]:
 
 
 @pytest.mark.parametrize(("region", "mean"), [(ARM_REGION, 7), (LEG_REGION, 17 / 3)])
-def test_the_number_of_matchings_equals_equation_2(monkeypatch: pytest.MonkeyPatch, region: float, mean: float) -> None:
+def test_the_number_of_matchings_equals_equation_2(region: float, mean: float) -> None:
     """The mean over equally probable winners: a centre costs the next stage two matchings, an extreme one."""
     stages = round(np.log2(region / STOP))
     total = 0.0
     for first in product(("extreme", "centre"), repeat=stages - 1):
-        places = (*first, "centre")
-        found = scripted_search(monkeypatch, winners(round(np.degrees(region)), places), region)
+        found = scripted_search(winners(round(np.degrees(region)), (*first, "centre")), region)
         assert found.matchings == 3 + sum(2 if place == "centre" else 1 for place in first)
-        assert found.matchings == len(found.evaluated_deg) == len(set(found.evaluated_deg)), (
-            "a known score is not computed again"
-        )
+        assert found.matchings == len(found.evaluated_deg)
+        assert len(set(found.evaluated_deg)) == len(found.evaluated_deg)  # a known score is not computed again
         assert found.score == stages
         total += found.matchings * np.prod([1 / 3 if place == "centre" else 2 / 3 for place in first])
     assert total == pytest.approx(mean)
@@ -121,40 +107,33 @@ def test_the_number_of_matchings_equals_equation_2(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize(("region", "least", "most", "full"), REGIONS)
 @given(target=st.floats(-1.0, 1.0))
-def test_the_tri_tree_equals_the_full_search_on_a_unimodal_score(
-    region: float, least: int, most: int, full: int, target: float
-) -> None:
-    limb, image = unobserved_limb()
+def test_the_tri_tree_equals_the_full_search_on_a_unimodal_score(region, least, most, full, target):
     with patch.object(limb_search, "limb_score", lambda _d, _a, _s, angle, _l, _i: np.cos(angle - target)):
-        _, score, matchings = tri_tree.py_func(DOWN, Z_AXIS, BOTH, region, limb, image)
-        _, best_score, all_matchings = full_search.py_func(DOWN, Z_AXIS, BOTH, region, STOP, limb, image)
+        _, score, matchings = tri_tree.py_func(DOWN, Z_AXIS, BOTH, region, *unobserved_limb())
+        _, best_score, all_matchings = full_search.py_func(DOWN, Z_AXIS, BOTH, region, STOP, *unobserved_limb())
     assert score == pytest.approx(best_score, abs=1e-12)
     assert least <= matchings <= most
     assert all_matchings == full
 
 
 @pytest.mark.parametrize(("region", "least", "most", "full"), REGIONS)
-def test_least_and_most_matchings_occur(
-    monkeypatch: pytest.MonkeyPatch, region: float, least: int, most: int, full: int
-) -> None:
-    width = round(np.degrees(region))
-    assert scripted_search(monkeypatch, {-width // 2: 1.0}, region).matchings == least
-    assert scripted_search(monkeypatch, {0: 1.0}, region).matchings == most
+def test_least_and_most_matchings_occur(region: float, least: int, most: int, full: int) -> None:
+    assert scripted_search({-round(np.degrees(region)) // 2: 1.0}, region).matchings == least
+    assert scripted_search({0: 1.0}, region).matchings == most
 
 
-def test_a_tie_keeps_the_start_angle(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert scripted_search(monkeypatch, {}, ARM_REGION).best_deg == 0.0
-    limb, image = unobserved_limb()
-    assert full_search(DOWN, Z_AXIS, BOTH, ARM_REGION, STOP, limb, image)[0] == pytest.approx(0.0, abs=1e-12)
+def test_a_tie_keeps_the_start_angle() -> None:
+    assert scripted_search({}, ARM_REGION).best_deg == 0.0
+    assert full_search(DOWN, Z_AXIS, BOTH, ARM_REGION, STOP, *unobserved_limb())[0] == pytest.approx(0.0, abs=1e-12)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
 @settings(deadline=None)
 def test_a_search_restores_the_cover_and_returns_the_score_of_its_angle(start: float, region_share: float) -> None:
-    limbs = directions(right_shoulder_z=120, right_elbow_x=30)
-    fit = BodyFit(MODEL, rows(0), model_mask(rows(0), limbs))
+    truth = directions(right_shoulder_z=120, right_elbow_x=30)
+    limbs = truth.copy()
     limbs[0] = turned(BOTH, start, start=limbs[0])
-    fit.place(NAVEL, np.eye(3), limbs)
+    fit = fit_over(0, truth, limbs)
     fit.cover_limb(0, REMOVE)
     cover, totals = fit.image.cover.copy(), fit.image.totals.copy()
     region = ARM_REGION * (1 + region_share)
@@ -172,8 +151,7 @@ def test_forbidden_angles_have_a_score_of_minus_1() -> None:
     assert limb_score(DOWN, X_AXIS, LOWER, np.radians(151), limb, image) == -1.0
     assert limb_score(DOWN, X_AXIS, LOWER, np.radians(-60), limb, image) >= 0  # an elbow, in either direction
     leg = limb._replace(is_leg=True)
-    forward_x = np.radians(60)
-    scores = [limb_score(DOWN, X_AXIS, LOWER, turn, leg, image) for turn in (forward_x, -forward_x)]
+    scores = [limb_score(DOWN, X_AXIS, LOWER, np.radians(turn), leg, image) for turn in (60, -60)]
     assert sorted(score == -1.0 for score in scores) == [False, True]
 
 
@@ -246,8 +224,7 @@ def test_count_mode_gives_the_totals_of_adding_a_limb_without_changing_the_cover
 
 def test_adding_a_limb_returns_the_pixels_that_no_other_part_but_its_twin_covers() -> None:
     limbs = directions(right_shoulder_x=60, left_shoulder_x=60)  # one behind the other from the side
-    fit = BodyFit(MODEL, rows(1), model_mask(rows(1), limbs))
-    fit.place(NAVEL, np.eye(3), limbs)
+    fit = fit_over(1, limbs, limbs)
     whole, totals = fit.image.cover.copy(), fit.image.totals.copy()
     fit.cover_limb(0, REMOVE)
     own, inside = add_limb(limbs[0], fit.limb_body(0), limbs[1], fit.limb_body(1), fit.image)

@@ -27,12 +27,10 @@ def test_the_width_is_that_of_the_torso_without_arms_and_legs() -> None:
 
 
 def test_only_columns_above_the_threshold_and_above_the_hips_count() -> None:
-    high = int(UPPER_BODY_COLUMN * TORSO) + 1
+    high, bottom = int(UPPER_BODY_COLUMN * TORSO) + 1, round(HIP_ROW + BELOW_HIPS * TORSO)
     assert upper_body_width(drawn((70, 60 - high, 80, 60)), HIP_ROW, TORSO) == 10
-    bottom = round(HIP_ROW + BELOW_HIPS * TORSO)
-    assert upper_body_width(drawn((70, bottom, 80, bottom + 50)), HIP_ROW, TORSO) == 0
-    assert upper_body_width(drawn((70, bottom - high + 1, 80, bottom + 50)), HIP_ROW, TORSO) == 0
-    assert upper_body_width(drawn((70, bottom - high, 80, bottom + 50)), HIP_ROW, TORSO) == 10
+    for above, width in ((0, 0), (high - 1, 0), (high, 10)):
+        assert upper_body_width(drawn((70, bottom - above, 80, bottom + 50)), HIP_ROW, TORSO) == width
 
 
 def test_the_width_includes_gaps_between_the_outermost_columns() -> None:

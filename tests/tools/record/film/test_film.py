@@ -5,8 +5,8 @@ import itertools
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ SIZE, FPS = (64, 48), 50.0
 
 
 def viewers(folder: Path) -> list[Viewer]:
-    (folder / "rig").mkdir()
-    cameras = {one.camera.name: replace(one.camera.resized(SIZE)) for one in demo_rig().viewers}
+    (folder / "rig").mkdir(exist_ok=True)
+    cameras = {one.camera.name: one.camera.resized(SIZE) for one in demo_rig().viewers}
     write_calibration(folder / "rig" / "calibration.toml", cameras)
     tables = "".join(
         f'[[viewer]]\nid = "{k}"\ncamera = "{name}"\nsource = {k}\nfps = {FPS}\nbackground = "first:7"\n'
@@ -47,18 +47,20 @@ def images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
         yield Frame(k, time.time_ns(), np.full((SIZE[1], SIZE[0], 3), k % 200, np.uint8))
 
 
-def never() -> bool:
-    return False
+def filmed(folder: Path, seconds: float | None, opener=images, **options) -> tuple[list[Filmed], str]:
+    """The result of a film of both cameras in the folder `a`, which is ended by a time or for another reason."""
+    given = {"stop": lambda: False, "report": lambda _: None} | options
+    return film(viewers(folder), folder / "a", seconds, given.pop("stop"), given.pop("report"), opener, **given)
 
 
 @pytest.mark.slow
 def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
     two, folder, reports = viewers(tmp_path), tmp_path / "a", []
     prepare(folder, two, force=False)
-    filmed, reason = film(two, folder, 1.0, never, reports.append, images)
-    write_layout(folder, two, filmed)
+    found, reason = filmed(tmp_path, 1.0, report=reports.append)
+    write_layout(folder, two, found)
     assert (reason, reports) == ("", ["filming 2 cameras"])
-    for one in filmed:
+    for one in found:
         assert one.frames > 20
         assert (one.lost, one.away) == (0, 0)
         rows = list(csv.DictReader((folder / "times" / f"{one.name}.csv").open()))
@@ -70,10 +72,10 @@ def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
                 read.append((frame.time_ns, int(frame.image().mean())))
         assert np.abs(np.array([t for t, _ in read]) - (exact - exact[0])).max() <= 1_000_000
         assert set(np.diff([grey for _, grey in read])) <= {1, 0, 2}
-    first = [one.first_ns for one in filmed]
+    first = [one.first_ns for one in found]
     assert abs(first[0] - first[1]) < 200_000_000
     rig = load_rig(folder)
-    assert [viewer.camera.name for viewer in rig.viewers] == [one.name for one in filmed]
+    assert [viewer.camera.name for viewer in rig.viewers] == [one.name for one in found]
     offsets = [viewer.source.offset_ns for viewer in rig.viewers]
     assert offsets[1] - offsets[0] == pytest.approx(first[1] - first[0], abs=200_000)
     assert all(viewer.background == FirstFrames(7) for viewer in rig.viewers)
@@ -83,30 +85,21 @@ def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
 @pytest.mark.slow
 def test_it_ends_before_the_disk_is_full_and_says_so(tmp_path):
     free = iter([10**9] * 2)
-    filmed, reason = film(
-        viewers(tmp_path), tmp_path / "a", None, never, list[str]().append, images,
-        free_bytes=lambda path: next(free, 400_000_000),
-    )  # fmt: skip
+    found, reason = filmed(tmp_path, None, free_bytes=lambda path: next(free, 400_000_000))
     assert reason == "the disk is nearly full: 400 MB are left"
-    assert all(one.frames > 5 for one in filmed)
+    assert all(one.frames > 5 for one in found)
     with pytest.raises(UserError, match="a: 3 MB free: allowed: at least 500 MB"):
-        film(viewers_again(tmp_path), tmp_path / "a", None, never, print, images, free_bytes=lambda path: 3_000_000)
-
-
-def viewers_again(folder: Path) -> list[Viewer]:
-    return filmed_viewers(load_rig(folder / "rig" / "rig.toml", files=False))
+        filmed(tmp_path, None, free_bytes=lambda path: 3_000_000)
 
 
 @pytest.mark.slow
 def test_the_size_is_estimated_from_what_is_encoded(tmp_path, monkeypatch):
     monkeypatch.setattr(film_module, "ESTIMATE_S", 0.5)
     reports: list[str] = []
-    filmed, _ = film(
-        viewers(tmp_path), tmp_path / "a", 1.0, never, reports.append, images, free_bytes=lambda path: 500_400_000
-    )  # fmt: skip
+    found, _ = filmed(tmp_path, 1.0, report=reports.append, free_bytes=lambda path: 500_400_000)
     rate, lasts = reports[1].split(" MB a minute; the disk lasts for ")
     size = sum(path.stat().st_size for path in (tmp_path / "a" / "videos").iterdir())
-    seconds = max(one.last_ns - one.first_ns for one in filmed) / 1e9
+    seconds = max(one.last_ns - one.first_ns for one in found) / 1e9
     assert float(rate) == pytest.approx(size / seconds * 60 / 1e6, abs=1.5)
     assert lasts.endswith("minutes")
 
@@ -126,28 +119,22 @@ def test_a_film_whose_process_is_killed_lacks_the_last_second_at_most(tmp_path):
 @pytest.mark.slow
 def test_a_signal_ends_the_files(tmp_path):
     end_s = time.monotonic() + 0.6
-    filmed, reason = film(
-        viewers(tmp_path), tmp_path / "a", None, lambda: time.monotonic() > end_s, list[str]().append, images
-    )  # fmt: skip
+    found, reason = filmed(tmp_path, None, stop=lambda: time.monotonic() > end_s)
     assert reason == ""
-    for one in filmed:
+    for one in found:
         with VideoReader(tmp_path / "a" / "videos" / f"{one.name}.mkv") as reader:
             assert reader.fps == pytest.approx(FPS, rel=0.3)
 
 
 @pytest.mark.slow
 def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_path, monkeypatch):
-    def refuse(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    def opener(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
         if viewer.id == "1":
             raise OpenError("camera 1: no such camera")
-        return images(viewer, playback)
+        yield from images(viewer, playback)
 
-    def opener(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
-        yield from refuse(viewer, playback)
-
-    two = viewers(tmp_path)
     with pytest.raises(OpenError, match="camera 1: no such camera"):
-        film(two, tmp_path / "a", 1.0, never, print, opener)
+        filmed(tmp_path, 1.0, opener)
     assert [path for path in (tmp_path / "a").rglob("*") if path.is_file()] == []  # so that a second try needs no --force
 
     def silent(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
@@ -157,7 +144,7 @@ def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_
 
     monkeypatch.setattr(film_module, "READY_S", 0.3)
     with pytest.raises(UserError, match="no image within 0 s: see zenocap cameras"):
-        film(two, tmp_path / "b", 1.0, never, print, silent)
+        filmed(tmp_path, 1.0, silent)
 
 
 @pytest.mark.slow
@@ -170,34 +157,27 @@ def test_frames_that_the_writer_cannot_take_are_counted(tmp_path, monkeypatch):
         write(self, image, captured_ns)
 
     monkeypatch.setattr(VideoWriter, "write", slow)
-    filmed, _ = film(viewers(tmp_path), tmp_path / "a", 1.0, never, list[str]().append, images)
-    assert all(one.lost > 10 for one in filmed)
+    found, _ = filmed(tmp_path, 1.0)
+    assert all(one.lost > 10 for one in found)
 
 
 def test_a_full_disk_ends_the_film_with_the_reason(tmp_path, monkeypatch):
-    def full(self: VideoWriter, image: np.ndarray, captured_ns: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(VideoWriter, "write", full)
-    _, reason = film(viewers(tmp_path), tmp_path / "a", 20.0, never, list[str]().append, images)
+    monkeypatch.setattr(VideoWriter, "write", Mock(side_effect=OSError(28, "No space left on device")))
+    _, reason = filmed(tmp_path, 20.0)
     assert "No space left on device" in reason
 
 
 def test_an_earlier_film_is_kept_without_force(tmp_path):
     two, folder = viewers(tmp_path), tmp_path / "a"
     prepare(folder, two, force=False)
-    (folder / "sync.toml").touch()
-    with pytest.raises(UserError, match=r"sync.toml exists: allowed: another folder, or --force to replace it"):
-        prepare(folder, two, force=False)
-    prepare(folder, two, force=True)
-    assert not (folder / "sync.toml").exists()
-    corners = folder / "corners" / "cam09.corners"  # of a board in the film that is replaced
-    corners.parent.mkdir()
-    corners.touch()
-    with pytest.raises(UserError, match=r"cam09.corners exists: allowed: another folder, or --force"):
-        prepare(folder, two, force=False)
-    prepare(folder, two, force=True)
-    assert not corners.exists()
+    (folder / "corners").mkdir()
+    for name in ("sync.toml", "corners/cam09.corners"):  # the second of a board in the film that is replaced
+        (folder / name).touch()
+        with pytest.raises(UserError, match=rf"{name} exists: allowed: another folder, or --force to replace it"):
+            prepare(folder, two, force=False)
+        prepare(folder, two, force=True)
+        assert not (folder / name).exists()
+        (folder / "corners").mkdir(exist_ok=True)
     (folder / "videos").mkdir()
     (folder / "videos" / "other.mp4").touch()
     with pytest.raises(UserError, match=r"other.mp4: of a camera that is not filmed"):
@@ -237,10 +217,10 @@ def test_a_first_image_long_after_the_start_is_named_in_the_report_and_in_the_fo
                 yield frame
 
     prepare(folder, two, force=False)
-    filmed, _ = film(two, folder, 0.6, never, lambda _: None, with_pause)
-    write_layout(folder, two, filmed)
-    (text,) = late_texts(two, filmed)
-    assert text.startswith(f"{late}: first image 2")
+    found, _ = filmed(tmp_path, 0.6, with_pause)
+    write_layout(folder, two, found)
+    (text,) = late_texts(two, found)
+    assert int(text.removeprefix(f"{late}: first image ").partition(" ms")[0]) >= 200
     assert text in (folder / "sync.toml").read_text()
     load_rig(folder)
     assert Filmed("a", 5, first_ns=39_000_000, begin_ns=1).late_text(50.0) == ""

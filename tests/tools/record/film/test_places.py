@@ -42,9 +42,8 @@ def test_a_camera_is_found_by_its_stable_name_or_by_the_name_in_the_rig() -> Non
 
 def test_settings_of_a_camera_reach_the_machine_that_has_it() -> None:
     settings = CameraSettings("YUYV", 250, "auto", -3)
-    query = FilmQuery(
-        frame=0, captured_ns=0, what="open", sender="a", settings=camera_settings(viewer(Device(0, None, settings)))
-    )
+    given = camera_settings(viewer(Device(0, None, settings)))
+    query = FilmQuery(frame=0, captured_ns=0, what="open", sender="a", settings=given)
     assert settings_in(codec.decode(codec.encode(query), FilmQuery)) == settings
 
 

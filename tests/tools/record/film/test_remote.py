@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.services.camera.test_endpoint import SIZE, Camera
 from tests.support.board_pictures import before, picture_of, plain_camera
@@ -40,9 +41,9 @@ class Network:
         self.picture = lambda: np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
         self.restart()
 
-    def restart(self) -> None:
-        self.camera = Camera()
-        self.endpoint = FilmEndpoint(self.camera, "cam01", self.folder, Permission(True, True), RealClock(), "lab1")
+    def restart(self, camera: Camera | None = None, *, read: bool = True, **options: object) -> None:
+        self.camera, permission = camera or Camera(), Permission(True, read)
+        self.endpoint = FilmEndpoint(self.camera, "cam01", self.folder, permission, RealClock(), "lab1", **options)
 
     def ask(self, key: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
         reply = self.changed(self.endpoint.answer(codec.decode(codec.encode(query), FilmQuery)))
@@ -70,9 +71,8 @@ def network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Network
 
 
 def remote_of(network: Network) -> RemoteFilm:
-    place = Place(
-        KEY, network.ask(KEY, FilmQuery(frame=0, captured_ns=0, what="state", sender="me"), 1.0)[KEY], running=True
-    )
+    query = FilmQuery(frame=0, captured_ns=0, what="state", sender="me")
+    place = Place(KEY, network.ask(KEY, query, 1.0)[KEY], running=True)
     return RemoteFilm([RemoteCamera(network, demo_rig().viewers[0], place, "me", "walk")])  # type: ignore[arg-type]
 
 
@@ -96,10 +96,7 @@ def test_a_program_that_was_started_anew_is_named_with_what_it_had(network: Netw
 
 @pytest.mark.nightly
 def test_a_program_without_answer_is_given_up(network: Network, tmp_path: Path) -> None:
-    def silent() -> None:
-        network.changed = lambda reply: None
-
-    _, frames, reason = filmed(network, tmp_path / "out", 0.5, silent)
+    _, frames, reason = filmed(network, tmp_path / "out", 0.5, lambda: setattr(network, "changed", lambda reply: None))
     assert reason == "cam01 on lab1: no answer for 0 s"
     assert frames > 10
 
@@ -112,7 +109,7 @@ def test_copies_are_whole_or_not_there(network: Network, tmp_path: Path) -> None
 
     def damaged(reply: FilmReply) -> FilmReply:
         data = bytes([*reply.data[:50], reply.data[50] ^ 1]) + reply.data[51:] if reply.data else b""
-        return FilmReply(**{name: getattr(reply, name) for name in reply.__struct_fields__} | {"data": data})
+        return structs.replace(reply, data=data)
 
     network.changed = damaged
     notes, failures = collected(one, folder, fetch=True, report=print)
@@ -130,7 +127,7 @@ def test_copies_are_whole_or_not_there(network: Network, tmp_path: Path) -> None
 
 
 def test_a_film_that_could_not_be_copied_is_refused_before(network: Network, tmp_path: Path) -> None:
-    network.endpoint = FilmEndpoint(network.camera, "cam01", tmp_path, Permission(film=True), RealClock(), "lab1")
+    network.restart(read=False)
     with pytest.raises(UserError, match="cam01 on lab1: pictures do not leave that machine"):
         check_fetch(remote_of(network))
 
@@ -148,11 +145,7 @@ class BoardCamera(Camera):
 def board_film(network: Network, folder: Path) -> RemoteFilm:
     """A film of a board, at whose place pictures may not be read."""
     board, camera = checked_board("charuco", 5, 6, 35.0), plain_camera((320, 240), 300.0)
-    network.camera = BoardCamera()
-    permission = Permission(film=True)
-    network.endpoint = FilmEndpoint(
-        network.camera, "cam01", network.folder, permission, RealClock(), "lab1", detect=detect_command
-    )
+    network.restart(BoardCamera(), read=False, detect=detect_command)
     one, begin_s = remote_of(network), time.monotonic()
     pictures = [picture_of(board, camera, before(board, 0.5, (0.2, 0.1, 0.02 * k), (0.006 * k, 0.0))) for k in range(3)]
     network.picture = lambda: np.stack([pictures[int(10 * (time.monotonic() - begin_s)) % 3]] * 3, axis=-1)
@@ -179,12 +172,9 @@ def test_corners_are_searched_there_and_copied_and_checked(network: Network, tmp
         """A program that gives other bytes than corners, with the right checksum."""
         known = FilmFile(bytes=len(data) if size is None else size, sha256=hashlib.sha256(data).hexdigest())
 
-        def changed(reply: FilmReply) -> FilmReply:
-            fields = {name: getattr(reply, name) for name in reply.__struct_fields__}
-            fields |= {"files": {"corners": known}} if reply.files else {}
-            return FilmReply(**fields | ({"data": data} if reply.data else {}))
-
-        return changed
+        return lambda reply: structs.replace(
+            reply, files={"corners": known} if reply.files else {}, data=data if reply.data else b""
+        )
 
     for data, size, words in (
         (b"no corners", None, "begins with b'no corners': allowed: b'zenocap corners"),

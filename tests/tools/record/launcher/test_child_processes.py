@@ -6,11 +6,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import IO
 
 import pytest
 
-from tests.support.processes import PATIENCE_S
+from tests.support.live_cameras import until
 from zenocap.tools.record.launcher.child_processes import QUICK_FAILURES, SETTLED_S, ChildProcesses, spawn
 
 
@@ -86,17 +87,21 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     assert " in 0.5 s" in harness.end_newest(-9, SETTLED_S + 1)
 
 
-def test_process_that_fails_at_its_first_start_is_given_up() -> None:
+@pytest.mark.parametrize(
+    ("status", "after_s", "words", "starts", "given_up"),
+    [
+        (1, 2.0, "failed (exit status 1) after 2.0 s; not started again", 1, ["viewer 1"]),
+        (1, SETTLED_S + 1, "starting it again", 2, []),
+        (0, 1.0, "finished", 1, []),
+    ],
+    ids=["failed-at-its-first-start", "failed-after-a-long-run", "finished"],
+)
+def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given_up):
     harness = Harness()
-    assert "failed (exit status 1) after 2.0 s; not started again" in harness.end_newest(1, 2.0)
-    assert [child.name for child in harness.children.given_up] == ["viewer 1"]
+    assert words in harness.end_newest(status, after_s)
+    assert [child.name for child in harness.children.given_up] == given_up
     harness.pass_time(100)
-    assert len(harness.started) == 1
-
-
-def test_process_that_fails_after_a_long_run_is_restarted() -> None:
-    harness = Harness()
-    assert "starting it again" in harness.end_newest(1, SETTLED_S + 1)
+    assert len(harness.started) == starts
 
 
 def test_process_with_repeated_short_runs_is_given_up() -> None:
@@ -121,14 +126,6 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
     assert (pauses[0], pauses[-1]) == ("0.5 s", "60 s")
     harness.children.stop()
     assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
-
-
-def test_finished_process_is_not_restarted() -> None:
-    harness = Harness()
-    assert "finished" in harness.end_newest(0, 1.0)
-    harness.pass_time(100)
-    assert len(harness.started) == 1
-    assert not harness.children.given_up
 
 
 def test_process_that_ignores_sigterm_is_killed() -> None:
@@ -160,36 +157,31 @@ def test_a_child_ends_with_its_parent() -> None:
         "import sys, time; from zenocap.tools.record.launcher.child_processes import spawn\n"
         f"print(spawn([sys.executable, '-c', {child!r}]).pid, flush=True); time.sleep(600)\n"
     )
-    process = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    pid = int(process.stdout.readline())
-    process.kill()
-    process.wait()
-    process.stdout.close()
-    end_s = time.monotonic() + PATIENCE_S
-    while _is_running(pid) and time.monotonic() < end_s:
-        time.sleep(0.05)
-    assert not _is_running(pid)
+    with subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True) as process:
+        pid = int(process.stdout.readline())
+        process.kill()
+    until(lambda: not is_running(pid), "the end of the child")
 
 
 @pytest.mark.core
 def test_error_output_of_a_child_is_logged() -> None:
-    children = ChildProcesses(
-        [("a", [sys.executable, "-c", "import sys; sys.exit('no such camera')"])], time.monotonic, spawn
-    )
+    program = [sys.executable, "-c", "import sys; sys.exit('no such camera')"]
+    children, lines = ChildProcesses([("a", program)], time.monotonic, spawn), list[str]()
     children.start()
-    end_s = time.monotonic() + PATIENCE_S
-    lines: list[str] = []
-    while not children.given_up and time.monotonic() < end_s:
+
+    def is_given_up() -> bool:
         children.poll()
-        lines += children.lines()
+        lines.extend(children.lines())
+        return bool(children.given_up)
+
+    until(is_given_up, "the end of the child")
     children.stop()
     assert "no such camera" in [*lines, *children.lines()]
 
 
-def _is_running(pid: int) -> bool:
+def is_running(pid: int) -> bool:
+    """Whether a process exists and has not ended; an ended orphan may not have been waited for."""
     try:
-        with open(f"/proc/{pid}/stat") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.common.rig.test_hosted import rig
+from tests.support.live_cameras import until
 from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, HostCamera
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.tools.record.launcher import hosted_viewers
@@ -55,9 +56,9 @@ def viewers(session: Session, folder: Path) -> HostedViewers:
     return HostedViewers(session, hosted_cameras(one), lambda id: assignment(one, id, 5))  # type: ignore[arg-type]
 
 
-def news_of(session: Session, folder: Path, wanted: int = 2) -> list[str]:
+def news_of(running: HostedViewers, wanted: int = 2) -> list[str]:
     """The first texts."""
-    running, found = viewers(session, folder), list[str]()
+    found = list[str]()
     running.start()
     follow(running, found, lambda: len(found) >= wanted)
     running.close()
@@ -66,15 +67,11 @@ def news_of(session: Session, folder: Path, wanted: int = 2) -> list[str]:
 
 def follow(running: HostedViewers, found: list[str], is_enough: Callable[[], bool]) -> None:
     """Add news to `found` until they are enough."""
-    end_s = time.monotonic() + 60.0
-    while not is_enough():
-        assert time.monotonic() < end_s, found
-        found += running.news()
-        time.sleep(0.005)
+    until(lambda: found.extend(running.news()) or is_enough(), "the news")
 
 
 def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
-    assert news_of(session, tmp_path) == ["viewer 0 runs on lab0", "viewer 1 runs on lab1"]
+    assert news_of(viewers(session, tmp_path)) == ["viewer 0 runs on lab0", "viewer 1 runs on lab1"]
     time.sleep(0.05)
     assert [(key, query.what) for key, query in session.asked[:2]] == [
         ("zenocap-cameras/lab0/assign/cam", "assign"), ("zenocap-cameras/lab1/assign/cam", "assign"),
@@ -90,10 +87,11 @@ def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
         ([host(1, camera="other")], "lab1 has no camera cam (there are: other): plug it in, or run there: zenocap viewer"),
         ([host(1, "a"), host(1, "b")], "two machines announce as lab1: pc1a and pc1b: run one of them with another"),
     ],
+    ids=["none", "another-one", "without-the-camera", "twice"],
 )
 def test_a_machine_that_is_missing_or_there_twice_is_named(session, tmp_path, present, text):
     session.present = present
-    found = news_of(session, tmp_path)
+    found = news_of(viewers(session, tmp_path))
     assert any(line.startswith("viewer 1: ") and text in line for line in found), found
     assert "zenocap-cameras/lab1/assign/cam" not in [key for key, _ in session.asked]
 
@@ -109,10 +107,11 @@ def test_a_machine_that_is_missing_or_there_twice_is_named(session, tmp_path, pr
         ),
         ({"state": "waiting", "failure": "no\x1bimage"}, "failed on lab0, which starts it again: no\\x1bimage"),
     ],
+    ids=["no-answer", "another-release", "refused", "failed"],
 )
 def test_a_machine_that_does_not_run_the_viewer_is_named_with_the_reason(session, tmp_path, reply, text):
     session.reply = lambda _: session.good(**reply) if isinstance(reply, dict) else reply
-    found = news_of(session, tmp_path)
+    found = news_of(viewers(session, tmp_path))
     assert any(line.startswith("viewer 0: ") and text in line for line in found), found
 
 
@@ -120,15 +119,14 @@ def test_a_machine_that_vanishes_is_named_and_gets_its_viewer_again(session, tmp
     running, found = viewers(session, tmp_path), []
     running.start()
 
-    def until(text: str) -> None:
-        follow(running, found, lambda: any(text in line for line in found))
-
-    until("viewer 1 runs on lab1")
-    session.present = [host(0)]
-    until("viewer 1: no machine lab1 announces")
-    found.clear()
-    session.present = [host(0), host(1, "again")]
-    until("viewer 1 runs on lab1")
+    for present, text in (
+        ([host(0), host(1)], "viewer 1 runs on lab1"),
+        ([host(0)], "viewer 1: no machine lab1 announces"),
+        ([host(0), host(1, "again")], "viewer 1 runs on lab1"),
+    ):
+        found.clear()
+        session.present = present
+        follow(running, found, lambda text=text: any(text in line for line in found))
     running.close()
     assert running.never_ran == []
 
@@ -137,10 +135,7 @@ def test_a_viewer_that_never_ran_and_a_clock_far_off_are_named(session, tmp_path
     session.present = [host(0)]
     session.reply = lambda _: session.good(captured_ns=time.time_ns() + 3_600_000_000_000)
     running = viewers(session, tmp_path)
-    running.start()
-    found: list[str] = []
-    follow(running, found, lambda: len(found) >= 3)
-    running.close()
+    found = news_of(running, 3)
     assert "note: the clock of lab0 is 3600 s ahead: corrected for tracking; its logs and films have that time" in found
     (text,) = running.never_ran
     assert text.startswith("viewer 1 has not run: no machine lab1 announces")

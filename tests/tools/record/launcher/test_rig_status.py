@@ -3,6 +3,7 @@
 import io
 from collections.abc import Sequence
 
+import pytest
 from rich.console import Console
 
 from tests.support.built_messages import built
@@ -34,22 +35,17 @@ def health(id: str, rate: float = 15.0, **counts: int) -> m.Health:
 
 
 def bap(**changes: object) -> m.UniversalBap:
-    fields: dict[str, object] = {
-        "position": (0.0, 0.9, 0.0),
-        "angles": {"navel.y": 1.5707963, "right_elbow.x": -0.001},
-        "scores": {"1": 0.83},
-        "views": {"1": "facade", "2": "flank"},
-        "stale": [],
-        "lost": [],
-    }
-    return m.UniversalBap(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
+    angles = {"navel.y": 1.5707963, "right_elbow.x": -0.001}
+    views = {"1": "facade", "2": "flank"}
+    return built(m.UniversalBap, **({"frame": 7, "angles": angles, "scores": {"1": 0.83}, "views": views} | changes))
+
+
+def tracker_pose(**changes: object) -> m.TrackerPose:
+    return built(m.TrackerPose, **({"frame": 7, "angles": {"navel.y": 1.5707963}, "views": ["1", "2"]} | changes))
 
 
 def posture(label: str | None) -> m.Posture:
-    return m.Posture(
-        frame=9, captured_ns=3 * 10**9, label=label, start_ns=0, end_ns=25 * 10**8, log_likelihoods={"kick": -90.0},
-        score=0.2, margin=0.5,
-    )  # fmt: skip
+    return built(m.Posture, label=label, end_ns=25 * 10**8, margin=0.5)
 
 
 def table_text(status: RigStatus, services: Sequence[tuple[str, str]] = SERVICES) -> str:
@@ -80,27 +76,31 @@ def test_stopped_service_is_shown_as_not_there() -> None:
     assert "viewer 1: not running" in plain_line(status, SERVICES, 1.0)
 
 
-def test_lost_limbs_and_stale_viewers_are_shown() -> None:
-    assert lost_text(bap()) == ""
-    assert lost_text(bap(lost=["right_arm"], stale=["2"])) == "searching for right arm; without viewer 2"
+@pytest.mark.parametrize(
+    ("pose", "text"),
+    [
+        (bap(), ""),
+        (bap(lost=["right_arm"], stale=["2"]), "searching for right arm; without viewer 2"),
+        (tracker_pose(lost=True), "searching for the person"),
+    ],
+)
+def test_what_is_lost_and_stale_viewers_are_shown(pose: m.Message, text: str) -> None:
+    assert lost_text(pose) == text
 
 
-def test_poses_of_all_viewers_are_counted() -> None:
-    status = status_after(bap(), bap(stale=["2"]), bap())
+@pytest.mark.parametrize(
+    "poses",
+    [(bap(), bap(stale=["2"]), bap()), (tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]))],
+    ids=["two-view", "tracker"],
+)
+def test_poses_are_counted_and_those_of_every_running_viewer(poses: tuple[m.Message, ...]) -> None:
+    status = status_after(*poses, alive=(("viewer", "1"), ("viewer", "2")))
     assert (status.poses, status.complete) == (3, 2)
 
 
-def tracker_pose(**changes: object) -> m.TrackerPose:
-    fields: dict[str, object] = {
-        "position": (0.0, 0.9, 0.0), "angles": {"navel.y": 1.5707963}, "position_spread": (0.01, 0.01, 0.01),
-        "spread": {}, "likelihood": 0.0, "effective": 20.0, "lost": False, "views": ["1", "2"],
-    }  # fmt: skip
-    return m.TrackerPose(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
-
-
 def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:
-    tracker = m.Health(
-        frame=0, captured_ns=0, service="tracker", id="main", state="tracking, without viewer 3", rate=14.9,
+    tracker = built(
+        m.Health, service="tracker", id="main", state="tracking, without viewer 3", rate=14.9,
         stages_ms={"step_tick": 8.25, "result_age": 21.5, "step_silhouette": 0.1}, counts={"dropped_instants": 4},
     )  # fmt: skip
     services = [("viewer", "1"), ("viewer", "3"), ("tracker", "main")]
@@ -109,13 +109,6 @@ def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:
     assert "viewer 1: 15.0/s used tracking | viewer 3: 15.0/s left out tracking" in line
     assert "tracker: 14.9/s tracking, without viewer 3 | frame 7: turn 90°" in line
     assert "follow 8.2  since capture 21.5" in table_text(status, services)
-    assert lost_text(tracker_pose(lost=True)) == "searching for the person"
-
-
-def test_tracker_pose_is_complete_when_every_running_viewer_is_used() -> None:
-    viewers = (("viewer", "1"), ("viewer", "2"))
-    status = status_after(tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]), alive=viewers)
-    assert (status.poses, status.complete) == (3, 2)
 
 
 def test_the_last_posture_is_shown_and_all_are_counted() -> None:
@@ -138,9 +131,8 @@ def test_the_tables_are_bounded_and_the_own_services_always_in_them() -> None:
         name = f"unknown{number}"
         status = updated(status, Alive("viewer", name, True, 0), health(name), posture(f"label {number}"))
     status = updated(status, Alive("viewer", "1", True, 0), health("1"))
-    assert len(status.services.alive) <= MOST_OTHERS + len(SERVICES)
-    assert len(status.services.health) <= MOST_OTHERS + len(SERVICES)
+    for found in (status.services.alive, status.services.health):
+        assert len(found) <= MOST_OTHERS + len(SERVICES)
+        assert ("viewer", "1") in found
     assert len(status.postures) <= MAX_POSTURES + 1
     assert sum(status.postures.values()) == 3 * MOST_OTHERS
-    assert ("viewer", "1") in status.services.alive
-    assert ("viewer", "1") in status.services.health

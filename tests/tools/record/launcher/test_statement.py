@@ -4,7 +4,7 @@ import logging
 import os
 import shutil
 import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
-from zenocap.common.messages import ENDED, Health, Message, Phase
+from zenocap.common.messages import ENDED, Message, Phase
 from zenocap.common.observe.account import Account, Line
 from zenocap.common.observe.view import RigView, observed
 from zenocap.common.recording.log import Log
@@ -120,12 +120,11 @@ class World:
     def health(self, process: Process, counts: Mapping[str, int] = {}, *, ended: bool = False) -> None:
         process.meter.counts.update({ENDED: 1} if ended and ENDED not in process.meter.counts else {})
         report = process.meter.report(self.clock.now_ns(), 0, Phase.RUNNING, "", process.bus.counters, None)
-        self.publish(process, replace_counts(report, counts))
+        self.publish(process, structs.replace(report, counts={**report.counts, **counts}))
 
     def send(self, key: ServiceKey, count: int) -> None:
         process = self.processes.get(key)
         for _ in range(count if process else 0):
-            assert process is not None
             self.frames += 1
             self.publish(process, sighting("1", self.frames) if key == VIEWER else bap(self.frames))
 
@@ -156,8 +155,7 @@ class World:
                 self.parts.flush()
 
     def stop(self, key: ServiceKey) -> None:
-        process = self.processes.get(key)
-        if process is None:
+        if (process := self.processes.get(key)) is None:
             return
         self.health(process, ended=True)
         if key == INTEGRATOR:
@@ -178,8 +176,7 @@ class World:
 
     def kill(self, key: ServiceKey) -> None:
         """A process dies: its log keeps what is on the disk."""
-        process = self.processes.pop(key, None)
-        if process is None:
+        if (process := self.processes.pop(key, None)) is None:
             return
         if key == INTEGRATOR and self.log is not None:
             files = {path: path.read_bytes() for path in self.folder.glob("*.mcap")}
@@ -222,10 +219,6 @@ class World:
         return found
 
 
-def replace_counts(message: Health, counts: Mapping[str, int]) -> Health:
-    return structs.replace(message, counts={**message.counts, **counts})
-
-
 def no_space(_: int) -> None:
     raise OSError(28, "No space left on device")
 
@@ -265,20 +258,14 @@ def check(faults: list[tuple]) -> tuple[World, Statement]:
         with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
             patch.setattr(inbox, "MAX_QUEUED", QUEUED)
             world = World(Path(name) / "takes")
-            for key in (INTEGRATOR, VIEWER):
-                world.start(key)
-            for fault in faults:
+            for fault in [("start", INTEGRATOR), ("start", VIEWER), *faults]:
                 happens(world, fault)
-            found = world.found()
-            absent = world.absent()
+            found, absent = world.found(), world.absent()
     finally:
         logging.disable(logging.NOTSET)
     assert found.sent == sum(found.terms.values())
     assert min(found.terms.values()) >= 0
-    sent_by_place = defaultdict(int)
-    for place, _, _ in world.sent:
-        sent_by_place[place] += 1
-    for place, count in sent_by_place.items():
+    for place, count in Counter(place for place, _, _ in world.sent).items():
         line = found.lines.get(place, Line(0, 0, 0, 0, found.unknown.get(place[0], ())))
         times = absent.get(place, [])
         counted = line.missing + line.unlogged + found.refused.get(place, 0)
@@ -329,9 +316,7 @@ def test_a_disk_that_is_full_and_a_deleted_folder_lose_what_is_said(fault: str) 
 
 
 def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
-    found = check(
-        [("second",), ("lose", 3), ("send", VIEWER, 12), ("send", VIEWER, 12), ("send", VIEWER, 12), ("second",)]
-    )[1]
+    found = check([("second",), ("lose", 3), *[("send", VIEWER, 12)] * 3, ("second",)])[1]
     assert found.terms["never arrived at a log"] == 3
     assert found.terms["dropped by the queue of the log"] == 33 + 2 - QUEUED
 

@@ -9,12 +9,13 @@ from rich.console import Console
 
 from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
+from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor
 
@@ -22,8 +23,7 @@ SERVICES = [("viewer", "1"), ("integrator", "main")]
 
 
 def health(service: str, id: str, **counts: int) -> m.Health:
-    counts = {"process": 1, **counts}
-    return m.Health(frame=0, captured_ns=0, service=service, id=id, state="", rate=0.0, stages_ms={}, counts=counts)
+    return built(m.Health, service=service, id=id, counts={"process": 1, **counts})
 
 
 def whole(path: Path) -> None:
@@ -47,15 +47,13 @@ def summary(
     children = ChildProcesses([], lambda: 0.0)
     children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
     console = Console(file=io.StringIO(), width=200)
-    supervisor = Supervisor(children, bus, SERVICES, take, console)
+    supervisor = Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE)
     if take is not None:
         write(take)
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    result = supervisor.summary()
-    assert isinstance(console.file, io.StringIO)
-    return result, console.file.getvalue()
+    return supervisor.summary(), console.file.getvalue()
 
 
 @pytest.fixture

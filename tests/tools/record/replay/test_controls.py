@@ -2,13 +2,13 @@
 
 import io
 import os
-import time
-from collections.abc import Callable
+from dataclasses import replace
 
 import msgspec
 import pytest
 from rich.console import Console
 
+from tests.support.live_cameras import until
 from zenocap.common.runtime.keyboard import Key
 from zenocap.tools.record.replay import controls
 from zenocap.tools.record.replay.controls import Remote, StatusLine, display, status_lines, status_text
@@ -22,44 +22,39 @@ def test_status_text_has_time_percentage_rate_and_state() -> None:
 
 
 @pytest.mark.parametrize(
-    ("status", "expected"),
+    ("changes", "expected"),
     [
-        (Status(0, 0, 10, 0.0, False, 1, 0), "as fast as consumers keep up"),
-        (Status(0, 0, 10, 1.0, True, 1, 0), "paused"),
-        (Status(0, 0, 10, 1.0, False, 3, 0), "lap 3"),
-        (Status(0, 0, 0, 1.0, False, 1, 0), "100 %"),
+        ({"rate": 0.0}, "as fast as consumers keep up"),
+        ({"paused": True}, "paused"),
+        ({"lap": 3}, "lap 3"),
+        ({"end_ns": HALF.begin_ns}, "100 %"),
     ],
 )
-def test_status_text_shows_special_states(status: Status, expected: str) -> None:
-    assert expected in status_text(status)
+def test_status_text_shows_special_states(changes: dict[str, object], expected: str) -> None:
+    assert expected in status_text(replace(HALF, **changes))
 
 
-def test_output_without_a_terminal_is_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+def shown_twice(keys: bool, **options: object) -> str:
+    """The output of a display that shows a status twice."""
+    out = io.StringIO()
+    with display(Console(file=out, **options), keys=keys) as show:
+        show(HALF)
+        show(HALF)
+    return out.getvalue()
+
+
+def test_output_is_plain_lines_and_on_a_terminal_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(controls, "LINE_S", 0.0)
-    out = io.StringIO()
-    with display(Console(file=out), keys=False) as show:
-        show(HALF)
-        show(HALF)
-    assert out.getvalue() == f"{status_text(HALF)}\n" * 2
-
-
-def test_output_on_a_terminal_updates_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(controls, "REFRESH_S", 0.0)
-    out = io.StringIO()
-    with display(Console(file=out, force_terminal=True, width=120), keys=True) as show:
-        show(HALF)
-        show(HALF)
-    assert "space pauses" in out.getvalue()
-    assert out.getvalue().count("\n") < 4
+    assert shown_twice(keys=False) == f"{status_text(HALF)}\n" * 2
+    terminal = shown_twice(keys=True, force_terminal=True, width=120)
+    assert "space pauses" in terminal
+    assert terminal.count("\n") < 4
 
 
 def commands_of(text: str) -> list[Command | Key]:
-    remote = Remote(io.StringIO(text))
-    found: list[Command | Key] = []
-    end_s = time.monotonic() + 10
-    while Key.QUIT not in found:
-        assert time.monotonic() < end_s
-        found += remote.pressed()
+    remote, found = Remote(io.StringIO(text)), list[Command | Key]()
+    until(lambda: found.extend(remote.pressed()) or Key.QUIT in found, "the end of input")
     return found
 
 
@@ -89,10 +84,9 @@ def test_reading_commands_does_not_block() -> None:
 
 def test_status_is_a_json_line_in_seconds() -> None:
     stream = io.StringIO()
-    write: Callable[[Status], None] = status_lines(stream)
-    write(Status(3_000_000_000, 1_000_000_000, 11_000_000_000, 2.0, True, 1, 40))
-    write(Status(3_100_000_000, 1_000_000_000, 11_000_000_000, 2.0, True, 1, 41))  # too soon
+    write = status_lines(stream)
+    write(HALF)
+    write(replace(HALF, place_ns=15_100_000_000))  # too soon
     (line,) = stream.getvalue().splitlines()
-    assert msgspec.json.decode(line, type=StatusLine) == StatusLine(
-        place_s=2.0, duration_s=10.0, rate=2.0, paused=True, lap=1
-    )
+    expected = StatusLine(place_s=10.0, duration_s=20.0, rate=2.0, paused=False, lap=1)
+    assert msgspec.json.decode(line, type=StatusLine) == expected

@@ -55,9 +55,7 @@ def test_rate_change_continues_from_the_same_position(head: Playhead, until: int
 
 
 @given(HEADS, NS, NS, st.booleans())
-def test_seek_changes_the_position_and_keeps_rate_and_pause(
-    head: Playhead, position: int, until: int, paused: bool
-) -> None:
+def test_seek_changes_the_position_and_keeps_rate_and_pause(head, position, until, paused):
     now_ns = head.anchor_ns + until
     before = head.toggled(now_ns) if paused else head
     moved = before.moved(position, now_ns)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.support.live_cameras import until
 from zenocap.common.topics import SIGHTING
 from zenocap.tools.record.replay import prefetch as prefetch_module
 from zenocap.tools.record.replay.playlist import PreparedMessage
@@ -14,9 +15,8 @@ from zenocap.tools.record.replay.time_shift import Shift
 
 
 def prepared(number: int, size: int = 10) -> PreparedMessage:
-    return PreparedMessage(
-        number, number, number, 1, SIGHTING, "zenocap/r/viewer/1/sighting", bytes(size), number, number, Shift()
-    )
+    key = SIGHTING.at("r", viewer="1")
+    return PreparedMessage(number, number, number, 1, SIGHTING, key, bytes(size), number, number, Shift())
 
 
 def all_of(prefetch: Prefetch) -> list[int]:
@@ -64,23 +64,21 @@ def test_the_buffer_grows_with_what_is_taken(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(prefetch_module, "FIRST_MESSAGES", 4)
     monkeypatch.setattr(prefetch_module, "GROWTH", 2)
     monkeypatch.setattr(prefetch_module, "MAX_MESSAGES", 10)
-    numbers, produced = iter(range(1000)), [0]
+    produced: list[int] = []
 
     def counted() -> Iterator[PreparedMessage]:
-        for number in numbers:
-            produced[0] += 1
+        for number in range(1000):
+            produced.append(number)
             yield prepared(number)
 
     def settled(fewest: int) -> int:
-        end_s = time.monotonic() + 5.0
-        while prefetch.buffered[0] < fewest and time.monotonic() < end_s:
-            time.sleep(0.002)
+        until(lambda: prefetch.buffered[0] >= fewest, "a full buffer")
         time.sleep(0.05)
         return prefetch.buffered[0]
 
     prefetch = Prefetch(counted())
     assert settled(4) == 4
-    assert produced[0] == 5  # and one that waits
+    assert len(produced) == 5  # and one that waits
     for _ in range(12):
         assert prefetch.peek(5.0) is not None
         prefetch.take()

@@ -8,10 +8,8 @@ from tests.support.built_messages import built
 from tests.support.message_strategies import NAMES, messages_of
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import disagreeing_name
-from zenocap.common.topics import TOPICS, Topic
+from zenocap.common.topics import ASSIGNMENT, TOPICS, UNIVERSAL_BAP, Topic
 from zenocap.tools.record.replay.remap import Remap, Remapping, parsed_remap, remapped_keys
-
-ASSIGNMENT, BAP = "zenocap/demo/integrator/assignment", "zenocap/demo/integrator/bap"
 
 
 def remapping(*texts: str, rig: str | None = None) -> Remapping:
@@ -52,24 +50,22 @@ def test_a_renamed_message_agrees_with_its_new_key(found: tuple[Topic, m.Message
 @given(messages_of(m.Assignment), messages_of(m.UniversalBap))
 def test_integrator_messages_contain_the_new_viewer_names(assignment: m.Assignment, bap: m.UniversalBap) -> None:
     swap = remapping("viewer/1:=viewer/2", "viewer/2:=viewer/1")
+
     names = {"1": "2", "2": "1"}
-    found = swap.message(next(t for t in TOPICS if t.name == "assignment"), assignment, ASSIGNMENT)
-    assert isinstance(found, m.Assignment)
-    assert found.views == {names.get(viewer, viewer): view for viewer, view in assignment.views.items()}
-    renamed_bap = swap.message(next(t for t in TOPICS if t.name == "universal_bap"), bap, BAP)
-    assert isinstance(renamed_bap, m.UniversalBap)
-    assert renamed_bap.scores == {names.get(viewer, viewer): score for viewer, score in bap.scores.items()}
-    assert renamed_bap.views == {names.get(viewer, viewer): view for viewer, view in bap.views.items()}
-    assert renamed_bap.stale == [names.get(viewer, viewer) for viewer in bap.stale]
+
+    def swapped(found: dict[str, object]) -> dict[str, object]:
+        return {names.get(viewer, viewer): value for viewer, value in found.items()}
+
+    assert swap.message(ASSIGNMENT, assignment, ASSIGNMENT.at("demo")).views == swapped(assignment.views)
+    renamed = swap.message(UNIVERSAL_BAP, bap, UNIVERSAL_BAP.at("demo"))
+    assert (renamed.scores, renamed.views) == (swapped(bap.scores), swapped(bap.views))
+    assert renamed.stale == [names.get(viewer, viewer) for viewer in bap.stale]
 
 
 def test_rename_by_full_key_applies_inside_messages() -> None:
     remap = remapping("zenocap/demo/viewer/1:=zenocap/demo/viewer/3")
-    topic = next(t for t in TOPICS if t.name == "universal_bap")
-    bap = built(m.UniversalBap, position=(0.0, 0.0, 0.0), scores={"1": 0.5})
-    renamed_bap = remap.message(topic, bap, BAP)
-    assert isinstance(renamed_bap, m.UniversalBap)
-    assert renamed_bap.scores == {"3": 0.5}
+    bap = built(m.UniversalBap, scores={"1": 0.5})
+    assert remap.message(UNIVERSAL_BAP, bap, UNIVERSAL_BAP.at("demo")).scores == {"3": 0.5}
 
 
 @pytest.mark.parametrize("text", ["viewer/1", "viewer/1:=", ":=viewer/1", "viewer/*:=viewer/1", "zenocap/a:=viewer/1"])

@@ -1,18 +1,16 @@
 """Takes on one time line: every message at its position, also of damaged files."""
 
 import random
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO
+from unittest.mock import patch
 
 import pytest
-from mcap.records import ChunkIndex, McapRecord
 
 from tests.support.replay_takes import PERIOD_NS, RIG, START_NS, sample_messages, written
 from zenocap.common.errors import UserError
 from zenocap.common.topics import PARTIAL_BDP, SIGHTING
-from zenocap.tools.record.replay.timeline import LONGEST_GAP_NS, PlacedMessage, PlayedPart, Timeline
+from zenocap.tools.record.replay.timeline import LONGEST_GAP_NS, PlacedMessage, Timeline
 
 BDPS = [PARTIAL_BDP.at(RIG, viewer=viewer) for viewer in ("1", "2")]
 
@@ -53,10 +51,9 @@ def test_reading_from_a_position_skips_only_the_messages_before_it(take: Path, p
 
 
 def test_state_is_the_last_message_before_a_position(tmp_path: Path) -> None:
-    later = [
-        replace(each, received_ns=START_NS + 30 * PERIOD_NS) for each in sample_messages(1) if each.topic is PARTIAL_BDP
-    ][:1]
-    messages = sorted([*sample_messages(50), *later], key=lambda each: each.received_ns)
+    bdp = next(each for each in sample_messages(1) if each.topic is PARTIAL_BDP)
+    later = replace(bdp, received_ns=START_NS + 30 * PERIOD_NS)
+    messages = sorted([*sample_messages(50), later], key=lambda each: each.received_ns)
     path = written(tmp_path / "a.mcap", messages, flush_every=20)
     for one in (path, truncated_copy(path, 0.9)):
         timeline = Timeline([one])
@@ -157,22 +154,13 @@ def test_messages_read_from_a_damaged_take_were_recorded(take: Path, seed: int) 
 
 
 @pytest.mark.slow
-def test_state_of_a_long_take_is_found_without_reading_all_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_state_of_a_long_take_is_found_without_reading_all_before(tmp_path, monkeypatch):
     path = written(tmp_path / "a.mcap", sample_messages(400), flush_every=10)
     timeline = Timeline([path])
-    read: list[int] = []
-    records = Timeline._records
-
-    def counted(self: Timeline, part: PlayedPart, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
-        read.append(chunk.chunk_start_offset)
-        return records(self, part, file, chunk)
-
-    monkeypatch.setattr(Timeline, "_records", counted)
     keys = [*BDPS, SIGHTING.at(RIG, viewer="1")]
     for place_ns in (20 * PERIOD_NS, 399 * PERIOD_NS):
-        read.clear()
         whole = [placed.recorded for placed in Timeline([path]).read() if placed.place_ns < place_ns]
         expected = {recorded.topic: recorded for recorded in whole if recorded.topic in keys}
-        read.clear()
-        assert timeline.last_before(place_ns, keys) == sorted(expected.values(), key=whole.index)
-        assert len(read) <= 3  # of some hundred: the latest, and that of the bodies
+        with patch.object(Timeline, "_records", autospec=True, side_effect=Timeline._records) as read:
+            assert timeline.last_before(place_ns, keys) == sorted(expected.values(), key=whole.index)
+        assert read.call_count <= 3  # of some hundred chunks: the latest, and that of the bodies

@@ -4,9 +4,11 @@ from math import degrees, pi, radians
 
 import numpy as np
 import pytest
+from hypothesis import given
 
 from tests.support.limb_cases import UPRIGHT, assert_consistent
-from tests.support.two_view_scene import MODEL, NAVEL, angles, degrees_between, directions, model_mask, rows
+from tests.support.two_view_scene import ANGLES, MODEL, NAVEL, angles, degrees_between, directions, model_mask, rows
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_directions, limbs_of
 from zenocap.services.viewer.two_view.body_fit import BodyFit
@@ -31,9 +33,13 @@ def fit_of(viewer: int, **pose: float) -> BodyFit:
     return fit
 
 
-def start_of(k: int, **pose: float) -> LimbAngles:
-    limb, values = limbs_of(TEN_PARTS)[k], angles(**pose)
+def limb_angles(k: int, values: Floats) -> LimbAngles:
+    limb = limbs_of(TEN_PARTS)[k]
     return LimbAngles(*(float(values[n]) for n in (limb.z, limb.x, limb.y, limb.flexion)))
+
+
+def start_of(k: int, **pose: float) -> LimbAngles:
+    return limb_angles(k, angles(**pose))
 
 
 def placed(fit: BodyFit, k: int, **pose: float) -> BodyFit:
@@ -44,14 +50,10 @@ def placed(fit: BodyFit, k: int, **pose: float) -> BodyFit:
     return fit
 
 
-def test_directions_equal_those_of_the_kinematics() -> None:
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        low, high = LIMITS.T
-        values = low + rng.random(len(low)) * (high - low)
-        for k, limb in enumerate(limbs_of(TEN_PARTS)):
-            own = LimbAngles(*(float(values[n]) for n in (limb.z, limb.x, limb.y, limb.flexion)))
-            np.testing.assert_allclose(own.directions(), limb_directions(TEN_PARTS, values)[k], atol=1e-12)
+@given(ANGLES)
+def test_directions_equal_those_of_the_kinematics(values: Floats) -> None:
+    for k, expected in enumerate(limb_directions(TEN_PARTS, values)):
+        np.testing.assert_allclose(limb_angles(k, values).directions(), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(("k", "side", "z"), [(0, "right", 95), (0, "right", 130), (1, "left", 265), (1, "left", 230)])

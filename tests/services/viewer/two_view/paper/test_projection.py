@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from tests.support.two_view_scene import MODEL, NAVEL, directions, model_mask, rows
 from zenocap.common.arrays import Floats
 from zenocap.services.viewer.two_view.body_fit import BodyFit
-from zenocap.services.viewer.two_view.paper.position import shift
-from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at
+from zenocap.services.viewer.two_view.paper.projection import depth_of_scale, orthographic, point_at, shift
 
 
 def image_of(camera: Floats, point: Floats) -> Floats:

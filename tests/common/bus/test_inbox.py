@@ -62,7 +62,6 @@ def test_a_busy_key_does_not_starve_another(inbox: Inbox) -> None:
     order = []
     for frame in range(1, 5):
         envelope = inbox.take(0.0)
-        assert isinstance(envelope, Envelope)
         order.append(getattr(envelope.message, "viewer", ""))
         put_sighting(inbox, "1", frame)
         put_sighting(inbox, "2", frame)
@@ -136,14 +135,10 @@ def test_invented_names_of_one_topic_displace_no_other_topic(inbox: Inbox) -> No
     ("topic", "key", "message", "text"),
     [
         (SIGHTING, "zenocap/r/viewer/2/sighting", sighting("1", 0), "viewer = '1', but '2' in its key"),
-        (
-            HEALTH,
-            "zenocap/r/viewer/1/health",
-            built(m.Health, service="tracker"),
-            "service = 'tracker', but 'viewer' in its key",
-        ),
+        (HEALTH, "zenocap/r/viewer/1/health", built(m.Health, service="tracker"),
+         "service = 'tracker', but 'viewer' in its key"),
     ],
-)
+)  # fmt: skip
 def test_a_message_that_disagrees_with_its_key_is_rejected(
     inbox: Inbox, topic: Topic, key: str, message: m.Message, text: str, caplog: pytest.LogCaptureFixture
 ) -> None:

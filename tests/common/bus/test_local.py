@@ -23,7 +23,6 @@ def network() -> LocalNetwork:
 def received(bus: LocalBus) -> list[m.Message]:
     found = []
     while (event := bus.receive()) is not None:
-        assert isinstance(event, Envelope)
         found.append(event.message)
     return found
 
@@ -34,7 +33,6 @@ def test_received_envelope_equals_that_of_the_network(network: LocalNetwork) -> 
     viewer.publish(SIGHTING, sighting("1", 5))
     event = integrator.receive()
     assert event == Envelope("zenocap/studio/viewer/1/sighting", SIGHTING, sighting("1", 5), 1000)
-    assert isinstance(event, Envelope)
     assert event.data == encode(sighting("1", 5))
 
 
@@ -110,7 +108,6 @@ def test_forwarded_bytes_arrive_unchanged(network: LocalNetwork) -> None:
     data = encode(sighting("1", 5))
     player.forward(SIGHTING, "zenocap/studio/viewer/1/sighting", data)
     event = reader.receive()
-    assert isinstance(event, Envelope)
     assert event.data == data
 
 

@@ -33,7 +33,6 @@ def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
     other.query_clock()
     events = [other.receive(), other.receive()]
     health = next(event.message for event in events if isinstance(event, Envelope))
-    assert isinstance(health, m.Health)
     assert (health.service, health.id) == ("integrator", "main")
     assert health.phase is m.Phase.RUNNING
     assert any(isinstance(event, RoundTrip) for event in events)
@@ -49,6 +48,5 @@ def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_view
         state, messages = service.step(service.setup, state, Tick(second * 10**9))
         published += messages
     rate, *detail = published
-    assert isinstance(rate, m.FrameRate)
     assert (rate.keep, rate.of) == (1, 1)
     assert [type(message) for message in detail] == [m.TrackerDetail] * service.setup.rate.has_tracker

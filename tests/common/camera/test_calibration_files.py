@@ -100,11 +100,8 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         ("size = [640.0, 480.0]", "size = [640.0]", "cam_01.size = .*allowed: 2 finite numbers"),
         ("size = [640.0, 480.0]", "", "cam_01.size is missing; there are: distortions, fisheye"),
         ("size = ", "sise = ", "cam_01.size is missing; .*did you mean 'sise'"),
-        (
-            "[600.0, 0.0, 319.5]",
-            "[-600.0, 0.0, 319.5]",
-            r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0",
-        ),
+        ("[600.0, 0.0, 319.5]", "[-600.0, 0.0, 319.5]",
+         r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0"),
         ("[600.0, 0.0, 319.5]", "[nan, 0.0, 319.5]", "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", '["600", 0.0, 319.5]', "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", "[600.0, 9.0, 319.5]", "no skew"),
@@ -120,7 +117,7 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         (GOOD, "", "no camera in it: allowed: a table"),
         (GOOD, "cam = [", "not TOML"),
     ],
-)
+)  # fmt: skip
 def test_errors_name_file_key_value_and_allowed_values(tmp_path, old, new, text):
     path = tmp_path / "calibration.toml"
     assert old in GOOD

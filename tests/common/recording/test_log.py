@@ -74,7 +74,6 @@ def test_a_full_disk_ends_the_log_and_not_the_rig(
     log.start()
     bus.publish(UNIVERSAL_BAP, bap(0))
     end = log.close()
-    assert end.failure is not None
     assert "No space left on device" in end.failure
     bus.publish(UNIVERSAL_BAP, bap(1))
 

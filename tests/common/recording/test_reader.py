@@ -10,7 +10,6 @@ from mcap.writer import Writer
 from tests.common.bus.test_inbox import bap, sighting
 from tests.common.recording.test_writer import FRAME_NS, START_NS, record_take
 from zenocap.common import messages as m
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Recorded, TakeReader, envelope
@@ -50,7 +49,6 @@ def test_a_message_keeps_its_times(complete: Path) -> None:
         "zenocap/studio/viewer/1/sighting", "zenocap.Sighting", START_NS + 2 * FRAME_NS, 2, 2,
     )  # fmt: skip
     found = envelope(third)
-    assert isinstance(found, Envelope)
     assert (found.received_ns, found.data) == (third.log_ns, encode(sighting("1", 2)))
 
 
@@ -67,7 +65,6 @@ def test_a_truncated_take_gives_its_first_messages_and_is_reported(
     take = TakeReader(path)
     found = messages(take)
     assert found == expected()[: len(found)]
-    assert take.cut is not None
     assert f"{len(found)} messages read" in take.cut
 
 
@@ -96,7 +93,6 @@ def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> No
     assert found[0] == sighting("1", 0)
     assert found[-1] == bap(FRAMES - 1)
     assert len(found) < 2 * FRAMES
-    assert take.cut is not None
     assert "damaged: 1 chunks" in take.cut
 
 
@@ -126,7 +122,6 @@ def test_descriptions_beyond_the_limit_are_reported_as_damage(complete: Path, mo
     take = TakeReader(complete)
     assert list(take.messages()) == []
     assert take.attachments == {}
-    assert take.cut is not None
     assert "300 messages of unknown channels" in take.cut
 
 

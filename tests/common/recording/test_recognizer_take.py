@@ -67,7 +67,6 @@ def test_the_take_has_postures_and_their_model(path: Path) -> None:
     list(take.messages())
     assert take.attachments[POSTURES_FILE] == path.with_name("small.postures").read_bytes()
     recorded = read_setup(path, take.attachments[SETUP_FILE]).recognizer
-    assert recorded is not None
     assert recorded.source == "integrator"
 
 
@@ -94,7 +93,6 @@ def test_a_take_without_its_model_is_recomputed_except_for_postures(path: Path, 
     take = TakeReader(path)
     list(take.messages())
     recorded = read_setup(path, take.attachments[SETUP_FILE])
-    assert recorded.recognizer is not None
     unknown = msgspec.structs.replace(recorded.recognizer, model_sha256=None)
     setup = msgspec.json.encode(msgspec.structs.replace(recorded, recognizer=unknown))
     found = verify([with_attachments(path, tmp_path / "b.mcap", {SETUP_FILE: setup})])
@@ -114,7 +112,6 @@ def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
     viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)
     with http_receiver() as receiver:
         commands = posture_commands({"raise-both-arms": {"action": "http", "url": receiver.url}}, ())
-        assert rig.recognizer is not None
         rig = replace(rig, viewers=viewers, recognizer=replace(rig.recognizer, commands=commands))
         track(rig, tmp_path / "a.mcap")
         labels = [message.label for message in messages_of(tmp_path / "a.mcap", m.Posture)]

@@ -81,7 +81,6 @@ def test_a_trackers_setup_round_trips_and_its_prior_is_attached(tmp_path: Path) 
     files = {attachment.name: attachment.data for attachment in attachments(rig, {})}
     assert files[PRIOR_FILE] == content
     tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
-    assert tracker is not None
     assert tracker.prior_sha256 == hashlib.sha256(content).hexdigest()
     assert (tracker.particles, tracker.seed, tracker.anatomy) == (40, 7, "fourteen-parts")
 
@@ -91,21 +90,17 @@ def test_no_prior_is_attached_for_a_rig_without_a_prior_file(prior: Path | None)
     files = {attachment.name: attachment.data for attachment in attachments(hybrid(prior), {})}
     assert PRIOR_FILE not in files
     tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
-    assert tracker is not None
     assert tracker.prior_sha256 is None
 
 
 def test_the_options_of_a_preset_are_recorded_and_a_setup_without_them_is_the_default() -> None:
     rig = hybrid(None)
-    assert rig.tracker is not None
     paper = replace(rig, tracker=replace(rig.tracker, filter=PRESETS["paper"].filter))
     read = read_setup(TAKE, write_setup(recorded_rig(paper))).tracker
-    assert read is not None
     assert read.filter == PRESETS["paper"].filter
     plain = json.loads(write_setup(recorded_rig(paper)))
     del plain["tracker"]["filter"]
     old = read_setup(TAKE, json.dumps(plain).encode()).tracker
-    assert old is not None
     assert old.filter == FilterOptions()
 
 

@@ -34,7 +34,6 @@ def take(tmp_path: Path) -> Path:
 def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     messages = list(TakeReader(take).messages())
     found = read_summary(take)
-    assert found is not None
     assert (found.messages, found.start_ns) == (len(messages), min(one.log_ns for one in messages))
     assert {channel.topic for channel in found.channels.values()} == {one.topic for one in messages}
     assert take_account(take).messages == len(messages)
@@ -45,7 +44,6 @@ def test_the_last_message_of_a_topic_is_found(take: Path) -> None:
     for topic in {topic_at(one.topic) for one in messages}:
         assert topic is not None
         found = last_message(take, topic)
-        assert found is not None
         assert found[0] == [one.data for one in messages if topic_at(one.topic) is topic][-1]
     assert last_message(take, BOTH_WAYS_POSE) is None
 

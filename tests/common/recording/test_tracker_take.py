@@ -154,7 +154,6 @@ def test_a_take_without_its_prior_cannot_be_recomputed(take: Path, tmp_path: Pat
 def test_tracker_options_without_a_tracker_raise_an_error() -> None:
     assert with_tracker(demo_rig("two-view"), TrackerOverrides()).tracker is None
     changed = with_tracker(hybrid(), TrackerOverrides(particles=7, seed=3)).tracker
-    assert changed is not None
     assert (changed.particles, changed.seed, changed.points) == (7, 3, 400)
     with pytest.raises(UserError, match=r"method = 'two-view' has no tracker: allowed with .*: hybrid, image-force"):
         with_tracker(demo_rig("two-view"), TrackerOverrides(seed=3))

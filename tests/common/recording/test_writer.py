@@ -43,8 +43,6 @@ def test_a_take_is_a_valid_mcap_file(tmp_path: Path) -> None:
     with (tmp_path / "take.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         summary = reader.get_summary()
-        assert summary is not None
-        assert summary.statistics is not None
         assert summary.statistics.message_count == 180
         assert summary.statistics.chunk_count == 3
         assert {channel.topic for channel in summary.channels.values()} == {
@@ -56,7 +54,6 @@ def test_a_take_is_a_valid_mcap_file(tmp_path: Path) -> None:
         assert schemas["zenocap.Sighting"].encoding == "jsonschema"
         assert schemas["zenocap.Sighting"].data == json_schema(m.Sighting)
         schema, _, message = next(iter(reader.iter_messages(topics=[SIGHTING.at("studio", viewer="1")])))
-        assert schema is not None
         assert schema.name == "zenocap.Sighting"
         assert (message.log_time, message.publish_time, message.sequence) == (START_NS, 0, 0)
         assert message.data == encode(sighting("1", 0))
@@ -170,7 +167,6 @@ def test_a_disk_that_fills_up_stops_the_recording_and_not_the_caller(
     for second in range(1, 5):
         recording.record(envelope(bap(second), START_NS + second * 1_000_000_000))
     statistics = recording.close()
-    assert statistics.failure is not None
     assert "take.mcap: recording stopped after 0 messages: No space left on device" in statistics.failure
     assert (statistics.messages, statistics.bytes, statistics.lost) == (0, 0, 34)
     assert len(caplog.records) == 1

@@ -127,9 +127,7 @@ def of_another_function(entry: Path) -> None:
     ],
     ids=["empty", "damaged", "wrong end", "no pickle", "other content", "pickle of a missing module", "other function"],
 )
-def test_a_damaged_entry_or_one_with_other_content_is_compiled_again(
-    entry: Path, replace: Callable[[Path], object]
-) -> None:
+def test_a_damaged_entry_or_one_with_other_content_is_compiled_again(entry: Path, change: Callable[[Path], object]) -> None:
     change(entry)
     assert not from_cache(double)
     assert from_cache(double)

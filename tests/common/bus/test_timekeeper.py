@@ -14,22 +14,12 @@ from zenocap.services.integrator.shell import timekeeper_service
 RIG = replace(demo_rig("two-view"), method="hybrid")
 
 
-class Steps:
-    """True after this number of calls."""
-
-    def __init__(self, count: int) -> None:
-        self._left = count
-
-    def __call__(self) -> bool:
-        self._left -= 1
-        return self._left < 0
-
-
 def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
     network = LocalNetwork("demo", ManualClock(10**15))
     bus, other = network.bus(), network.bus()
     other.subscribe(HEALTH)
-    assert run(timekeeper_service(RIG), bus, network.clock, stopped=Steps(3)) == 0
+    stopped = iter([False, False, False, True])
+    assert run(timekeeper_service(RIG), bus, network.clock, stopped=lambda: next(stopped)) == 0
     other.query_clock()
     events = [other.receive(), other.receive()]
     health = next(event.message for event in events if isinstance(event, Envelope))

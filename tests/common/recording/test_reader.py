@@ -55,13 +55,10 @@ def test_a_message_keeps_its_times(complete: Path) -> None:
 @pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
-def test_a_truncated_take_gives_its_first_messages_and_is_reported(
-    complete: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
-) -> None:
+def test_a_truncated_take_gives_its_first_messages_and_is_reported(complete, tmp_path_factory, data):
     content = complete.read_bytes()
-    length = data.draw(st.integers(9, len(content) - 40))
     path = tmp_path_factory.mktemp("cut") / "take.mcap"
-    path.write_bytes(content[:length])
+    path.write_bytes(content[: data.draw(st.integers(9, len(content) - 40))])
     take = TakeReader(path)
     found = messages(take)
     assert found == expected()[: len(found)]
@@ -71,9 +68,7 @@ def test_a_truncated_take_gives_its_first_messages_and_is_reported(
 @pytest.mark.nightly
 @settings(max_examples=60)
 @given(data=st.data())
-def test_a_damaged_take_never_gives_a_wrong_message(
-    complete: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
-) -> None:
+def test_a_damaged_take_never_gives_a_wrong_message(complete, tmp_path_factory, data):
     content = bytearray(complete.read_bytes())
     content[data.draw(st.integers(8, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     path = tmp_path_factory.mktemp("damaged") / "take.mcap"
@@ -148,12 +143,10 @@ def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: P
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MC", b"hello, this is no take at all"])
-def test_a_file_that_is_not_a_take_is_refused(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "take.mcap").write_bytes(content)
-    with pytest.raises(UserError, match="is no MCAP file"):
-        list(TakeReader(tmp_path / "take.mcap").messages())
-
-
-def test_a_missing_file_raises_an_error(tmp_path: Path) -> None:
+def test_a_file_that_is_missing_or_not_a_take_is_refused(tmp_path: Path, content: bytes) -> None:
+    take = TakeReader(tmp_path / "take.mcap")
     with pytest.raises(UserError, match="cannot be read: No such file"):
-        list(TakeReader(tmp_path / "none.mcap").messages())
+        list(take.messages())
+    take.path.write_bytes(content)
+    with pytest.raises(UserError, match="is no MCAP file"):
+        list(take.messages())

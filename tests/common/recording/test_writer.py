@@ -56,10 +56,8 @@ def test_a_take_is_a_valid_mcap_file(tmp_path: Path) -> None:
         assert schema.name == "zenocap.Sighting"
         assert (message.log_time, message.publish_time, message.sequence) == (START_NS, 0, 0)
         assert message.data == encode(sighting("1", 0))
-        assert {entry.name: dict(entry.metadata) for entry in reader.iter_metadata()}["zenocap"] == {
-            "rig": "studio",
-            "schema_version": "1",
-        }
+        metadata = {entry.name: dict(entry.metadata) for entry in reader.iter_metadata()}
+        assert metadata["zenocap"] == {"rig": "studio", "schema_version": "1"}
         assert [attachment.data for attachment in reader.iter_attachments()] == [b'name = "studio"']
 
 

@@ -36,11 +36,8 @@ def test_poses_are_smoothed_only_on_request(tmp_path: Path) -> None:
     assert animator_smoothing(table) is not None
 
 
-def test_outputs_are_off_without_a_table(tmp_path: Path) -> None:
+def test_an_output_with_a_table_is_on_by_default_and_off_without(tmp_path: Path) -> None:
     assert load_rig(write_rig(tmp_path, RIG)).animator == AnimatorTable()
-
-
-def test_an_output_with_a_table_is_on_by_default(tmp_path: Path) -> None:
     table = load_rig(write_rig(tmp_path, RIG + TABLES + "[animator.foxglove]\n")).animator
     assert table.outputs["vmc"] == VmcTable(enabled=True, host="192.168.1.20", port=39540)
     assert not table.outputs["udp"].enabled

@@ -108,7 +108,7 @@ def test_a_prior_may_be_on_another_machine(tmp_path: Path) -> None:
         ("seed = 7", 'prior_share = "all"', r"tracker.prior_share = 'all': allowed: 0 to 1, adaptive"),
         ("seed = 7", 'cost_terms = "no"', r"tracker.cost_terms = 'no': allowed: bool"),
         ('"walk.prior"', '"running"', "tracker.prior = 'running': no file .*: general, general-paper, walking"),
-        ('"walk.prior"', '"none"\nprior_share = 0.5', "tracker.prior_share = 0.5: allowed without a prior: 0, 'adaptive'"),
+        ('prior = "walk.prior"', "prior_share = 0.5", "tracker.prior_share = 0.5: allowed without a prior: 0, 'adaptive'"),
         ('"hybrid"', '"image-force"', "tracker.particles = 60: allowed: 1 for method 'image-force'"),
         (SECOND, "", r"1 viewer\(s\): allowed: 2 or more \[\[viewer\]\] for method 'hybrid'"),
         ('id = "2"', 'id = "2"\nsilhouette = false', "viewer 2: silhouette = False: allowed: true for method 'hybrid'"),

@@ -95,15 +95,16 @@ class Recording:
     def __init__(
         self, path: Path, *, rig: str, start_ns: int, metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: tuple[Attachment, ...] = (), overwrite: bool = False, own: Collection[ServiceKey] = (),
-        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
+        convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion, closing: Closing = dict,
     ) -> None:  # fmt: skip
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
         own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.
         convert: messages of other channels to write after a message, with its times; its errors are counted.
+        closing: returns metadata to write at the end.
         """
         self.path = path
-        self.closing: Closing = dict  # metadata to write at the end
+        self.closing = closing
         self._convert = convert
         self._unconverted = 0
         self._limits = ChannelLimits(path, rig, own)

@@ -36,7 +36,10 @@ def tapered(anatomy: Anatomy) -> Bdp:
 ELEVEN_PARTS = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers)
 
 
-@pytest.mark.parametrize(("anatomy", "bdp"), [(TEN_PARTS, BDP), (FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))])
+BODIES = [(TEN_PARTS, BDP), (FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))]
+
+
+@pytest.mark.parametrize(("anatomy", "bdp"), BODIES, ids=["cylinders", "tapered"])
 def test_a_body_round_trips(anatomy: Anatomy, bdp: Bdp) -> None:
     """With tips and bases where the parts are tapered; the bytes of cylinders equal those of a version without them."""
     data = encode(TrackerBdp(frame=1, captured_ns=2, body=body_of(anatomy, bdp)))
@@ -47,9 +50,10 @@ def test_a_body_round_trips(anatomy: Anatomy, bdp: Bdp) -> None:
         assert (name.encode() in data) is (getattr(bdp, name) is not None)
 
 
-@pytest.mark.parametrize(
-    "without", [{"sizes": "head", "offsets": "left_knee"}, {"tips": "head", "bases": "left_foot"}], ids=str
-)
+INCOMPLETE = [{"sizes": "head", "offsets": "left_knee"}, {"tips": "head", "bases": "left_foot"}]
+
+
+@pytest.mark.parametrize("without", INCOMPLETE, ids=["sizes and offsets", "tips and bases"])
 def test_error_names_the_missing_part_and_joint(without: dict[str, str]) -> None:
     body = body_of(FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))
     for field, name in without.items():

@@ -53,6 +53,7 @@ def test_a_take_has_the_angles_of_its_poses(tmp_path: Path, anatomy: Anatomy) ->
 @pytest.mark.parametrize(
     ("anatomy", "axes"),
     [(FOURTEEN_PARTS, "y-up"), (FOURTEEN_PARTS, "z-up"), (FOURTEEN_PARTS, "unity"), (TEN_PARTS, "y-up")],
+    ids=lambda value: getattr(value, "name", value),
 )
 def test_a_bvh_file_has_the_angles_of_its_poses(tmp_path: Path, anatomy: Anatomy, axes: Axes) -> None:
     track = walking_person(anatomy)

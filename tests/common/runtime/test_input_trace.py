@@ -38,6 +38,7 @@ def network() -> LocalNetwork:
         (Alive("viewer", "1", True, 4), ("alive/viewer/1", 4)),
         (Alive("viewer", "1", False, 4), ("gone/viewer/1", 4)),
     ],
+    ids=["message", "picture", "tick", "alive", "gone"],
 )
 def test_every_kind_of_event_has_a_name_and_a_time(event: object, name_and_time_of_it: tuple[str, int]) -> None:
     assert name_and_time(event) == name_and_time_of_it

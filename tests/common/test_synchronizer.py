@@ -51,8 +51,8 @@ BOTH = ("1", "2")
                      {"unpaired": 1, "late": 1}, id="a late frame is dropped"),
         pytest.param([ONE, ONE, ("2", FRAME_NS)], [BOTH], {"doubled": 1}, id="a duplicate is dropped"),
         pytest.param([*both(1), ONE, *both(2), *both(3)], [BOTH] * 3, {"doubled": 1}, id="a duplicate after its frame set"),
-        pytest.param([("1", 3 * FRAME_NS), ("1", 2 * FRAME_NS), *both(2), *both(3)], [BOTH] * 2,
-                     {"out_of_order": 1, "doubled": 2}, id="frames out of order are sorted"),
+        pytest.param([("1", 3 * FRAME_NS), ("1", 2 * FRAME_NS), *both(2), *both(3)], [("1",), BOTH],
+                     {"out_of_order": 1, "doubled": 2, "late": 1, "unpaired": 1}, id="frames out of order are sorted"),
         pytest.param([("9", FRAME_NS), *both(1)], [BOTH], {"unknown": 1}, id="an unknown viewer is dropped"),
     ],
 )  # fmt: skip

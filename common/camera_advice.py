@@ -144,11 +144,11 @@ class TakeAdvice:
         return sorted(found.values(), key=lambda one: (-_weight(one), one.viewer, one.fault.code))
 
 
-def take_lines(faults: Sequence[TakeFault], most: int = SHOWN) -> Iterator[str]:
+def take_lines(faults: Sequence[TakeFault]) -> Iterator[str]:
     """A line for each of the worst faults of a take."""
     if faults:
         yield "cameras: what to improve first"
-    for one in faults[:most]:
+    for one in faults[:SHOWN]:
         yield f"  camera {one.viewer}: {sentence(one.fault)} ({one.share:.0%} of the time)"
 
 

@@ -9,24 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
+from zenocap.common import topics
 from zenocap.common.bus.revocations import NO_GENERATIONS
-from zenocap.common.topics import (
-    ALIVE,
-    CLAIM,
-    CLOCK,
-    EVERYTHING,
-    FILM,
-    FLOW_CONTROL,
-    PREVIEW,
-    REQUEST,
-    REVOKED,
-    SERVICE_INFO,
-    SILHOUETTE,
-    STATE_RECOVERY,
-    TOPICS,
-    Queueing,
-    Topic,
-)
+from zenocap.common.topics import TOPICS, Queueing, Topic
 
 Message = Literal[
     "put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
@@ -83,7 +68,8 @@ def access_control(rigs: Mapping[str, Sequence[Member]], generations: Mapping[st
     policies: list[Rule] = [{"rules": ["routers"], "subjects": [ROUTER]}]
     for rig, members in rigs.items():
         common = _of_all(rig, [key for member in members for key in member.puts])
-        images = _rule(f"{rig}: no images", ("egress",), ("put", "reply"), [SILHOUETTE.on(rig), PREVIEW.on(rig)], "deny")
+        keys = [topics.SILHOUETTE.on(rig), topics.PREVIEW.on(rig)]
+        images = _rule(f"{rig}: no images", ("egress",), ("put", "reply"), keys, "deny")
         rules += [*common, images]
         for member in members:
             subject = member.common_name(rig, generations)
@@ -104,7 +90,7 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
         return {}
     found: dict[Topic, str] = {}
     for topic in TOPICS:
-        writer = REQUEST_SENDER if topic is REQUEST else topic.key.split("/")[2]
+        writer = REQUEST_SENDER if topic is topics.REQUEST else topic.key.split("/")[2]
         id = "*" if member.service == RECORDER else member.id
         if writer == member.service:
             found[topic] = topic.on(rig, viewer=id)
@@ -115,10 +101,10 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
 
 def _of_all(rig: str, puts: Sequence[str]) -> list[Rule]:
     """Rules of every member: subscriptions, and the queries that all may send.  puts: keys of no topic."""
-    everything, kept = EVERYTHING.format(rig=rig), _advanced(EVERYTHING.format(rig=rig))
-    claims = CLAIM.format(rig=rig, service="*", id="*", claim="*")
-    queries = [CLOCK.format(rig=rig), SERVICE_INFO.format(rig=rig, service="*", id="*"), claims, kept]
-    alive = [ALIVE.format(rig=rig, service="*", id="*"), claims, kept]
+    everything, kept = topics.EVERYTHING.format(rig=rig), _advanced(topics.EVERYTHING.format(rig=rig))
+    claims = topics.CLAIM.format(rig=rig, service="*", id="*", claim="*")
+    queries = [topics.CLOCK.format(rig=rig), topics.SERVICE_INFO.format(rig=rig, service="*", id="*"), claims, kept]
+    alive = [topics.ALIVE.format(rig=rig, service="*", id="*"), claims, kept]
     return [
         _rule(f"{rig}: subscribe", ("ingress",), ("declare_subscriber",), [everything, kept, *puts]),
         _rule(f"{rig}: query", ("ingress",), ("query",), queries),
@@ -131,9 +117,9 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     """Rules of one member: its publications and the queries it replies to."""
     keys = keys_of(rig, member)
     if member.service == READER:  # passes on the list, which the authority has signed
-        return [_rule(f"{rig}: revoke", ("ingress",), ("put", "query"), [REVOKED.format(rig=rig)])]
+        return [_rule(f"{rig}: revoke", ("ingress",), ("put", "query"), [topics.REVOKED.format(rig=rig)])]
     if member.service == OPERATOR:
-        return [_rule(f"{rig}: film", ("ingress",), ("query",), [FILM.format(rig=rig, viewer="*")])]
+        return [_rule(f"{rig}: film", ("ingress",), ("query",), [topics.FILM.format(rig=rig, viewer="*")])]
     if not keys:
         return []
     kept = [expression for topic, expression in keys.items() if topic.queueing is Queueing.LATCHED]
@@ -141,13 +127,13 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     service, id = ("*", "*") if member.service == REPLAY else (member.service, member.id)
     id = "*" if member.service == RECORDER else id
     names = {"rig": rig, "service": service, "id": id}
-    claims = CLAIM.format_map(names | {"claim": "*"})
-    answers = [FLOW_CONTROL.format_map(names), SERVICE_INFO.format_map(names), claims]
+    claims = topics.CLAIM.format_map(names | {"claim": "*"})
+    answers = [topics.FLOW_CONTROL.format_map(names), topics.SERVICE_INFO.format_map(names), claims]
     if service == "viewer":
-        answers.append(FILM.format(rig=rig, viewer=id))
+        answers.append(topics.FILM.format(rig=rig, viewer=id))
     if service in ("integrator", "*"):
-        answers.append(CLOCK.format(rig=rig))
-    tokens = [ALIVE.format_map(names), claims, *advanced]
+        answers.append(topics.CLOCK.format(rig=rig))
+    tokens = [topics.ALIVE.format_map(names), claims, *advanced]
     name = f"{rig}: {member.name}"
     rules = [
         _rule(f"{name}: publish", ("ingress",), ("put",), [*keys.values(), *advanced, *member.puts]),
@@ -157,10 +143,11 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     # The reply becomes the body and pose of a restarted service: none from the machines of cameras.  Only the publisher of
     # the topic may ask.
     if member.service != "viewer":
-        recovery = [STATE_RECOVERY.format(rig=rig, topic="*")]
+        recovery = [topics.STATE_RECOVERY.format(rig=rig, topic="*")]
         rules.append(_rule(f"{name}: reply to state recovery", ("ingress",), ("declare_queryable", "reply"), recovery))
-    questions = [STATE_RECOVERY.format(rig=rig, topic=topic.name) for topic in keys if topic.recoverable]
-    rules.append(_rule(f"{name}: query services", ("ingress",), ("query",), [*questions, FLOW_CONTROL.format_map(names)]))
+    questions = [topics.STATE_RECOVERY.format(rig=rig, topic=topic.name) for topic in keys if topic.recoverable]
+    questions.append(topics.FLOW_CONTROL.format_map(names))
+    rules.append(_rule(f"{name}: query services", ("ingress",), ("query",), questions))
     return rules
 
 

@@ -34,12 +34,8 @@ class Claims:
     on_older: called on a thread of Zenoh's when an older instance has answered.
     """
 
-    def __init__(
-        self, session: zenoh.Session, names: dict[str, str], start_ns: int, on_older: Callable[[], None],
-        now_s: Callable[[], float] = monotonic,
-    ) -> None:  # fmt: skip
+    def __init__(self, session: zenoh.Session, names: dict[str, str], start_ns: int, on_older: Callable[[], None]) -> None:
         self._session, self._names, self._start_ns, self._on_older = session, names, start_ns, on_older
-        self._now_s = now_s
         self.own = f"{start_ns:020d}-{session.zid()}"
         self._unconfirmed: dict[str, _Check] = {}
 
@@ -71,7 +67,7 @@ class Claims:
 
     def check(self) -> None:
         """Query the holders of older claims that are due; called by the thread of the bus, several times a second."""
-        now_s = self._now_s()
+        now_s = monotonic()
         for claim, check in list(self._unconfirmed.items()):
             if now_s >= check.due_s:
                 check.checks += 1

@@ -98,12 +98,10 @@ class _View:
     rotation: Floats
 
 
-def calibrate_lines(
-    measured: Measurements, names: tuple[str, str] = ("cam01", "cam02")
-) -> tuple[SolvedCamera, SolvedCamera]:
+def calibrate_lines(measured: Measurements) -> tuple[SolvedCamera, SolvedCamera]:
     """Return cameras 1 and 2 in the Y-up world with the ground at Y = 0.  [Two-view 4.1]  Raises UserError."""
     check_measurements(measured)
-    return solved_camera(measured, 1, names[0]), solved_camera(measured, 2, names[1])
+    return solved_camera(measured, 1, "cam01"), solved_camera(measured, 2, "cam02")
 
 
 def check_measurements(measured: Measurements) -> None:

@@ -5,29 +5,17 @@ from pathlib import Path
 
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.recording import setup_file
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
-from zenocap.common.recording.setup_file import (
-    PARAMETERS_FILE,
-    POSTURES_FILE,
-    PRIOR_FILE,
-    SETUP_FILE,
-    Parameters,
-    postures_of,
-    prior_of,
-    recorded_rig,
-    write_parameters,
-    write_setup,
-)
+from zenocap.common.recording.setup_file import Parameters
 from zenocap.common.recording.writer import Attachment, Recording, no_conversion
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.service_info import versions
 
 
-def new_parts(
-    rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, must_open: bool = True, limits: PartLimits | None = None
-) -> Parts:
-    """Open the take of a rig, in parts if the rig or `limits` sets them.  parameters: of the services of the rig.
+def new_parts(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, must_open: bool = True) -> Parts:
+    """Open the take of a rig, in parts if the rig sets them.  parameters: of the services of the rig.
 
     must_open, errors: see `Parts`.
     """
@@ -38,7 +26,7 @@ def new_parts(
 
     named_by_time = path.name.startswith(f"{rig.name}-")
     return Parts(
-        open_part, path, start_ns, PartLimits.of(rig.log.part_mb, rig.log.part_minutes) if limits is None else limits,
+        open_part, path, start_ns, PartLimits.of(rig.log.part_mb, rig.log.part_minutes),
         (lambda now_ns: take_path(rig.name, path.parent, now_ns)) if named_by_time else None, must_open=must_open,
     )  # fmt: skip
 
@@ -63,8 +51,9 @@ def _recording(
 
 def attachments(rig: Rig, parameters: Parameters) -> tuple[Attachment, ...]:
     """Files of a rig, the setup of its steps, the parameters of its services (none if empty), and its models."""
-    setup = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig)))
-    contents = ((PRIOR_FILE, prior_of(rig)), (POSTURES_FILE, postures_of(rig)))
+    setup = Attachment(setup_file.SETUP_FILE, "application/json", setup_file.write_setup(setup_file.recorded_rig(rig)))
+    contents = ((setup_file.PRIOR_FILE, setup_file.prior_of(rig)), (setup_file.POSTURES_FILE, setup_file.postures_of(rig)))
     models = (Attachment(name, "application/octet-stream", content) for name, content in contents if content is not None)
-    values = [Attachment(PARAMETERS_FILE, "application/json", write_parameters(parameters))] if parameters else []
+    written = setup_file.write_parameters(parameters)
+    values = [Attachment(setup_file.PARAMETERS_FILE, "application/json", written)] if parameters else []
     return (*(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files), setup, *values, *models)

@@ -6,18 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
+from zenocap.common import topics
 from zenocap.common.table import Table
-from zenocap.common.topics import (
-    PARTIAL_BAP,
-    PARTIAL_BDP,
-    SIGHTING,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-    Topic,
-)
+from zenocap.common.topics import Topic
 
 MOST_VIEWS = 64  # of a method for any number of cameras: what a pose message can name
 
@@ -58,16 +49,17 @@ class Method:
 def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "possible") -> Method:
     """A method of the tracker, which gets silhouettes."""
     return Method(
-        name, TRACKER_POSE, TRACKER_BDP, "tracker", (2, MOST_VIEWS), "zenocap.services.viewer.shell:silhouettes",
-        "zenocap.services.tracker.shell:tracker_service", (SILHOUETTE,), "tracker", second_pass, recomputes_pose=True,
-        pose_warmup=("tracker",),
+        name, topics.TRACKER_POSE, topics.TRACKER_BDP, "tracker", (2, MOST_VIEWS),
+        "zenocap.services.viewer.shell:silhouettes", "zenocap.services.tracker.shell:tracker_service",
+        (topics.SILHOUETTE,), "tracker", second_pass, recomputes_pose=True, pose_warmup=("tracker",),
     )  # fmt: skip
 
 
 TWO_VIEW = Method(
-    "two-view", UNIVERSAL_BAP, UNIVERSAL_BDP, "integrator", (2, 2), "zenocap.services.viewer.two_view.shell:two_view",
-    "zenocap.services.integrator.shell:integrator_service", (SIGHTING, PARTIAL_BAP, PARTIAL_BDP), recomputes_viewers=True,
-    recomputes_pose=True, viewer_warmup=("tracking",), pose_warmup=("tracking",),
+    "two-view", topics.UNIVERSAL_BAP, topics.UNIVERSAL_BDP, "integrator", (2, 2),
+    "zenocap.services.viewer.two_view.shell:two_view", "zenocap.services.integrator.shell:integrator_service",
+    (topics.SIGHTING, topics.PARTIAL_BAP, topics.PARTIAL_BDP), recomputes_viewers=True, recomputes_pose=True,
+    viewer_warmup=("tracking",), pose_warmup=("tracking",),
 )  # fmt: skip
 HYBRID = _with_tracker("hybrid", "default")
 IMAGE_FORCE = _with_tracker("image-force")

@@ -39,7 +39,7 @@ def terminal_handler(console: Console, name: str = "") -> logging.Handler:
     return handler
 
 
-def configure(name: str, *, level: int = logging.INFO, stream: TextIO | None = None) -> None:
+def configure(name: str, *, stream: TextIO | None = None) -> None:
     """Write log lines to `stream` (default: standard error), each prefixed with `name` ("viewer 1")."""
     stream = stream or sys.stderr
     handler: logging.Handler
@@ -50,7 +50,7 @@ def configure(name: str, *, level: int = logging.INFO, stream: TextIO | None = N
         handler.setFormatter(OneLineFormatter(f"%(asctime)s %(levelname)s {name}: %(message)s"))
     root = logging.getLogger()
     root.handlers[:] = [handler]
-    root.setLevel(level)
+    root.setLevel(logging.INFO)
 
 
 class OncePerSource:

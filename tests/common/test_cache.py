@@ -2,8 +2,8 @@
 
 import os
 import tempfile
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -65,11 +65,8 @@ def test_a_folder_that_cannot_be_written_raises_no_error(tmp_path: Path) -> None
 def test_parallel_writers_leave_one_whole_entry(tmp_path: Path) -> None:
     path = tmp_path / "entry"
     contents = [bytes([k]) * 50_000 for k in range(8)]
-    threads = [threading.Thread(target=write_entry, args=(path, content)) for content in contents]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(len(contents)) as writers:
+        list(writers.map(lambda content: write_entry(path, content), contents))
     assert read_entry(path) in contents
 
 

@@ -1,6 +1,5 @@
 """Conversion between messages and types of the mathematics: round trips, errors."""
 
-import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -23,51 +22,7 @@ from zenocap.common.conversion import (
     packed_points,
     points_of,
 )
-from zenocap.common.messages import MOST_POINTS, CameraInfo, ScenePoints, TrackerBdp, UniversalBdp
-
-
-def test_a_body_round_trips() -> None:
-    message = UniversalBdp(frame=1, captured_ns=2, body=body_of(TEN_PARTS, BDP), ratio=1.0)
-    back = bdp_of(TEN_PARTS, decode(encode(message), UniversalBdp).body)
-    np.testing.assert_array_equal(back.sizes, BDP.sizes)
-    np.testing.assert_array_equal(back.offsets, BDP.offsets)
-
-
-@given(ANGLES)
-def test_angles_round_trip_by_name(angles: Floats) -> None:
-    named = angles_by_name(TEN_PARTS, angles)
-    assert set(named) == set(TEN_PARTS.angles)
-    assert all(type(value) is float for value in named.values())
-    np.testing.assert_array_equal(angles_of(TEN_PARTS, named, TEN_PARTS.neutral), angles)
-
-
-def test_angles_missing_in_a_message_are_unchanged() -> None:
-    others = TEN_PARTS.neutral
-    before = others.copy()
-    found = angles_of(TEN_PARTS, {"right_knee.x": -0.4}, others)
-    assert found[TEN_PARTS.index["right_knee.x"]] == -0.4
-    found[TEN_PARTS.index["right_knee.x"]] = before[TEN_PARTS.index["right_knee.x"]]
-    np.testing.assert_array_equal(found, before)
-    np.testing.assert_array_equal(others, before)
-
-
-def test_an_unknown_angle_raises_an_error_that_names_it() -> None:
-    with pytest.raises(ValueError, match=r"joint angle 'tail\.x' is not one of anatomy 'ten-parts'"):
-        angles_of(TEN_PARTS, {"tail.x": 0.1}, TEN_PARTS.neutral)
-
-
-def test_a_body_of_another_anatomy_is_refused() -> None:
-    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers)
-    with pytest.raises(ValueError, match="body: anatomy is 'eleven-parts'; this service uses 'ten-parts'"):
-        bdp_of(TEN_PARTS, body_of(other, BDP))
-
-
-def test_error_names_the_missing_part_and_joint() -> None:
-    body = body_of(TEN_PARTS, BDP)
-    del body.sizes["head"]
-    del body.offsets["left_knee"]
-    with pytest.raises(ValueError, match="body: head, left_knee missing"):
-        bdp_of(TEN_PARTS, body)
+from zenocap.common.messages import MOST_POINTS, CameraInfo, ScenePoints, TrackerBdp
 
 
 def tapered(anatomy: Anatomy) -> Bdp:
@@ -78,37 +33,59 @@ def tapered(anatomy: Anatomy) -> Bdp:
     return Bdp(sizes.reshape(-1, 3), offsets.reshape(-1, 3), tips.reshape(-1, 2), bases.reshape(-1, 3))
 
 
-def test_a_tapered_body_round_trips_with_tips_and_bases() -> None:
-    bdp = tapered(FOURTEEN_PARTS)
-    message = TrackerBdp(frame=1, captured_ns=2, body=body_of(FOURTEEN_PARTS, bdp))
-    body = decode(encode(message), TrackerBdp).body
+ELEVEN_PARTS = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers)
+
+
+BODIES = [(TEN_PARTS, BDP), (FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))]
+
+
+@pytest.mark.parametrize(("anatomy", "bdp"), BODIES, ids=["cylinders", "tapered"])
+def test_a_body_round_trips(anatomy: Anatomy, bdp: Bdp) -> None:
+    """With tips and bases where the parts are tapered; the bytes of cylinders equal those of a version without them."""
+    data = encode(TrackerBdp(frame=1, captured_ns=2, body=body_of(anatomy, bdp)))
+    body = decode(data, TrackerBdp).body
     back = bdp_of(anatomy_of(body), body)
-    assert back.tips is not None
-    assert back.bases is not None
     for name in ("sizes", "offsets", "tips", "bases"):
         np.testing.assert_array_equal(getattr(back, name), getattr(bdp, name))
+        assert (name.encode() in data) is (getattr(bdp, name) is not None)
 
 
-def test_a_body_of_cylinders_has_no_tips() -> None:
-    """Its bytes equal those of a version without tips."""
-    data = encode(UniversalBdp(frame=1, captured_ns=2, body=body_of(TEN_PARTS, BDP), ratio=1.0))
-    assert b"tips" not in data
-    assert b"bases" not in data
-    assert bdp_of(TEN_PARTS, body_of(TEN_PARTS, BDP)).tips is None
+INCOMPLETE = [{"sizes": "head", "offsets": "left_knee"}, {"tips": "head", "bases": "left_foot"}]
 
 
-def test_a_body_with_tips_of_only_some_parts_is_refused() -> None:
+@pytest.mark.parametrize("without", INCOMPLETE, ids=["sizes and offsets", "tips and bases"])
+def test_error_names_the_missing_part_and_joint(without: dict[str, str]) -> None:
     body = body_of(FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))
-    del body.tips["head"]
-    del body.bases["left_foot"]
-    with pytest.raises(ValueError, match="body: head, left_foot missing"):
+    for field, name in without.items():
+        del getattr(body, field)[name]
+    with pytest.raises(ValueError, match=f"body: {', '.join(without.values())} missing"):
         bdp_of(FOURTEEN_PARTS, body)
 
 
-def test_an_unknown_anatomy_raises_an_error_that_lists_the_known_ones() -> None:
-    body = body_of(Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers), BDP)
+def test_a_body_of_another_and_of_an_unknown_anatomy_is_refused() -> None:
+    other = body_of(ELEVEN_PARTS, BDP)
+    with pytest.raises(ValueError, match="body: anatomy is 'eleven-parts'; this service uses 'ten-parts'"):
+        bdp_of(TEN_PARTS, other)
     with pytest.raises(ValueError, match="anatomy 'eleven-parts': allowed: ten-parts, fourteen-parts"):
-        anatomy_of(body)
+        anatomy_of(other)
+
+
+@given(ANGLES)
+def test_angles_round_trip_by_name(angles: Floats) -> None:
+    named = angles_by_name(TEN_PARTS, angles)
+    assert set(named) == set(TEN_PARTS.angles)
+    assert all(type(value) is float for value in named.values())
+    np.testing.assert_array_equal(angles_of(TEN_PARTS, named, TEN_PARTS.neutral), angles)
+
+
+def test_angles_missing_in_a_message_are_unchanged_and_unknown_ones_an_error() -> None:
+    expected, others = TEN_PARTS.neutral.copy(), TEN_PARTS.neutral
+    expected[TEN_PARTS.index["right_knee.x"]] = -0.4
+    before = others.copy()
+    np.testing.assert_array_equal(angles_of(TEN_PARTS, {"right_knee.x": -0.4}, others), expected)
+    np.testing.assert_array_equal(others, before)
+    with pytest.raises(ValueError, match=r"joint angle 'tail\.x' is not one of anatomy 'ten-parts'"):
+        angles_of(TEN_PARTS, {"tail.x": 0.1}, others)
 
 
 def scene_points(points: Floats) -> ScenePoints:
@@ -132,13 +109,8 @@ def test_an_incomplete_point_raises_an_error() -> None:
         points_of(ScenePoints(frame=0, captured_ns=0, points=b"1234567"))
 
 
-def camera(**changes: object) -> CameraInfo:
-    info = built(CameraInfo)
-    return msgspec.structs.replace(info, **changes)
-
-
 def test_a_camera_message_round_trips() -> None:
-    found = camera_of(camera())
+    found = camera_of(built(CameraInfo))
     np.testing.assert_allclose(found.project(np.array([[0.5, 2.0, 0.0]])), [[80 + 15, 60 - 30]])
 
 
@@ -155,4 +127,4 @@ def test_a_camera_message_round_trips() -> None:
 )
 def test_an_invalid_camera_raises_an_error_with_its_name_and_the_allowed_values(changes: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"camera cam01: .*; allowed: "):
-        camera_of(camera(**changes))
+        camera_of(built(CameraInfo, **changes))

@@ -107,28 +107,30 @@ def entry(cache: Path) -> Iterator[Path]:
     _folder.cache_clear()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("damage", [lambda _: b"", lambda _: b"damaged", lambda data: data[:-7] + b"1234567"])
-def test_a_damaged_entry_is_compiled_again(entry: Path, damage: Callable[[bytes], bytes]) -> None:
-    entry.write_bytes(damage(entry.read_bytes()))
-    assert not from_cache(double)
-    assert from_cache(double)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("content", [b"no pickle", pickle.dumps(("double", "key", "data")), b"cmissing_module\nname\n."])
-def test_a_whole_entry_with_other_content_is_compiled_again(entry: Path, content: bytes) -> None:
-    write_entry(entry, content)
-    assert not from_cache(double)
-    assert from_cache(double)
-
-
-@pytest.mark.slow
-def test_an_entry_of_another_function_is_compiled_again(entry: Path) -> None:
+def of_another_function(entry: Path) -> None:
     assert not from_cache(half)
     (foreign,) = entry.parent.glob("half-*")
     entry.write_bytes(foreign.read_bytes())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda entry: entry.write_bytes(b""),
+        lambda entry: entry.write_bytes(b"damaged"),
+        lambda entry: entry.write_bytes(entry.read_bytes()[:-7] + b"1234567"),
+        lambda entry: write_entry(entry, b"no pickle"),
+        lambda entry: write_entry(entry, pickle.dumps(("double", "key", "data"))),
+        lambda entry: write_entry(entry, b"cmissing_module\nname\n."),
+        of_another_function,
+    ],
+    ids=["empty", "damaged", "wrong end", "no pickle", "other content", "pickle of a missing module", "other function"],
+)
+def test_a_damaged_entry_or_one_with_other_content_is_compiled_again(entry: Path, change: Callable[[Path], object]) -> None:
+    change(entry)
     assert not from_cache(double)
+    assert from_cache(double)
 
 
 @pytest.mark.slow

@@ -33,8 +33,12 @@ def send_request(run: Run, request: m.Request) -> None:
 
 
 @pytest.mark.nightly
-def test_the_body_is_measured_again_after_a_measure_request() -> None:
+def test_the_body_is_measured_again_after_a_measure_request_and_recording_requests_change_nothing() -> None:
     run = measured()
+    before = run.integrator
+    for what in ("record", "stop_recording"):
+        send_request(run, m.Request(frame=0, captured_ns=EPOCH_NS, what=what))
+    assert run.integrator is before
     send_request(run, MEASURE)
     assert integrator.describe(run.integrator) == "waiting for the T-pose in both views"
     measuring = False
@@ -46,15 +50,6 @@ def test_the_body_is_measured_again_after_a_measure_request() -> None:
     bodies = messages_of_kind(run.published, m.UniversalBdp)
     assert len(bodies) == 2
     assert all(isinstance(state, TrackingBody) for state in run.viewers.values())
-
-
-@pytest.mark.nightly
-def test_recording_requests_do_not_change_the_integrator() -> None:
-    run = measured()
-    before = run.integrator
-    for what in ("record", "stop_recording"):
-        send_request(run, m.Request(frame=0, captured_ns=EPOCH_NS, what=what))
-    assert run.integrator is before
 
 
 def test_a_measure_request_resets_the_tracker() -> None:

@@ -32,16 +32,39 @@ def shape(instants: list[FrameSet[Event]]) -> list[tuple[str, ...]]:
     return [tuple(sorted(instant.items)) for instant in instants]
 
 
-def test_all_frames_are_paired_when_none_is_late() -> None:
-    pairs, instants = play([e for k in range(1, 6) for e in both(k, 3_000_000)])
-    assert shape(instants) == [("1", "2")] * 5
-    assert [i.captured_ns for i in instants] == [k * FRAME_NS for k in range(1, 6)]
-    assert dict(pairs.counts) == {}
+ONE, HALF = ("1", FRAME_NS), FRAME_NS // 2
+BOTH = ("1", "2")
 
 
-def test_a_frame_set_waits_for_the_other_viewer() -> None:
-    assert play([("1", FRAME_NS)])[1] == []
-    assert shape(play([("2", FRAME_NS), ("1", FRAME_NS + 1)])[1]) == [("1", "2")]
+@pytest.mark.parametrize(
+    ("events", "frame_sets", "counts"),
+    [
+        pytest.param([e for k in range(1, 6) for e in both(k, 3_000_000)], [BOTH] * 5, {}, id="none late"),
+        pytest.param([ONE], [], {}, id="a frame set waits for the other viewer"),
+        pytest.param([("2", FRAME_NS), ("1", FRAME_NS + 1)], [BOTH], {}, id="any order of viewers"),
+        pytest.param([ONE, ("2", FRAME_NS + HALF)], [BOTH], {}, id="half a period apart"),
+        pytest.param([ONE, ("2", int(1.6 * FRAME_NS)), ("2", int(2.6 * FRAME_NS)), ("2", int(3.6 * FRAME_NS))],
+                     [BOTH, ("2",)], {"unpaired": 1}, id="a stopped viewer is not waited for to find the nearest"),
+        pytest.param([*both(1), ("1", 2 * FRAME_NS), *both(3)], [BOTH, ("1",), BOTH], {"unpaired": 1},
+                     id="a missing frame is waited for until the next one"),
+        pytest.param([*both(1), ("1", 2 * FRAME_NS), *both(3), ("2", 2 * FRAME_NS)], [BOTH, ("1",), BOTH],
+                     {"unpaired": 1, "late": 1}, id="a late frame is dropped"),
+        pytest.param([ONE, ONE, ("2", FRAME_NS)], [BOTH], {"doubled": 1}, id="a duplicate is dropped"),
+        pytest.param([*both(1), ONE, *both(2), *both(3)], [BOTH] * 3, {"doubled": 1}, id="a duplicate after its frame set"),
+        pytest.param([("1", 3 * FRAME_NS), ("1", 2 * FRAME_NS), *both(2), *both(3)], [("1",), BOTH],
+                     {"out_of_order": 1, "doubled": 2, "late": 1, "unpaired": 1}, id="frames out of order are sorted"),
+        pytest.param([("9", FRAME_NS), *both(1)], [BOTH], {"unknown": 1}, id="an unknown viewer is dropped"),
+    ],
+)  # fmt: skip
+def test_frames_are_paired_and_every_other_one_is_counted(events, frame_sets, counts):
+    pairs, found = play(events)
+    assert shape(found) == frame_sets
+    assert dict(pairs.counts) == counts
+    assert [instant.captured_ns for instant in found] == sorted({min(t for _, t in i.items.values()) for i in found})
+
+
+def test_frames_more_than_half_a_period_apart_are_not_paired() -> None:
+    assert BOTH not in shape(play([ONE, ("2", FRAME_NS + HALF + 1)])[1])
 
 
 @pytest.mark.parametrize("hold", [1, 2, 5, 30])
@@ -56,13 +79,6 @@ def test_items_that_arrive_periods_later_are_paired_with_a_hold_also_after_an_in
     assert whole[-1] == 199 - hold
     assert len(whole) >= 199 - hold - 19 - 2 * hold - 3
     assert hold == 1 or len([instant for instant in play(events)[1] if len(instant.items) == 2]) < 10
-
-
-def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> None:
-    half = FRAME_NS // 2
-    assert shape(play([("1", FRAME_NS), ("2", FRAME_NS + half)])[1]) == [("1", "2")]
-    apart = play([("1", FRAME_NS), ("2", FRAME_NS + half + 1)])[1]
-    assert ("1", "2") not in shape(apart)
 
 
 @pytest.mark.slow
@@ -86,44 +102,6 @@ def test_a_frame_is_paired_with_the_nearest_one() -> None:
     ]
 
 
-def test_a_viewer_that_stopped_is_not_waited_for_to_find_the_nearest() -> None:
-    events = [("1", FRAME_NS)] + [("2", int((k + 0.6) * FRAME_NS)) for k in range(1, 4)]
-    assert shape(play(events)[1]) == [("1", "2"), ("2",)]
-
-
-def test_a_missing_frame_is_waited_for_until_the_next_one() -> None:
-    pairs, instants = play([*both(1), ("1", 2 * FRAME_NS), *both(3)])
-    assert shape(instants) == [("1", "2"), ("1",), ("1", "2")]
-    assert pairs.counts == {"unpaired": 1}
-
-
-def test_a_late_frame_is_counted_and_dropped() -> None:
-    pairs, instants = play([*both(1), ("1", 2 * FRAME_NS), *both(3), ("2", 2 * FRAME_NS)])
-    assert shape(instants) == [("1", "2"), ("1",), ("1", "2")]
-    assert pairs.counts["late"] == 1
-
-
-def test_a_duplicate_frame_is_counted_and_dropped_before_and_after_its_frame_set() -> None:
-    pairs, instants = play([("1", FRAME_NS), ("1", FRAME_NS), ("2", FRAME_NS)])
-    assert shape(instants) == [("1", "2")]
-    assert pairs.counts == {"doubled": 1}
-    pairs, instants = play([*both(1), ("1", FRAME_NS), *both(2), *both(3)])
-    assert shape(instants) == [("1", "2")] * 3
-    assert sum(pairs.counts.values()) == 1
-
-
-def test_frames_out_of_order_are_sorted_and_counted() -> None:
-    pairs, instants = play([("1", 3 * FRAME_NS), ("1", 2 * FRAME_NS), *both(2), *both(3)])
-    assert [instant.captured_ns for instant in instants] == [2 * FRAME_NS, 3 * FRAME_NS]
-    assert pairs.counts["out_of_order"] == 1
-
-
-def test_an_unknown_viewer_is_counted_and_dropped() -> None:
-    pairs, instants = play([("9", FRAME_NS), *both(1)])
-    assert shape(instants) == [("1", "2")]
-    assert pairs.counts == {"unknown": 1}
-
-
 def test_an_absent_viewer_is_not_waited_for_and_may_return() -> None:
     alone = [("1", k * FRAME_NS) for k in range(2, GONE_AFTER + 6)]
     pairs, instants = play([*both(1), *alone])
@@ -135,19 +113,17 @@ def test_an_absent_viewer_is_not_waited_for_and_may_return() -> None:
         assert shape(instants)[-1] == ("1", "2")
 
 
-EVENTS = st.lists(
-    st.tuples(st.sampled_from([*VIEWERS, "9"]), st.integers(1, 12), st.integers(-40_000_000, 40_000_000)).map(
-        lambda e: (e[0], e[1] * FRAME_NS + e[2])
-    ),
-    max_size=40,
-)
+TIMES = st.builds(lambda k, jitter_ns: k * FRAME_NS + jitter_ns, st.integers(1, 12), st.integers(-40_000_000, 40_000_000))
+EVENTS = st.lists(st.tuples(st.sampled_from([*VIEWERS, "9"]), TIMES), max_size=40)
 
 
 @pytest.mark.nightly
 @given(EVENTS)
 @settings(max_examples=300)
-def test_any_events_give_frame_sets_close_in_time_without_duplicates(events: list[Event]) -> None:
+def test_any_events_give_frame_sets_in_time_order_close_in_time_without_duplicates(events: list[Event]) -> None:
     pairs, instants = play(events)
+    times = [instant.captured_ns for instant in instants]
+    assert times == sorted(set(times))
     out = [value for instant in instants for value in instant.items.values()]
     assert len(out) == len(set(out)), "duplicate values"
     assert set(out) <= set(events)
@@ -159,14 +135,6 @@ def test_any_events_give_frame_sets_close_in_time_without_duplicates(events: lis
     waiting = sum(len(queue) for queue in pairs.waiting.values())
     dropped = sum(pairs.counts.get(what, 0) for what in ("unknown", "doubled", "late"))
     assert len(out) + waiting + dropped <= len(events)
-
-
-@pytest.mark.nightly
-@given(EVENTS)
-@settings(max_examples=300)
-def test_frame_sets_are_in_time_order(events: list[Event]) -> None:
-    times = [instant.captured_ns for instant in play(events)[1]]
-    assert times == sorted(set(times))
 
 
 @given(st.lists(st.integers(-8_000_000, 8_000_000), min_size=1, max_size=20), st.randoms(use_true_random=False))

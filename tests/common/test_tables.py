@@ -28,14 +28,14 @@ def table(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
     found: Table[object] = request.param
     taken, place = next(iter(found.own.items()))
     rows = (f"{taken} = extra:TEXT", "za = extra:GOOD", "zb = extra:TEXT", "zc = extra:GONE", "zd = broken:ROW")
-    info = tmp_path / "more-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: more\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("\n".join((f"[{found.group}]", *rows)))
-    (tmp_path / "extra.py").write_text(
-        f"from zenocap.common.table import attribute\nGOOD, TEXT = attribute({place!r}), 'text'\n"
-    )
-    (tmp_path / "broken.py").write_text("import a_module_that_is_not_there\n")
+    (tmp_path / "more-1.0.dist-info").mkdir()
+    for name, content in {
+        "more-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: more\nVersion: 1.0\n",
+        "more-1.0.dist-info/entry_points.txt": "\n".join((f"[{found.group}]", *rows)),
+        "extra.py": f"from zenocap.common.table import attribute\nGOOD, TEXT = attribute({place!r}), 'text'\n",
+        "broken.py": "import a_module_that_is_not_there\n",
+    }.items():
+        (tmp_path / name).write_text(content)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(found, "_rows", {})
     tables._installed.cache_clear()

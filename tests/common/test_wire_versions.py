@@ -41,10 +41,9 @@ def test_a_viewer_of_another_wire_version_is_refused_with_what_to_do(caplog: pyt
     inbox.put(SIGHTING.at("studio", viewer="2"), SIGHTING, now, 0, every=True)
     assert isinstance(inbox.take(0.0), Envelope)
     assert inbox.counters.rejected == {"version": 3}
-    (line,) = [record.getMessage() for record in caplog.records]
-    assert line.startswith(
-        f"{key}: Sighting: the sender has wire version 2, this program 1: install the same zenocap on every"
-    )
+    (line,) = caplog.messages
+    words = "the sender has wire version 2, this program 1: install the same zenocap on every"
+    assert line.startswith(f"{key}: Sighting: {words}")
 
 
 def test_doctor_names_services_that_reject_another_version_and_those_that_have_it() -> None:
@@ -59,8 +58,7 @@ def test_doctor_names_services_that_reject_another_version_and_those_that_have_i
     network = NetworkState(about={("viewer", "1"): info})
     found = check_versions({"zenocap": "0.2.0", "wire": "1"}, network)
     assert [(one.verdict, one.words) for one in found] == [("wrong", "wire 2 at viewer 1 on pc1, 1 here")]
-    same = check_versions({"zenocap": "0.2.0", "wire": "1"}, replace(network, about={}))
-    assert same == []
+    assert check_versions({"zenocap": "0.2.0", "wire": "1"}, replace(network, about={})) == []
 
 
 def test_the_page_on_the_wire_has_every_message_and_the_present_version() -> None:

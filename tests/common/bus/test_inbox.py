@@ -20,8 +20,15 @@ LOGGER = logging.getLogger("test.inbox")
 
 
 @pytest.fixture
-def inbox() -> Inbox:
+def inbox(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Inbox:
+    """An inbox; parameters are other limits by name."""
+    for name, limit in getattr(request, "param", {}).items():
+        monkeypatch.setattr(inbox_module, name, limit)
     return Inbox(LOGGER)
+
+
+def limited(**limits: int) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("inbox", [limits], ids=[" ".join(limits)], indirect=True)
 
 
 def sighting(viewer: str, frame: int) -> m.Sighting:
@@ -42,18 +49,19 @@ def put_bap(inbox: Inbox, frame: int) -> None:
 
 def drain(inbox: Inbox) -> list[tuple[str, int]]:
     """Topic or viewer, and frame, of all queued messages."""
-    found = []
-    while isinstance(envelope := inbox.take(0.0), Envelope):
-        found.append((getattr(envelope.message, "viewer", envelope.topic.name), envelope.message.frame))
-    return found
+    envelopes = iter(lambda: inbox.take(0.0), None)
+    return [(getattr(one.message, "viewer", one.topic.name), one.message.frame) for one in envelopes]
 
 
-def test_a_latest_topic_delivers_only_the_newest_message_of_each_key(inbox: Inbox) -> None:
+def test_a_latest_topic_delivers_only_the_newest_message_of_each_key_and_all_with_every(inbox: Inbox) -> None:
     for frame in range(3):
         put_sighting(inbox, "1", frame)
         put_sighting(inbox, "2", 10 + frame)
     assert drain(inbox) == [("1", 2), ("2", 12)]
     assert inbox.counters.dropped == {"superseded": 4}
+    for frame in range(4):
+        put_sighting(inbox, "1", frame, every=True)
+    assert drain(inbox) == [("1", frame) for frame in range(4)]
 
 
 def test_a_busy_key_does_not_starve_another(inbox: Inbox) -> None:
@@ -61,9 +69,7 @@ def test_a_busy_key_does_not_starve_another(inbox: Inbox) -> None:
     put_sighting(inbox, "2", 0)
     order = []
     for frame in range(1, 5):
-        envelope = inbox.take(0.0)
-        assert isinstance(envelope, Envelope)
-        order.append(getattr(envelope.message, "viewer", ""))
+        order.append(inbox.take(0.0).message.viewer)
         put_sighting(inbox, "1", frame)
         put_sighting(inbox, "2", frame)
     assert order == ["1", "2", "1", "2"]
@@ -78,22 +84,14 @@ def test_messages_are_delivered_in_order_and_every_loss_is_counted(puts: list[st
         else:
             put_sighting(inbox, name, frame)
     delivered = drain(inbox)
-    assert [frame for name, frame in delivered if name == "universal_bap"] == [
-        frame for frame, name in enumerate(puts) if name == "bap"
-    ]
+    baps = [frame for frame, name in enumerate(puts) if name == "bap"]
+    assert [frame for name, frame in delivered if name == "universal_bap"] == baps
     assert len(delivered) + inbox.counters.dropped.get("superseded", 0) == len(puts)
     assert inbox.counters.received == len(delivered)
 
 
-def test_every_delivers_all_messages_of_a_latest_topic(inbox: Inbox) -> None:
-    for frame in range(4):
-        put_sighting(inbox, "1", frame, every=True)
-    assert drain(inbox) == [("1", frame) for frame in range(4)]
-
-
-def test_a_full_queue_drops_and_counts_its_oldest_messages(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 3)
-    inbox = Inbox(LOGGER)
+@limited(MAX_QUEUED=3)
+def test_a_full_queue_drops_and_counts_its_oldest_messages(inbox: Inbox) -> None:
     put_sighting(inbox, "1", 0)
     for frame in range(5):
         put_bap(inbox, frame)
@@ -101,18 +99,15 @@ def test_a_full_queue_drops_and_counts_its_oldest_messages(monkeypatch: pytest.M
     assert inbox.counters.dropped == {"queue_full": 2}
 
 
-def test_a_queue_is_limited_in_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox_module, "MAX_QUEUED_BYTES", 2 * len(encode(bap(1))))
-    inbox = Inbox(LOGGER)
+@limited(MAX_QUEUED_BYTES=2 * len(encode(bap(1))))
+def test_a_queue_is_limited_in_bytes(inbox: Inbox) -> None:
     for frame in range(1, 6):
         put_bap(inbox, frame)
     assert drain(inbox) == [("universal_bap", 4), ("universal_bap", 5)]
 
 
-def test_an_unread_queue_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 3)
-    monkeypatch.setattr(inbox_module, "MAX_KEYS", 2)
-    inbox = Inbox(LOGGER)
+@limited(MAX_QUEUED=3, MAX_KEYS=2)
+def test_an_unread_queue_is_bounded(inbox: Inbox) -> None:
     for frame in range(100):
         put_bap(inbox, frame)
         put_sighting(inbox, f"viewer{frame}", frame)
@@ -136,14 +131,10 @@ def test_invented_names_of_one_topic_displace_no_other_topic(inbox: Inbox) -> No
     ("topic", "key", "message", "text"),
     [
         (SIGHTING, "zenocap/r/viewer/2/sighting", sighting("1", 0), "viewer = '1', but '2' in its key"),
-        (
-            HEALTH,
-            "zenocap/r/viewer/1/health",
-            built(m.Health, service="tracker"),
-            "service = 'tracker', but 'viewer' in its key",
-        ),
+        (HEALTH, "zenocap/r/viewer/1/health", built(m.Health, service="tracker"),
+         "service = 'tracker', but 'viewer' in its key"),
     ],
-)
+)  # fmt: skip
 def test_a_message_that_disagrees_with_its_key_is_rejected(
     inbox: Inbox, topic: Topic, key: str, message: m.Message, text: str, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -179,13 +170,9 @@ def test_a_message_and_a_wake_end_a_blocking_take(inbox: Inbox, end: Callable[[I
     assert (found.message if isinstance(found, Envelope) else found) == received
 
 
-def test_names_in_a_key_are_taken_from_the_message() -> None:
-    key, data = outgoing("r", SIGHTING, sighting("left", 1), {})
-    assert key == "zenocap/r/viewer/left/sighting"
-    assert data == encode(sighting("left", 1))
-
-
-def test_a_message_of_another_viewer_or_topic_is_not_sent() -> None:
+def test_names_in_a_key_are_taken_from_the_message_and_others_are_not_sent() -> None:
+    message = sighting("left", 1)
+    assert outgoing("r", SIGHTING, message, {}) == ("zenocap/r/viewer/left/sighting", encode(message))
     with pytest.raises(ValueError, match="viewer = '1', but '2' in its key"):
         outgoing("r", SIGHTING, sighting("1", 1), {"viewer": "2"})
     with pytest.raises(ValueError, match="sighting carries Sighting, not UniversalBap"):
@@ -219,10 +206,8 @@ def test_marks_are_called_when_the_inbox_is_released(inbox: Inbox) -> None:
     assert called == ["mark"]
 
 
-def test_marks_after_dropped_messages_are_still_called(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 2)
-    monkeypatch.setattr(inbox_module, "MAX_KEYS", 2)
-    inbox = Inbox(LOGGER)
+@limited(MAX_QUEUED=2, MAX_KEYS=2)
+def test_marks_after_dropped_messages_are_still_called(inbox: Inbox) -> None:
     called: list[int] = []
     for frame in range(30):
         put_bap(inbox, frame)
@@ -231,9 +216,8 @@ def test_marks_after_dropped_messages_are_still_called(monkeypatch: pytest.Monke
     assert called == list(range(30))
 
 
-def test_the_number_of_queued_marks_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox_module, "MAX_EVENTS", 3)
-    inbox = Inbox(LOGGER)
+@limited(MAX_EVENTS=3)
+def test_the_number_of_queued_marks_is_limited(inbox: Inbox) -> None:
     called: list[int] = []
     for number in range(10):
         inbox.mark(lambda number=number: called.append(number))

@@ -55,12 +55,9 @@ def test_error_names_the_invalid_endpoint(endpoint: str) -> None:
         configuration(ZenohOptions(connect=(endpoint,)))
 
 
-def test_error_names_the_invalid_mode() -> None:
+def test_an_invalid_mode_and_an_unknown_protocol_raise_an_error() -> None:
     with pytest.raises(BusError, match=r"mode.*boss"):
-        configuration(ZenohOptions("boss"))  # type: ignore[arg-type]
-
-
-def test_an_unknown_protocol_raises_an_error() -> None:
+        configuration(ZenohOptions("boss"))
     with pytest.raises(BusError, match=r"Zenoh does not open .*carrier/pigeon:1"):
         open_session(ZenohOptions("peer", listen=("carrier/pigeon:1",), multicast_scouting=False))
 

@@ -17,21 +17,13 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import MAX_KEYS, RETENTION_S, RecoveryStore, agreed
 from zenocap.common.codec import encode
-from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.topics import STATE_RECOVERY, TOPICS, UNIVERSAL_BAP, UNIVERSAL_BDP, Topic
 
 RIG = "recovery"
 BODY = m.UniversalBdp(
     frame=1, captured_ns=5, body=m.Body(anatomy="ten-parts", sizes={"torso": (0.5, 0.2, 0.1)}, offsets={}), ratio=1.0
 )
-
-
-class FakeTime:
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 @pytest.fixture
@@ -44,23 +36,21 @@ def test_recoverable_topics_have_one_key_each() -> None:
     assert {topic.name for topic in TOPICS if topic.recoverable} == {
         "universal_bdp", "universal_bap", "tracker_bdp", "tracker_pose", "frame_rate", "camera_delays",
     }  # fmt: skip
-    for topic in TOPICS:
-        if topic.recoverable:
-            assert topic.at(RIG) == topic.on(RIG)
+    assert all(topic.at(RIG) == topic.on(RIG) for topic in TOPICS if topic.recoverable)
 
 
 def test_messages_are_kept_while_their_service_publishes_and_for_a_time_after(session: zenoh.Session) -> None:
-    now_s = FakeTime()
-    store = RecoveryStore(session, RIG, now_s)
+    clock = ManualClock(100 * 10**9)
+    store = RecoveryStore(session, RIG, lambda: clock.now_ns() / 1e9)
     body, pose = UNIVERSAL_BDP.at(RIG), UNIVERSAL_BAP.at(RIG)
     store.keep(body, UNIVERSAL_BDP, b"body")
-    now_s.now += 3600
+    clock.advance(3600 * 10**9)
     assert store.last(body) is None
     store.keep(pose, UNIVERSAL_BAP, b"pose")
     assert store.last(body) == b"body"
-    now_s.now += RETENTION_S
+    clock.advance(round(RETENTION_S * 10**9))
     assert (store.last(body), store.last(pose)) == (b"body", b"pose")
-    now_s.now += 1
+    clock.advance(10**9)
     assert (store.last(body), store.last(pose)) == (None, None)
     assert store.last(UNIVERSAL_BAP.at("another")) is None
 
@@ -74,25 +64,23 @@ def test_the_number_of_kept_keys_is_limited(session: zenoh.Session) -> None:
 
 
 NOW_NS = 10**15
+OLD, MIDDLE, NEW = (encode(bap(frame)) for frame in (3, 6, 9))
+FUTURE = encode(msgspec.structs.replace(bap(9), captured_ns=NOW_NS + 1))
 
 
-def test_of_equally_frequent_replies_the_newest_valid_one_is_used() -> None:
-    replies = [encode(bap(frame)) for frame in (3, 9, 6)]
-    sessions = [("a", b"\xff"), *zip("bcd", replies, strict=True), ("e", b"")]
-    assert agreed(sessions, m.UniversalBap, NOW_NS) == replies[1]
-    assert agreed([("a", b"\xff")], m.UniversalBap, NOW_NS) is None
-
-
-def test_the_reply_of_most_sessions_is_used_however_often_one_session_replies() -> None:
-    true, false = encode(bap(3)), encode(bap(9))
-    assert agreed([("a", true), ("b", true), *[("c", false)] * 5], m.UniversalBap, NOW_NS) == true
-    assert agreed([("a", true), ("b", true), *zip("cde", [false] * 3, strict=True)], m.UniversalBap, NOW_NS) == false
-
-
-def test_a_reply_captured_in_the_future_is_not_used() -> None:
-    true, false = encode(bap(3)), encode(msgspec.structs.replace(bap(9), captured_ns=NOW_NS + 1))
-    assert agreed([("a", true), ("b", false), ("c", false)], m.UniversalBap, NOW_NS) == true
-    assert agreed([("b", false)], m.UniversalBap, NOW_NS) is None
+@pytest.mark.parametrize(
+    ("replies", "used"),
+    [
+        pytest.param([("a", b"\xff"), ("b", OLD), ("c", NEW), ("d", MIDDLE), ("e", b"")], NEW, id="newest of equal votes"),
+        pytest.param([("a", b"\xff")], None, id="no valid one"),
+        pytest.param([("a", OLD), ("b", OLD), *[("c", NEW)] * 5], OLD, id="most sessions, not most replies"),
+        pytest.param([("a", OLD), ("b", OLD), ("c", NEW), ("d", NEW), ("e", NEW)], NEW, id="most sessions"),
+        pytest.param([("a", OLD), ("b", FUTURE), ("c", FUTURE)], OLD, id="none captured in the future"),
+        pytest.param([("b", FUTURE)], None, id="only one captured in the future"),
+    ],
+)
+def test_the_valid_reply_of_most_sessions_is_used_of_several_the_newest(replies, used):
+    assert agreed(replies, m.UniversalBap, NOW_NS) == used
 
 
 def recovered(bus: ZenohBus, topic: Topic) -> Envelope:

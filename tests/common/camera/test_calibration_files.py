@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -32,6 +33,14 @@ error = 0.0
 """
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3)
+
+
+def refused(path: Path, content: str, text: str, up_axis: str = "y") -> None:
+    """The file is refused with this text behind its name."""
+    path.write_text(content)
+    with pytest.raises(UserError, match=text) as caught:
+        read_calibration(path, up_axis)
+    assert str(caught.value).startswith(str(path))
 
 
 @st.composite
@@ -76,9 +85,9 @@ def test_small_and_large_turns_are_kept(tmp_path, turn_rad):
 def test_keys_are_written_in_the_order_of_anipose(tmp_path):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD)
-    assert [line.split(" =")[0] for line in anipose_texts(path, read_calibration(path))[path].splitlines()] == [
-        line.split(" =")[0] for line in GOOD.splitlines()
-    ]
+    texts = anipose_texts(path, read_calibration(path))[path], GOOD
+    written, good = ([line.split(" =")[0] for line in text.splitlines()] for text in texts)
+    assert written == good
 
 
 def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
@@ -100,11 +109,8 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         ("size = [640.0, 480.0]", "size = [640.0]", "cam_01.size = .*allowed: 2 finite numbers"),
         ("size = [640.0, 480.0]", "", "cam_01.size is missing; there are: distortions, fisheye"),
         ("size = ", "sise = ", "cam_01.size is missing; .*did you mean 'sise'"),
-        (
-            "[600.0, 0.0, 319.5]",
-            "[-600.0, 0.0, 319.5]",
-            r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0",
-        ),
+        ("[600.0, 0.0, 319.5]", "[-600.0, 0.0, 319.5]",
+         r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0"),
         ("[600.0, 0.0, 319.5]", "[nan, 0.0, 319.5]", "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", '["600", 0.0, 319.5]', "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", "[600.0, 9.0, 319.5]", "no skew"),
@@ -120,14 +126,10 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         (GOOD, "", "no camera in it: allowed: a table"),
         (GOOD, "cam = [", "not TOML"),
     ],
-)
+)  # fmt: skip
 def test_errors_name_file_key_value_and_allowed_values(tmp_path, old, new, text):
-    path = tmp_path / "calibration.toml"
     assert old in GOOD
-    path.write_text(GOOD.replace(old, new, 1))
-    with pytest.raises(UserError, match=text) as caught:
-        read_calibration(path)
-    assert str(caught.value).startswith(str(path))
+    refused(tmp_path / "calibration.toml", GOOD.replace(old, new, 1), text)
 
 
 def test_error_names_the_file_that_cannot_be_read(tmp_path):
@@ -158,11 +160,7 @@ def test_a_crash_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD)
     found = read_calibration(path)
-
-    def fail(handle: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(durable.os, "fsync", fail)
+    monkeypatch.setattr(durable.os, "fsync", Mock(side_effect=OSError(28, "No space left on device")))
     with pytest.raises(OSError, match="No space left"):
         write_calibration(path, found)
     assert path.read_text() == GOOD
@@ -188,33 +186,33 @@ def test_opencv_storage_of_easymocap_is_read(tmp_path):
     np.testing.assert_allclose(read.rotation, left.rotation)
     np.testing.assert_allclose(read.translation, left.translation)
     storage(tmp_path / "extri.yml", {"R_left": cv2.Rodrigues(left.rotation)[0], "T_left": shift})
-    storage(
-        tmp_path / "intri.yml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5)), "H_left": 470.0, "W_left": 630.0}
-    )
+    lens = {"K_left": left.matrix, "dist_left": np.zeros((1, 5))}
+    storage(tmp_path / "intri.yml", lens | {"H_left": 470.0, "W_left": 630.0})
     read = read_calibration(tmp_path / "extri.yml")["left"]
     assert read.size == (630, 470)
     np.testing.assert_allclose(read.rotation, left.rotation, atol=1e-12)
 
 
-def test_opencv_storage_errors_name_file_and_key(tmp_path):
-    path = tmp_path / "extri.yml"
-    path.write_text("%YAML:1.0\n---\nRot_a: 1\n")
-    storage(tmp_path / "intri.yml", {"K_a": np.eye(3)})
-    with pytest.raises(UserError, match=r"extri\.yml: no camera in it: there are: Rot_a; allowed: extri\.yml with"):
-        read_calibration(path)
-    storage(path, {"T_a": np.zeros((3, 1)), "Rot_a": np.eye(3)})
-    with pytest.raises(UserError, match=r"intri\.yml: dist_a is missing; there are: K_a"):
-        read_calibration(path)
-    storage(path, {"T_a": np.zeros((3, 1))})
-    storage(tmp_path / "intri.yml", {"K_a": np.eye(3), "dist_a": np.zeros(5)})
-    with pytest.raises(UserError, match=r"extri\.yml: Rot_a is missing; there are: T_a"):
-        read_calibration(path)
-    (tmp_path / "intri.yml").unlink()
-    with pytest.raises(UserError, match=r"intri\.yml: no such calibration file"):
-        read_calibration(path)
-    path.write_text("no storage")
-    with pytest.raises(UserError, match="not OpenCV FileStorage"):
-        read_calibration(path)
+PLACE, TURN = {"T_a": np.zeros((3, 1))}, {"Rot_a": np.eye(3)}
+
+
+@pytest.mark.parametrize(
+    ("intrinsics", "extrinsics", "text"),
+    [
+        ({"K_a": np.eye(3)}, TURN, r"extri\.yml: no camera in it: there are: Rot_a; allowed: extri\.yml with"),
+        ({"K_a": np.eye(3)}, PLACE | TURN, r"intri\.yml: dist_a is missing; there are: K_a"),
+        ({"K_a": np.eye(3), "dist_a": np.zeros(5)}, PLACE, r"extri\.yml: Rot_a is missing; there are: T_a"),
+        (None, PLACE, r"intri\.yml: no such calibration file"),
+        (None, None, r"extri\.yml: .*not OpenCV FileStorage"),
+    ],
+)
+def test_opencv_storage_errors_name_file_and_key(tmp_path, intrinsics, extrinsics, text):
+    (tmp_path / "extri.yml").write_text("no storage")
+    for name, values in (("intri.yml", intrinsics), ("extri.yml", extrinsics)):
+        if values is not None:
+            storage(tmp_path / name, values)
+    with pytest.raises(UserError, match=text):
+        read_calibration(tmp_path / "extri.yml")
 
 
 ROS = """image_width: 640
@@ -254,10 +252,7 @@ def test_ros_camera_info_has_intrinsics_only(tmp_path):
     ],
 )
 def test_ros_camera_info_errors(tmp_path, old, new, text):
-    path = tmp_path / "head.yaml"
-    path.write_text(ROS.replace(old, new))
-    with pytest.raises(UserError, match=text):
-        read_calibration(path)
+    refused(tmp_path / "head.yaml", ROS.replace(old, new), text)
 
 
 QUALISYS = """<calibration><cameras><camera serial="7">
@@ -281,25 +276,17 @@ QUALISYS = """<calibration><cameras><camera serial="7">
     ],
 )
 def test_qualisys_errors(tmp_path, old, new, text):
-    path = tmp_path / "room.qca.txt"
-    path.write_text(QUALISYS.replace(old, new))
-    with pytest.raises(UserError, match=text):
-        read_calibration(path)
-
-
-def test_qualisys_units_are_millimetres_and_sixty_fourths_of_a_pixel(tmp_path):
-    path = tmp_path / "room.qca.txt"
-    path.write_text(QUALISYS)
-    camera = read_calibration(path, "z")["7"]
-    np.testing.assert_allclose(camera.centre, [2, 3, 1])
-    np.testing.assert_allclose(camera.matrix, [[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
+    refused(tmp_path / "room.qca.txt", QUALISYS.replace(old, new), text)
 
 
 @pytest.mark.parametrize(("third", "expected"), [("0", [1, 0, 0, 0]), ("12.8", [1, 0, 0, 0, 0.2])])
-def test_the_third_radial_coefficient_of_qualisys_is_read(tmp_path, third, expected):
+def test_qualisys_units_are_millimetres_and_sixty_fourths_of_a_pixel(tmp_path, third, expected):
     path = tmp_path / "room.qca.txt"
     path.write_text(QUALISYS.replace('radialDistortion1="0"', f'radialDistortion1="64" radialDistortion3="{third}"'))
-    np.testing.assert_allclose(read_calibration(path, "z")["7"].distortions, expected)
+    camera = read_calibration(path, "z")["7"]
+    np.testing.assert_allclose(camera.centre, [2, 3, 1])
+    np.testing.assert_allclose(camera.matrix, [[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
+    np.testing.assert_allclose(camera.distortions, expected)
 
 
 @pytest.mark.clips
@@ -309,10 +296,8 @@ def test_the_two_calibrations_of_the_real_clip_agree():
     toml, qualisys = (read_calibration(folder / name, "z") for name in ("calibration.toml", "Calib.qca.txt"))
     assert list(toml) == list(qualisys)
     for name, camera in toml.items():
-        np.testing.assert_allclose(qualisys[name].matrix, camera.matrix, atol=1e-6)
-        np.testing.assert_allclose(qualisys[name].rotation, camera.rotation, atol=1e-9)
-        np.testing.assert_allclose(qualisys[name].translation, camera.translation, atol=1e-9)
-        np.testing.assert_allclose(qualisys[name].distortions, camera.distortions, atol=1e-12)
+        for part, atol in (("matrix", 1e-6), ("rotation", 1e-9), ("translation", 1e-9), ("distortions", 1e-12)):
+            np.testing.assert_allclose(getattr(qualisys[name], part), getattr(camera, part), atol=atol)
         assert 1 < camera.centre[1] < 3  # a tripod's height
 
 
@@ -343,12 +328,10 @@ def test_caliscope_file_is_read(tmp_path: Path) -> None:
     assert (camera.name, camera.size) == ("cam_0", (1280, 720))
     # At -R^T t = (-0.1, -0.6, -0.2) in the file's Z-up world.
     assert camera.centre == pytest.approx([-0.6, -0.2, -0.1])
-    path.write_text(CALISCOPE.replace("rotation_count = 0", "rotation_count = 1"))
-    with pytest.raises(UserError, match=r"cameras\.0\.rotation_count = 1: allowed: 0"):
-        read_calibration(path, "z")
-    path.write_text(CALISCOPE.replace("[[1.0, 0.0, 0.0], [0.0, 0.0", "[[1.1, 0.0, 0.0], [0.0, 0.0"))
-    with pytest.raises(UserError, match=r"cam_0\.rotation"):
-        read_calibration(path, "z")
+    other = CALISCOPE.replace("rotation_count = 0", "rotation_count = 1")
+    refused(path, other, r"cameras\.0\.rotation_count = 1: allowed: 0", "z")
+    skewed = CALISCOPE.replace("[[1.0, 0.0, 0.0], [0.0, 0.0", "[[1.1, 0.0, 0.0], [0.0, 0.0")
+    refused(path, skewed, r"cam_0\.rotation", "z")
 
 
 @pytest.mark.parametrize(
@@ -360,14 +343,6 @@ def test_caliscope_file_is_read(tmp_path: Path) -> None:
     ],
     ids=["binary", "rows", "large"],
 )
-def test_opencv_storage_that_costs_time_or_memory_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, reason: str
-) -> None:
-    def parse(*_: object) -> None:
-        raise AssertionError("OpenCV's parser would not return")
-
-    monkeypatch.setattr(cv2, "FileStorage", parse)
-    path = tmp_path / "extri.yml"
-    path.write_text("%YAML:1.0\n---\n" + text)
-    with pytest.raises(UserError, match=reason):
-        read_calibration(path)
+def test_opencv_storage_that_costs_time_or_memory_is_refused(tmp_path, monkeypatch, text, reason):
+    monkeypatch.setattr(cv2, "FileStorage", Mock(side_effect=AssertionError("OpenCV's parser would not return")))
+    refused(tmp_path / "extri.yml", "%YAML:1.0\n---\n" + text, reason)

@@ -60,14 +60,11 @@ def test_a_calibration_has_lenses_too_and_a_lens_is_no_calibration(tmp_path):
     ("old", "new", "text"),
     [
         ("image_width: 640", "image_width: 0", "size = .*whole pixels"),
-        (
-            "image_height: 480\n",
-            "",
-            "image_height is missing; there are: camera_matrix, distortion_coefficients, image_width",
-        ),
+        ("image_height: 480\n", "",
+         "image_height is missing; there are: camera_matrix, distortion_coefficients, image_width"),
         ("rows: 5", "rows: 3", "distortion_coefficients = .*: allowed: 4 or 5 or 8"),
     ],
-)
+)  # fmt: skip
 def test_errors_name_file_and_key(tmp_path, old, new, text):
     path = opencv_file(tmp_path / "a.yml")
     content = path.read_text()

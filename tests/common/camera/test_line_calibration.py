@@ -77,6 +77,13 @@ def test_a_distance_dominated_by_noise_gives_a_remark():
     assert any("measure it with a tape" in remark for remark in solved.remarks)
 
 
+MEASURED = measure(*paper(), 1.0, 1.0, 1.6)
+
+
+def with_pinnacles(**changes: object) -> Measurements:
+    return replace(MEASURED, camera1=replace(MEASURED.camera1, **changes))
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -89,7 +96,7 @@ def test_a_distance_dominated_by_noise_gives_a_remark():
 )
 def test_impossible_distances_are_refused(change, text):
     with pytest.raises(UserError, match=text):
-        calibrate_lines(replace(measure(*paper(), 1.0, 1.0, 1.6), **change))
+        calibrate_lines(replace(MEASURED, **change))
 
 
 @pytest.mark.parametrize(
@@ -104,9 +111,8 @@ def test_impossible_distances_are_refused(change, text):
     ],
 )
 def test_impossible_pinnacles_are_refused(change, text):
-    measured = measure(*paper(), 1.0, 1.0, 1.6)
     with pytest.raises(UserError, match=text):
-        calibrate_lines(replace(measured, camera1=replace(measured.camera1, **change)))
+        calibrate_lines(with_pinnacles(**change))
 
 
 def test_pinnacles_at_the_cameras_height_raise_an_error():
@@ -124,7 +130,6 @@ def test_pinnacles_at_the_cameras_height_raise_an_error():
     ],
 )
 def test_contradictory_measurements_give_remarks(change, text):
-    measured = measure(*paper(), 1.0, 1.0, 1.6)
-    solved = calibrate_lines(replace(measured, camera1=replace(measured.camera1, **change)))[0]
+    solved = calibrate_lines(with_pinnacles(**change))[0]
     assert not solved.good
     assert any(text in remark for remark in solved.remarks), solved.remarks

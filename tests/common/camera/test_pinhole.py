@@ -73,9 +73,11 @@ def test_angle_between_headings_is_at_most_180_degrees():
     assert angle_between_deg(camera_towards(-170), camera_towards(170)) == pytest.approx(20)
 
 
-def test_the_papers_pair_is_found_with_the_front_view_first():
+def test_the_papers_pair_is_found_with_the_front_view_first_and_one_camera_is_an_error():
     found = {"side": camera_towards(90), "oblique": camera_towards(40), "front": camera_towards(0)}
     assert most_orthogonal_pair(found) == ("front", "side")
+    with pytest.raises(ValueError, match="two cameras are needed for a pair; there are: front"):
+        most_orthogonal_pair({"front": found["front"]})
 
 
 def test_equally_orthogonal_pairs_are_decided_by_the_front_view():
@@ -91,8 +93,3 @@ def test_the_chosen_pair_is_the_most_orthogonal_within_a_tolerance(headings):
     chosen = abs(90 - angle_between_deg(cameras[first], cameras[second]))
     every = [abs(90 - angle_between_deg(cameras[a], cameras[b])) for a in cameras for b in cameras if a != b]
     assert chosen <= min(every) + 2.0
-
-
-def test_one_camera_raises_an_error():
-    with pytest.raises(ValueError, match="two cameras are needed for a pair; there are: a"):
-        most_orthogonal_pair({"a": camera_towards(0)})

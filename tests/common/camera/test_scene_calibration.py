@@ -59,7 +59,6 @@ def test_a_wrong_pick_is_named(wrong):
     seen = picks(CAMERA, "abcdefg", 0.5)
     seen[wrong] = (seen[wrong][0] + 25.0, seen[wrong][1])
     placed = placed_camera("one", CAMERA.size, POINTS, seen, Lens.of(CAMERA))
-    assert placed.suspect is not None
     assert placed.suspect[0] == wrong
     assert placed.suspect[1] == pytest.approx(25.0, abs=6.0)
     assert f"one: {wrong} is " in placed.remarks[0]

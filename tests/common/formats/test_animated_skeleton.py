@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.support.pose_tracks import moving, track_of
 from tests.support.scene_takes import motion_of
@@ -20,14 +21,7 @@ def placed(quaternions: np.ndarray, offsets: np.ndarray, parents: tuple[int, ...
     """(bones, 3) positions by chaining quaternions x, y, z, w."""
     places, turns = np.zeros_like(offsets), np.zeros((len(offsets), 3, 3))
     for bone, parent in enumerate(parents):
-        x, y, z, w = quaternions[bone]
-        turn = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        turn = Rotation.from_quat(quaternions[bone]).as_matrix()
         places[bone] = root if parent < 0 else places[parent] + turns[parent] @ offsets[bone]
         turns[bone] = turn if parent < 0 else turns[parent] @ turn
     return places

@@ -17,46 +17,32 @@ from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit
 
 FAMILIES = {
-    "MotionBuilder": (
-        "{Left}UpLeg {Left}Leg {Left}Foot {Left}ToeBase {Left}Arm {Left}ForeArm {Left}Hand",
-        "Head",
-    ),
+    "MotionBuilder": ("{Left}UpLeg {Left}Leg {Left}Foot {Left}ToeBase {Left}Arm {Left}ForeArm {Left}Hand", "Head"),
     "Mixamo": (
         "mixamorig:{Left}UpLeg mixamorig:{Left}Leg mixamorig:{Left}Foot mixamorig:{Left}ToeBase mixamorig:{Left}Arm "
-        "mixamorig:{Left}ForeArm mixamorig:{Left}Hand mixamorig:{Left}Shoulder", "mixamorig:Head",
-    ),
+        "mixamorig:{Left}ForeArm mixamorig:{Left}Hand mixamorig:{Left}Shoulder", "mixamorig:Head"),
     "Daz": ("{l}Thigh {l}Shin {l}Foot {l}Toe {l}Shldr {l}ForeArm {l}Hand {l}Collar {l}Buttock", "head"),
     "Reallusion": (
         "CC_Base_{L}_Thigh CC_Base_{L}_Calf CC_Base_{L}_Foot CC_Base_{L}_ToeBase CC_Base_{L}_Upperarm CC_Base_{L}_Forearm "
-        "CC_Base_{L}_Hand CC_Base_{L}_ThighTwist01 CC_Base_{L}_Clavicle", "CC_Base_Head",
-    ),
+        "CC_Base_{L}_Hand CC_Base_{L}_ThighTwist01 CC_Base_{L}_Clavicle", "CC_Base_Head"),
     "3ds Max": (
         "Bip01_{L}_Thigh Bip01_{L}_Calf Bip01_{L}_Foot Bip01_{L}_Toe0 Bip01_{L}_UpperArm Bip01_{L}_Forearm Bip01_{L}_Hand",
-        "Bip01_Head",
-    ),
+        "Bip01_Head"),
     "Blender": ("thigh.{L} shin.{L} foot.{L} toe.{L} upper_arm.{L} forearm.{L} hand.{L} shoulder.{L}", "head"),
     "Acclaim": ("{l}femur {l}tibia {l}foot {l}toes {l}humerus {l}radius {l}wrist {l}hand {l}hipjoint", "head"),
     "capital letter": ("{L}thigh {L}shin {L}foot {L}toe {L}arm {L}forearm {L}hand", "Head"),
     "capitals": ("{L}_UPPERLEG {L}_LOWERLEG {L}_FOOT {L}_TOE {L}_UPPERARM {L}_LOWERARM {L}_HAND", "HEAD"),
     "capitals, side last": ("UPPERLEG_{L} LOWERLEG_{L} FOOT_{L} TOE_{L} UPPERARM_{L} LOWERARM_{L} HAND_{L}", "HEAD"),
-    "Unity": (
-        "UpperLeg_{L} LowerLeg_{L} Foot_{L} Toes_{L} UpperArm_{L} LowerArm_{L} Hand_{L} Shoulder_{L}", "Head",
-    ),
+    "Unity": ("UpperLeg_{L} LowerLeg_{L} Foot_{L} Toes_{L} UpperArm_{L} LowerArm_{L} Hand_{L} Shoulder_{L}", "Head"),
     "Unreal": ("thigh_{l} calf_{l} foot_{l} ball_{l} upperarm_{l} lowerarm_{l} hand_{l} clavicle_{l}", "head"),
     "VRM": (
         "J_Bip_{L}_UpperLeg J_Bip_{L}_LowerLeg J_Bip_{L}_Foot J_Bip_{L}_ToeBase J_Bip_{L}_UpperArm J_Bip_{L}_LowerArm "
-        "J_Bip_{L}_Hand J_Bip_{L}_Shoulder", "J_Bip_C_Head",
-    ),
-    "Rigify": (
-        "DEF-thigh.{L} DEF-shin.{L} DEF-foot.{L} DEF-toe.{L} DEF-upper_arm.{L} DEF-forearm.{L} DEF-hand.{L}",
-        "DEF-head",
-    ),
-    "Xsens": (
-        "{Left}Hip {Left}Knee {Left}Ankle {Left}Toe {Left}Shoulder {Left}Elbow {Left}Wrist {Left}Collar", "Head",
-    ),
+        "J_Bip_{L}_Hand J_Bip_{L}_Shoulder", "J_Bip_C_Head"),
+    "Rigify": ("DEF-thigh.{L} DEF-shin.{L} DEF-foot.{L} DEF-toe.{L} DEF-upper_arm.{L} DEF-forearm.{L} DEF-hand.{L}",
+        "DEF-head"),
+    "Xsens": ("{Left}Hip {Left}Knee {Left}Ankle {Left}Toe {Left}Shoulder {Left}Elbow {Left}Wrist {Left}Collar", "Head"),
     "depth camera": (
-        "Hip{Left} Knee{Left} Ankle{Left} Foot{Left} Shoulder{Left} Elbow{Left} Wrist{Left} Hand{Left}", "Head",
-    ),
+        "Hip{Left} Knee{Left} Ankle{Left} Foot{Left} Shoulder{Left} Elbow{Left} Wrist{Left} Hand{Left}", "Head"),
     "SMPL": ("{L}_Hip {L}_Knee {L}_Ankle {L}_Foot {L}_Shoulder {L}_Elbow {L}_Wrist {L}_Hand {L}_Collar", "Head"),
 }  # fmt: skip
 

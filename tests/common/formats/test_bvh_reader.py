@@ -100,14 +100,10 @@ def test_motion_capture_has_the_joint_count_of_another_reader(name: str) -> None
     assert len(file.points) == other.nframes
 
 
-def test_many_joints_without_channels_are_refused_before_memory_is_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_many_joints_without_channels_are_refused_before_memory_is_used(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.common.formats.bvh_reader.MAX_NUMBERS", 12 * 100)
-    path = tmp_path / "many.bvh"
     ends = "End Site\n{\nOFFSET 0 0 0\n}\n" * 50
-    path.write_text(
-        f"HIERARCHY\nROOT r\n{{\nOFFSET 0 0 0\nCHANNELS 1 Xposition\n{ends}}}\nMOTION\nFrames: 2\nFrame Time: 0.1\n0\n0\n"
-    )
+    joints = f"ROOT r\n{{\nOFFSET 0 0 0\nCHANNELS 1 Xposition\n{ends}}}"
+    path = written(tmp_path, f"HIERARCHY\n{joints}\nMOTION\nFrames: 2\nFrame Time: 0.1\n0\n0\n")
     with pytest.raises(UserError, match="51 joints in 2 frames, 1224 numbers: allowed: 1200"):
         read_bvh(path)

@@ -1,6 +1,5 @@
 """BVH writer: two independent readers reproduce the joint centres of the pose."""
 
-from math import cos, radians, sin
 from pathlib import Path
 
 import bvhio
@@ -9,6 +8,7 @@ import pytest
 from bvh import Bvh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from tests.support.pose_tracks import NAMES, moving, track_of, tracks
 from zenocap.common.arrays import Floats
@@ -24,17 +24,6 @@ JOINTS = {
     "LShoulder": "LeftArm", "LElbow": "LeftForeArm", "LWrist": "LeftHand",
 }  # fmt: skip
 files = settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-def turn(axis: str, degrees: float) -> Floats:
-    c, s = cos(radians(degrees)), sin(radians(degrees))
-    return np.array(
-        {
-            "X": [[1, 0, 0], [0, c, -s], [0, s, c]],
-            "Y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
-            "Z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
-        }[axis]
-    )
 
 
 def centres_by_name(places: dict[str, Floats]) -> Floats:
@@ -59,7 +48,7 @@ def read_by_text(path: Path) -> Floats:
                 if channel.endswith("position"):
                     place["XYZ".index(channel[0])] = value
                 else:
-                    rotation = rotation @ turn(channel[0], value)
+                    rotation = rotation @ Rotation.from_euler(channel[0], value, degrees=True).as_matrix()
             places[name] = place if parent is None else places[parent.name] + turns[parent.name] @ place
             turns[name] = rotation if parent is None else turns[parent.name] @ rotation
             for end in joint.filter("End"):

@@ -74,8 +74,7 @@ def test_the_skin_rests_where_the_bones_are(content: tuple[dict, bytes], motion:
     primitives = file["meshes"][0]["primitives"]
     triangles = sum(len(values(content, one["indices"])) for one in primitives) // 3
     assert triangles == len(motion.skin.triangles)
-    joints = values(content, primitives[0]["attributes"]["JOINTS_0"])
-    weights = values(content, primitives[0]["attributes"]["WEIGHTS_0"])
+    joints, weights = (values(content, primitives[0]["attributes"][name]) for name in ("JOINTS_0", "WEIGHTS_0"))
     assert joints.max() < len(motion.names)
     np.testing.assert_array_equal(weights.sum(axis=1), 1.0)
     np.testing.assert_array_equal(joints[weights == 0], 0)  # as the specification demands

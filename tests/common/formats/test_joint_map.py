@@ -94,9 +94,7 @@ ARMS = ("RightArm", "RightForeArm", "RightHand", "LeftArm", "LeftForeArm")
 
 
 @pytest.mark.parametrize("known", [(), ("LeftHand",)])
-def test_the_map_wins_over_a_known_name_and_other_joints_are_taken_by_their_names(
-    tmp_path: Path, known: tuple[str]
-) -> None:
+def test_the_map_wins_over_a_known_name_and_other_joints_are_taken_by_their_names(tmp_path, known):
     file = skeleton((*KNOWN, *ARMS, *known, "paw"))
     found = joint_roles(file, Path("a.bvh"), joints=mapped(tmp_path, '[joints]\nLWrist = "paw"\n'))
     assert file.names[found["LWrist"]] == "paw"

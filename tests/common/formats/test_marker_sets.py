@@ -8,15 +8,16 @@ import pytest
 
 from tests.support.marker_files import TO_Z_UP, acted_centres, optical_markers, write_points
 from tests.support.pose_tracks import moving
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.inverse_kinematics import NEEDED
 from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
 from zenocap.common.formats.motion_files import read_centres, read_poses_for
+from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
 
 MILLIMETRE = 1e-3
-FILES = [".trc", ".c3d"]
 WORDS = {"R": "right", "L": "left"}
 
 
@@ -36,31 +37,34 @@ SPELLINGS = {  # of the names of joint centres, from ours
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("suffix", FILES)
+@pytest.fixture(params=[".trc", ".c3d"])
+def path(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    return tmp_path / f"a{request.param}"
+
+
+def centre(data: Trajectories, joint: str) -> Floats:
+    return data.points[:, data.names.index(joint)]
+
+
 @pytest.mark.parametrize("spelling", list(SPELLINGS))
-def test_joint_centres_are_known_in_every_spelling(tmp_path: Path, suffix: str, spelling: str) -> None:
+def test_joint_centres_are_known_in_every_spelling(path: Path, spelling: str) -> None:
     centres = acted_centres()
-    path = tmp_path / f"a{suffix}"
     write_points(path, {SPELLINGS[spelling](name): points for name, points in centres.items()} | {"C7": centres["Head"]})
     found = read_centres(path)
     for name, points in centres.items():
-        np.testing.assert_allclose(found.points[:, found.names.index(name)], points, atol=MILLIMETRE)
+        np.testing.assert_allclose(centre(found, name), points, atol=MILLIMETRE)
     assert read_poses_for(path, TEN_PARTS).known.all()
 
 
 @pytest.mark.parametrize("convention", ["zenocap", "isb", "coco", "halpe"])
-@pytest.mark.parametrize("suffix", FILES)
-def test_exports_in_every_convention_are_read_back(tmp_path: Path, convention: str, suffix: str) -> None:
-    data = moving(20).trajectories(convention)  # type: ignore[arg-type]  # one of CONVENTIONS
-    path = tmp_path / f"a{suffix}"
-    (write_trc if suffix == ".trc" else write_c3d)(path, data)
+def test_exports_in_every_convention_are_read_back(path: Path, convention: str) -> None:
+    data = moving(20).trajectories(convention)
+    (write_trc if path.suffix == ".trc" else write_c3d)(path, data)
     found = read_centres(path)
     assert set(NEEDED) <= set(found.names)
     np.testing.assert_allclose(found.times_s, data.times_s, atol=1e-6)
     wrist = {"isb": "RWJC"}.get(convention, "RWrist")
-    np.testing.assert_allclose(
-        found.points[:, found.names.index("RWrist")], data.points[:, data.names.index(wrist)], atol=MILLIMETRE
-    )
+    np.testing.assert_allclose(centre(found, "RWrist"), centre(data, wrist), atol=MILLIMETRE)
 
 
 def test_the_crown_is_above_the_ears_where_a_set_has_no_head(tmp_path: Path) -> None:
@@ -70,27 +74,22 @@ def test_the_crown_is_above_the_ears_where_a_set_has_no_head(tmp_path: Path) -> 
     # Names in capitals are not taken as they are, so the crown is derived.
     text = (tmp_path / "a.trc").read_text()
     (tmp_path / "a.trc").write_text(text.replace("RHip", "right_hip"))
-    found = read_centres(tmp_path / "a.trc")
-    off = found.points[:, found.names.index("Head")] - own.points[:, own.names.index("Head")]
+    off = centre(read_centres(tmp_path / "a.trc"), "Head") - centre(own, "Head")
     assert np.linalg.norm(off, axis=1).max() < 0.05
 
 
-@pytest.mark.parametrize("suffix", FILES)
 @pytest.mark.parametrize("medial", [False, True])
-def test_plug_in_gait_markers_give_the_joint_centres(tmp_path: Path, suffix: str, medial: bool) -> None:
-    path = tmp_path / f"a{suffix}"
+def test_plug_in_gait_markers_give_the_joint_centres(path: Path, medial: bool) -> None:
     write_points(path, optical_markers(medial=medial))
     found = read_centres(path)
     for name, points in acted_centres().items():
         if name != "Head":
-            off = np.linalg.norm(found.points[:, found.names.index(name)] - points, axis=1)
+            off = np.linalg.norm(centre(found, name) - points, axis=1)
             # Without a medial marker the rule takes the plane of the elbow's marker for that of its centre.
             assert off.max() < (0.025 if name[1:] == "Elbow" and not medial else 0.006), name
 
 
-def test_knees_and_ankles_without_a_marker_that_gives_their_plane_are_named_in_a_warning(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_knees_and_ankles_without_a_marker_that_gives_their_plane_are_named_in_a_warning(tmp_path, caplog):
     points = optical_markers(medial=True)
     write_points(tmp_path / "a.c3d", points)
     read_centres(tmp_path / "a.c3d")
@@ -100,15 +99,13 @@ def test_knees_and_ankles_without_a_marker_that_gives_their_plane_are_named_in_a
     points["RTIB"] = 0.5 * (points["RKNE"] + points["RANK"]) + [0.0, 0.0, 0.05]
     write_points(tmp_path / "b.c3d", points)
     read_centres(tmp_path / "b.c3d")
-    text = next(record.getMessage() for record in caplog.records if "markers on thigh" in record.getMessage())
+    text = next(line for line in caplog.messages if "markers on thigh" in line)
     assert str(tmp_path / "b.c3d") in text
     assert "no LTHI or LKNM: knees up to 104 mm off instead of 21" in text
     assert "; no LTIB or LMED: ankles up to 98 mm off instead of 14" in text
 
 
-def test_a_marker_of_the_thigh_in_line_with_hip_and_knee_counts_as_missing(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_marker_of_the_thigh_in_line_with_hip_and_knee_counts_as_missing(tmp_path, caplog):
     points, centres = optical_markers(), acted_centres()
     for side in "RL":
         points[f"{side}THI"] = 0.5 * (centres[f"{side}Hip"] + points[f"{side}KNE"])
@@ -127,9 +124,8 @@ def test_helen_hayes_names_and_a_sacral_marker_are_known(tmp_path: Path) -> None
     }  # fmt: skip
     points = {f"{name[0]}.{named[name[1:]]}": values for name, values in own.items() if name[1:] in named}
     write_points(tmp_path / "a.trc", points | {"V.Sacral": 0.5 * (own["RPSI"] + own["LPSI"])})
-    found = read_centres(tmp_path / "a.trc")
-    hips = acted_centres()["RHip"]
-    np.testing.assert_allclose(found.points[:, found.names.index("RHip")], hips, atol=2 * MILLIMETRE)
+    hip = centre(read_centres(tmp_path / "a.trc"), "RHip")
+    np.testing.assert_allclose(hip, acted_centres()["RHip"], atol=2 * MILLIMETRE)
 
 
 def test_a_world_with_z_up_is_turned_and_the_log_says_so(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -143,7 +139,7 @@ def test_a_world_with_z_up_is_turned_and_the_log_says_so(tmp_path: Path, caplog:
         of_trc = read_centres(tmp_path / "a.trc")
     assert "z is taken for up" in caplog.text
     for found in (of_c3d, of_trc):
-        np.testing.assert_allclose(found.points[:, found.names.index("LWrist")], centres["LWrist"], atol=MILLIMETRE)
+        np.testing.assert_allclose(centre(found, "LWrist"), centres["LWrist"], atol=MILLIMETRE)
 
 
 def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> None:
@@ -151,9 +147,9 @@ def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> 
     points["RKNE"][10:40] = np.nan
     write_points(tmp_path / "a.c3d", points)
     found = read_centres(tmp_path / "a.c3d")
-    lost = np.isnan(found.points[:, found.names.index("RKnee")]).all(axis=1)
+    lost = np.isnan(centre(found, "RKnee")).all(axis=1)
     assert list(np.flatnonzero(lost)) == list(range(10, 40))
-    assert np.isfinite(found.points[:, found.names.index("LKnee")]).all()
+    assert np.isfinite(centre(found, "LKnee")).all()
     assert list(np.flatnonzero(~read_poses_for(tmp_path / "a.c3d", TEN_PARTS).known)) == list(range(10, 40))
 
 

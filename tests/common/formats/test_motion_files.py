@@ -68,10 +68,9 @@ def test_a_rest_pose_at_the_beginning_is_omitted(tmp_path: Path, rest: int) -> N
 
 
 def test_poses_in_long_gaps_are_unknown(tmp_path: Path) -> None:
-    short = read_poses_for(written(tmp_path, unknown=range(30, 40)), TEN_PARTS)
-    assert short.known.all()
-    long = read_poses_for(written(tmp_path, unknown=range(30, 60)), TEN_PARTS)
-    assert list(np.flatnonzero(~long.known)) == list(range(30, 60))
+    assert read_poses_for(written(tmp_path, unknown=range(30, 40)), TEN_PARTS).known.all()
+    known = read_poses_for(written(tmp_path, unknown=range(30, 60)), TEN_PARTS).known
+    assert list(np.flatnonzero(~known)) == list(range(30, 60))
 
 
 def test_a_take_read_in_its_own_anatomy_has_the_recorded_poses() -> None:

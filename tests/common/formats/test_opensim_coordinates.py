@@ -76,34 +76,28 @@ def test_rows_without_pose_are_left_out_and_other_axes_an_error() -> None:
         coordinates_of(track, "z-up")
 
 
-def test_radians_are_converted() -> None:
-    rotations, _ = rotations_of(mot({"elbow_flex_r": [np.pi / 4]}, in_degrees=False), PATH)
-    assert clinical_angles(rotations)["elbow_flexion_r"][0] == pytest.approx(45.0)
+SPINE = {f"{name}_{axis}": [0.0] for name in VERTEBRAE for axis in ("Flex_Ext", "axial_rotation")}
+BENT = SPINE | {f"{name}_Lat_Bending": [2.0] for name in VERTEBRAE}
+REVERSED = "knee_angle is negative in flexion in angles.mot, as in gait2392: its sign is reversed"
 
 
-def test_joints_of_the_spine_add_up() -> None:
-    columns = {f"{name}_{axis}": [0.0] for name in VERTEBRAE for axis in ("Flex_Ext", "Lat_Bending", "axial_rotation")}
-    columns |= {f"{name}_Lat_Bending": [2.0] for name in VERTEBRAE}
-    rotations, notes = rotations_of(mot(columns), PATH)
-    assert clinical_angles(rotations)["trunk_bending"][0] == pytest.approx(12.0)
-    assert notes == ()
-
-
-def test_missing_coordinates_of_a_joint_are_zero_with_a_note() -> None:
-    rotations, notes = rotations_of(mot({"hip_flexion_r": [20.0]}), PATH)
-    found = clinical_angles(rotations)
-    assert found["hip_flexion_r"][0] == pytest.approx(20.0)
-    assert found["hip_adduction_r"][0] == pytest.approx(0.0)
-    assert notes == ("no hip_adduction_r, hip_rotation_r in angles.mot: taken as 0",)
-
-
-def test_knees_that_flex_to_negative_angles_are_reversed_with_a_note() -> None:
-    rotations, notes = rotations_of(mot({"knee_angle_r": [-5.0, -60.0], "knee_angle_l": [4.0, -10.0]}), PATH)
-    np.testing.assert_allclose(clinical_angles(rotations)["knee_flexion_r"], [5.0, 60.0])
-    assert notes == ("knee_angle is negative in flexion in angles.mot, as in gait2392: its sign is reversed",)
-    rotations, notes = rotations_of(mot({"knee_angle_r": [-5.0, 60.0]}), PATH)
-    np.testing.assert_allclose(clinical_angles(rotations)["knee_flexion_r"], [-5.0, 60.0])
-    assert notes == ()
+@pytest.mark.parametrize(
+    ("file", "expected", "notes"),
+    [
+        (mot({"elbow_flex_r": [np.pi / 4]}, in_degrees=False), {"elbow_flexion_r": [45.0]}, None),
+        (mot(BENT), {"trunk_bending": [12.0]}, ()),
+        (mot({"hip_flexion_r": [20.0]}), {"hip_flexion_r": [20.0], "hip_adduction_r": [0.0]},
+         ("no hip_adduction_r, hip_rotation_r in angles.mot: taken as 0",)),
+        (mot({"knee_angle_r": [-5.0, -60.0], "knee_angle_l": [4.0, -10.0]}), {"knee_flexion_r": [5.0, 60.0]}, (REVERSED,)),
+        (mot({"knee_angle_r": [-5.0, 60.0]}), {"knee_flexion_r": [-5.0, 60.0]}, ()),
+    ],
+    ids=["radians", "joints of the spine add up", "missing coordinates are zero", "knees reversed", "knees as they are"],
+)  # fmt: skip
+def test_coordinates_of_other_models_are_angles_with_notes(file, expected, notes):
+    rotations, found_notes = rotations_of(file, PATH)
+    for name, values in expected.items():
+        np.testing.assert_allclose(clinical_angles(rotations)[name], values, atol=1e-9)
+    assert notes is None or found_notes == notes
 
 
 def test_a_file_without_a_known_coordinate_is_an_error() -> None:

@@ -43,13 +43,11 @@ def test_a_model_without_arms_has_no_measurements_of_them(tmp_path: Path) -> Non
         ("not xml", "not an .osim file"),
         ("<a/>", "no Model in an OpenSimDocument"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><a/>', "has a document type"),
-        (
-            '<OpenSimDocument Version="30000"><Model name="a"/></OpenSimDocument>',
-            "Version = '30000': allowed: 40000 or more",
-        ),
+        ('<OpenSimDocument Version="30000"><Model name="a"/></OpenSimDocument>',
+         "Version = '30000': allowed: 40000 or more"),
         ('<OpenSimDocument Version="40000"><Model name="a"/></OpenSimDocument>', f"no body {REQUIRED[0]}, femur_r"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_model_is_one_line_with_its_name(text: str, problem: str, tmp_path: Path) -> None:
     path = tmp_path / "a.osim"
     path.write_text(text)

@@ -72,15 +72,11 @@ def test_equivalent_euler_angles_are_interpolated_without_detour() -> None:
     np.testing.assert_allclose(points, np.broadcast_to(points[0], points.shape), atol=1e-9)
 
 
-def test_long_gaps_are_not_interpolated() -> None:
-    track = moving(40, rate=30.0, lost=tuple(range(10, 17)))
-    out = resampled(track, 60.0)
+def test_short_gaps_and_slow_takes_are_interpolated_and_long_gaps_are_not() -> None:
+    out = resampled(moving(40, rate=30.0, lost=tuple(range(10, 17))), 60.0)
     assert not out.known[(out.times_s > 9.1 / 30) & (out.times_s < 16.9 / 30)].any()
     assert out.known[(out.times_s <= 9 / 30) | (out.times_s >= 17 / 30)].all()
     assert {out.lost[k] for k in np.flatnonzero(~out.known)} == {"person"}
-
-
-def test_short_gaps_and_slow_takes_are_interpolated() -> None:
     lost = tuple(range(10, 10 + int(MAX_GAP_S * 30) - 1))
     assert resampled(moving(40, rate=30.0, lost=lost), 60.0).known.all()
     assert resampled(moving(5, rate=2.0), 10.0).known.all()

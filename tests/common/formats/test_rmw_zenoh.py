@@ -42,11 +42,8 @@ def test_tokens_have_the_form_that_rmw_zenoh_parses() -> None:
     zenoh.KeyExpr(NODE.publisher_token(1, TF))
 
 
-def test_a_default_depth_is_left_out_as_by_rmw_zenoh() -> None:
+def test_a_default_depth_is_left_out_and_a_node_without_namespace_has_the_mangled_root() -> None:
     assert RosTopic("/tf", TF_MESSAGE, 42).qos == "::,:,:,:,,"
-
-
-def test_a_node_without_namespace_has_the_mangled_root() -> None:
     assert RosNode(0, "/", "zenocap", "a1").token() == "@ros2_lv/0/a1/0/0/NN/%/%/zenocap"
 
 

@@ -1,5 +1,6 @@
 """Smoothing of recorded poses: attenuation of theory, no delay, gaps, jumps, short stretches."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,14 @@ def gentle(count: int, *, rate: float = 30.0, seed: int = 0, noise: float = 0.03
     positions = np.stack([0.5 * times_s, np.ones(count), np.sin(times_s)], axis=1)
     noisy = positions + 0.3 * noise * random.standard_normal((count, 3))
     return track_of(noisy, angles + noise * random.standard_normal(angles.shape), rate=rate)
+
+
+def with_gap(track: PoseTrack, gone: Sequence[int]) -> PoseTrack:
+    """The track with these rows lost."""
+    positions, angles = track.positions.copy(), track.angles.copy()
+    positions[gone] = angles[gone] = np.nan
+    lost = tuple("person" if row in gone else "" for row in range(len(positions)))
+    return replace(track, positions=positions, angles=angles, lost=lost)
 
 
 def rotations(track: PoseTrack) -> Floats:
@@ -80,33 +89,27 @@ def test_several_turns_about_the_vertical_stay_continuous() -> None:
     track = gentle(300)
     wrapped = track.angles.copy()
     wrapped[:, NAVEL] = (wrapped[:, NAVEL] + np.pi) % (2 * np.pi) - np.pi
-    np.testing.assert_allclose(
-        rotations(smoothed(replace(track, angles=wrapped), 6.0)), rotations(smoothed(track, 6.0)), atol=1e-9
-    )
-    assert np.abs(np.diff(smoothed(track, 6.0).angles[:, NAVEL])).max() < 0.2
+    out, other = smoothed(track, 6.0), smoothed(replace(track, angles=wrapped), 6.0)
+    np.testing.assert_allclose(rotations(other), rotations(out), atol=1e-9)
+    assert np.abs(np.diff(out.angles[:, NAVEL])).max() < 0.2
 
 
 def test_noise_is_reduced() -> None:
     track, true = gentle(300), gentle(300, noise=0.0)
     out = smoothed(track, 6.0)
-    for raw, smooth, exact in zip(
-        (track.positions, track.angles), (out.positions, out.angles), (true.positions, true.angles), strict=True
-    ):
+    for name in ("positions", "angles"):
+        raw, smooth, exact = (getattr(one, name) for one in (track, out, true))
         assert np.std(smooth - exact) < 0.75 * np.std(raw - exact)
         accelerations = [np.std(np.diff(one, 2, axis=0) - np.diff(exact, 2, axis=0)) for one in (raw, smooth)]
         assert accelerations[1] < 0.25 * accelerations[0]
 
 
 def test_lost_frames_stay_lost_and_divide_the_track() -> None:
-    track = gentle(120)
-    positions, angles = track.positions.copy(), track.angles.copy()
-    positions[50:60] = angles[50:60] = np.nan
-    lost = tuple("person" if 50 <= row < 60 else "" for row in range(120))
-    gone = replace(track, positions=positions, angles=angles, lost=lost)
+    gone = with_gap(gentle(120), range(50, 60))
     out = smoothed(gone, 6.0)
     assert np.isnan(out.positions[50:60]).all()
     assert np.isnan(out.angles[50:60]).all()
-    assert out.lost == lost
+    assert out.lost == gone.lost
     for part in (slice(0, 50), slice(60, 120)):
         alone = smoothed(gone.rows(np.arange(120)[part]), 6.0)
         np.testing.assert_array_equal(out.angles[part], alone.angles)
@@ -121,27 +124,23 @@ def test_a_jump_of_the_root_is_not_smeared() -> None:
     np.testing.assert_allclose(out.positions[55:65], positions[55:65], atol=0.02)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 9])
-def test_short_stretches_are_left_as_they_are(count: int) -> None:
-    track = gentle(count)
-    np.testing.assert_array_equal(smoothed(track, 6.0).angles, track.angles)
-
-
-def test_random_poses_that_no_person_can_do_are_left_as_they_are() -> None:
-    track = moving(30, lost=(4,))
+@pytest.mark.parametrize(
+    "track", [*map(gentle, (1, 2, 5, 9)), moving(30, lost=(4,))], ids=["1", "2", "5", "9", "random poses"]
+)
+def test_short_stretches_and_poses_that_no_person_can_do_are_left_as_they_are(track: PoseTrack) -> None:
     np.testing.assert_array_equal(smoothed(track, 6.0).angles, track.angles)
 
 
 def test_irregular_times_give_the_same_motion() -> None:
     even, random = gentle(300, rate=60.0, noise=0.0), np.random.default_rng(1)
     times_s = even.times_s + random.uniform(-0.005, 0.005, 300)
-    at = np.stack([np.interp(times_s, even.times_s, column) for column in even.angles.T], axis=1)
-    where = np.stack([np.interp(times_s, even.times_s, column) for column in even.positions.T], axis=1)
-    out = smoothed(replace(even, times_s=times_s, angles=at, positions=where), 6.0)
-    expected = smoothed(even, 6.0)
-    inner = slice(20, -20)
-    moved = np.stack([np.interp(times_s, even.times_s, column) for column in expected.angles.T], axis=1)
-    np.testing.assert_allclose(out.angles[inner], moved[inner], atol=4e-3)
+
+    def at_times(values: Floats) -> Floats:
+        return np.stack([np.interp(times_s, even.times_s, column) for column in values.T], axis=1)
+
+    uneven = replace(even, times_s=times_s, angles=at_times(even.angles), positions=at_times(even.positions))
+    moved = at_times(smoothed(even, 6.0).angles)
+    np.testing.assert_allclose(smoothed(uneven, 6.0).angles[20:-20], moved[20:-20], atol=4e-3)
 
 
 def test_missing_frames_are_bridged_without_new_rows() -> None:
@@ -176,14 +175,7 @@ def test_rotations_and_angles_are_inverse(seed: int) -> None:
 
 
 def test_stretches_that_are_too_short_are_counted_and_left() -> None:
-    track = gentle(60)
-    gone = np.zeros(60, dtype=bool)
-    gone[[4, 40]] = True  # stretches of 4, 35 and 19 frames
-    cut = replace(
-        track,
-        positions=np.where(gone[:, None], np.nan, track.positions),
-        angles=np.where(gone[:, None], np.nan, track.angles),
-    )
+    cut = with_gap(gentle(60), [4, 40])  # stretches of 4, 35 and 19 frames
     assert too_short(cut, 6.0) == (1, 4)
     assert too_short(cut, 1.0) == (2, 23)  # a period is 30 frames
     out = smoothed(cut, 6.0)

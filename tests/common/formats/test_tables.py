@@ -95,6 +95,5 @@ def test_npz_has_the_same_numbers_as_arrays_and_no_pickles(tmp_path: Path) -> No
         assert json.loads(str(found["metadata"]))["smoothing"] == "of this test"
 
 
-@pytest.mark.parametrize(("name", "unit"), [("RHip.x_mm", "mm"), ("time_s", "s"), ("lost", ""), ("score.1", "")])
-def test_units_are_the_ends_of_names(name: str, unit: str) -> None:
-    assert unit_of(name) == unit
+def test_units_are_the_ends_of_names() -> None:
+    assert [unit_of(name) for name in ("RHip.x_mm", "time_s", "lost", "score.1")] == ["mm", "s", "", ""]

@@ -9,35 +9,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.built_messages import built
+from tests.support.foxglove_reader import in_envelope
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.bus.protocol import Envelope
-from zenocap.common.codec import encode
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame, holding, rate_of
-from zenocap.common.formats.take_poses import poses_of, read_poses
-from zenocap.common.recording.reader import TakeReader
+from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.writer import Recording
-from zenocap.common.topics import topic_of
 
 START_NS = 1_700_000_000_000_000_000
 
 
 def baps_of(track: PoseTrack) -> list[m.UniversalBap]:
     found = []
-    for row in range(len(track.frames)):
-        lost = not track.known[row]
-        angles = angles_by_name(TEN_PARTS, TEN_PARTS.neutral if lost else track.angles[row])
-        x, y, z = (0.0, 0.0, 0.0) if lost else track.positions[row]
-        found.append(
-            m.UniversalBap(
-                frame=int(track.frames[row]), captured_ns=START_NS + round(track.times_s[row] * 1e9), position=(x, y, z),
-                angles=angles, scores={"1": float(track.scores["1"][row])}, views={"1": "facade"}, stale=[],
-                lost=["person"] if lost else [],
-            )
-        )  # fmt: skip
+    for row, known in enumerate(track.known):
+        angles = angles_by_name(TEN_PARTS, track.angles[row] if known else TEN_PARTS.neutral)
+        x, y, z = track.positions[row] if known else (0.0, 0.0, 0.0)
+        captured_ns, score = START_NS + round(track.times_s[row] * 1e9), float(track.scores["1"][row])
+        found.append(built(
+            m.UniversalBap, frame=int(track.frames[row]), captured_ns=captured_ns, position=(x, y, z), angles=angles,
+            scores={"1": score}, views={"1": "facade"}, lost=[] if known else ["person"],
+        ))  # fmt: skip
     return found
 
 
@@ -50,19 +44,16 @@ def messages_of_track(track: PoseTrack) -> list[m.Message]:
 def write_take(path: Path, messages: list[m.Message]) -> Path:
     recording = Recording(path, rig="studio", start_ns=START_NS)
     for message in messages:
-        topic = topic_of(type(message))
-        key = topic.at("studio", **topic.names_of(message))
-        recording.record(Envelope(key, topic, message, message.captured_ns, encode(message)))
+        recording.record(in_envelope(message, received_ns=message.captured_ns))
     recording.close()
     return path
 
 
 @pytest.mark.parametrize("tracker", [False, True])
-def test_poses_of_a_take_round_trip(tmp_path: Path, tracker: bool) -> None:
+def test_poses_of_a_take_round_trip_and_those_of_a_tracker_are_preferred(tmp_path: Path, tracker: bool) -> None:
     track = moving(20, first=3, lost=(4, 5), rate=25.0)
-    messages = messages_of_track(track)
-    found = read_poses(write_take(tmp_path / "a.mcap", [messages[0], *tracker_messages(track)] if tracker else messages))
-    found = found.track()
+    messages = [*messages_of_track(moving(7, rate=25.0)), *tracker_messages(track)] if tracker else messages_of_track(track)
+    found = read_poses(write_take(tmp_path / "a.mcap", messages)).track()
     np.testing.assert_array_equal(found.frames, track.frames)
     np.testing.assert_allclose(found.times_s, track.times_s, atol=1e-9)
     np.testing.assert_array_equal(found.positions, track.positions)
@@ -88,29 +79,36 @@ def test_frame_numbers_continue_by_time_after_a_viewer_restart(tmp_path: Path) -
     assert (np.diff(found.times_s) > 0).all()
 
 
+def tracker_messages(track: PoseTrack) -> list[m.Message]:
+    """The same poses as messages of the tracker."""
+    poses = [
+        built(
+            m.TrackerPose, frame=bap.frame, captured_ns=bap.captured_ns, position=bap.position, angles=bap.angles,
+            lost=bool(bap.lost), views=["1", "3"],
+        )
+        for bap in baps_of(track)
+    ]  # fmt: skip
+    return [m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(track.anatomy, track.bdp)), *poses]
+
+
+def of_twenty_parts() -> list[m.Message]:
+    body = m.Body(anatomy="twenty-parts", sizes={}, offsets={})
+    return [m.UniversalBdp(frame=0, captured_ns=START_NS, body=body, ratio=1.0), *baps_of(moving(3))]
+
+
 @pytest.mark.parametrize(
-    ("left_out", "words"), [(m.UniversalBdp, "no universal BDP"), (m.UniversalBap, "no universal BAP")]
+    ("messages", "words"),
+    [
+        (baps_of(moving(3)), "no universal BDP"),
+        (messages_of_track(moving(3))[:2], "no universal BAP"),
+        (tracker_messages(moving(3))[1:], r"a\.mcap: no tracker BDP: no T-pose was measured"),
+        (of_twenty_parts(), r"a\.mcap: body: anatomy 'twenty-parts': allowed: ten-parts, fourteen-parts"),
+    ],
+    ids=["no body", "no pose", "no body of the tracker", "another anatomy"],
 )
-def test_a_take_without_body_or_pose_is_refused(left_out: type[m.Message], words: str, tmp_path: Path) -> None:
-    messages = [message for message in messages_of_track(moving()) if not isinstance(message, left_out)]
+def test_a_take_without_body_or_pose_or_of_another_anatomy_is_refused(messages, words, tmp_path):
     with pytest.raises(UserError, match=words):
         read_poses(write_take(tmp_path / "a.mcap", messages))
-
-
-def test_another_anatomy_is_refused(tmp_path: Path) -> None:
-    body = replace_anatomy(messages_of_track(moving()))
-    with pytest.raises(UserError, match=r"a\.mcap: body: anatomy 'twenty-parts': allowed: ten-parts, fourteen-parts"):
-        poses_of(tmp_path / "a.mcap", body, TakeReader(tmp_path / "a.mcap"))
-
-
-def replace_anatomy(messages: list[m.Message]) -> list[Envelope]:
-    found = []
-    for message in messages:
-        if isinstance(message, m.UniversalBdp):
-            other = m.Body(anatomy="twenty-parts", sizes=message.body.sizes, offsets=message.body.offsets)
-            message = m.UniversalBdp(frame=0, captured_ns=0, body=other, ratio=1.0)
-        found.append(Envelope("", topic_of(type(message)), message, 0, b""))
-    return found
 
 
 @pytest.mark.parametrize(
@@ -159,29 +157,3 @@ def test_the_rate_is_the_mean_over_all_rows() -> None:
     frames = np.array([0, 1, 2, 4, 8])
     assert rate_of(frames, np.array([0.0, 0.11, 0.19, 0.4, 0.8])) == pytest.approx(10.0)
     assert rate_of(frames[:1], np.array([0.0])) == 0.0
-
-
-def tracker_messages(track: PoseTrack) -> list[m.Message]:
-    """The same poses as messages of the tracker."""
-    messages: list[m.Message] = [m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(track.anatomy, track.bdp))]
-    for bap in baps_of(track):
-        messages.append(
-            m.TrackerPose(
-                frame=bap.frame, captured_ns=bap.captured_ns, position=bap.position, angles=bap.angles,
-                position_spread=(0.01, 0.01, 0.01), spread=dict.fromkeys(bap.angles, 0.02), likelihood=-1.0,
-                effective=12.0, lost=bool(bap.lost), views=["1", "3"],
-            )
-        )  # fmt: skip
-    return messages
-
-
-def test_the_trackers_poses_are_preferred(tmp_path: Path) -> None:
-    track, other = moving(5, rate=25.0), moving(7, rate=25.0)
-    found = read_poses(write_take(tmp_path / "a.mcap", [*messages_of_track(other), *tracker_messages(track)])).track()
-    np.testing.assert_array_equal(found.positions, track.positions)
-
-
-def test_a_tracker_without_body_raises_an_error(tmp_path: Path) -> None:
-    poses = [message for message in tracker_messages(moving(3)) if isinstance(message, m.TrackerPose)]
-    with pytest.raises(UserError, match=r"a\.mcap: no tracker BDP: no T-pose was measured"):
-        read_poses(write_take(tmp_path / "a.mcap", list(poses)))

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,23 +31,22 @@ def walking(count: int = 12, seed: int = 1) -> Trajectories:
     return Trajectories(NAMES, frames, frames / 30.0, points, 30.0)
 
 
-def test_written_files_are_read_back(tmp_path: Path) -> None:
-    data = walking()
-    write_trc(tmp_path / "a.trc", data)
-    again = read_trc(tmp_path / "a.trc")
-    assert again.names == NAMES
-    assert again.rate == 30.0
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """A file of `walking`."""
+    write_trc(tmp_path / "a.trc", walking())
+    return tmp_path / "a.trc"
+
+
+def test_written_files_are_read_back_in_any_unit(path: Path) -> None:
+    data, again = walking(), read_trc(path)
+    assert (again.names, again.rate) == (NAMES, 30.0)
     np.testing.assert_array_equal(again.frames, data.frames)
     np.testing.assert_allclose(again.times_s, data.times_s, atol=1e-6)
     np.testing.assert_allclose(again.points, data.points, atol=1e-6)
     assert np.isnan(again.points[2]).all()
-
-
-def test_millimetres_are_converted_to_metres(tmp_path: Path) -> None:
-    write_trc(tmp_path / "a.trc", walking())
-    text = (tmp_path / "a.trc").read_text().replace("\tm\t", "\tmm\t")
-    (tmp_path / "b.trc").write_text(text)
-    np.testing.assert_allclose(read_trc(tmp_path / "b.trc").points, walking().points / 1000, atol=1e-6)
+    path.write_text(path.read_text().replace("\tm\t", "\tmm\t"))
+    np.testing.assert_allclose(read_trc(path).points, data.points / 1000, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -59,12 +59,10 @@ def test_millimetres_are_converted_to_metres(tmp_path: Path) -> None:
         (lambda text: text.replace("30\t30\t", "x\tx\t"), "DataRate = 'x'"),
     ],
 )
-def test_errors_in_a_trc_file_name_the_line(tmp_path: Path, change: object, words: str) -> None:
-    write_trc(tmp_path / "a.trc", walking())
-    assert callable(change)
-    (tmp_path / "b.trc").write_text(change((tmp_path / "a.trc").read_text()))
+def test_errors_in_a_trc_file_name_the_line(path: Path, change: Callable[[str], str], words: str) -> None:
+    path.write_text(change(path.read_text()))
     with pytest.raises(UserError, match=words):
-        read_trc(tmp_path / "b.trc")
+        read_trc(path)
 
 
 @given(st.binary(max_size=300))
@@ -77,9 +75,8 @@ def test_arbitrary_bytes_raise_at_most_a_format_error(tmp_path_factory: pytest.T
 
 @pytest.mark.slow
 @pytest.mark.skipif(not SCORER.exists(), reason="the shared scorer is not beside the project")
-def test_the_shared_scorer_reads_the_file(tmp_path: Path) -> None:
-    write_trc(tmp_path / "a.trc", walking())
-    command = [sys.executable, str(SCORER), str(tmp_path / "a.trc"), str(tmp_path / "a.trc"), "--json"]
+def test_the_shared_scorer_reads_the_file(path: Path) -> None:
+    command = [sys.executable, str(SCORER), str(path), str(path), "--json"]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert (found["joints"], found["frames"], found["mpjpe_mm"]) == (15, 11, 0.0)
 
@@ -140,10 +137,9 @@ def test_opensim_and_pose2sim_read_the_file(unit: Unit, tmp_path: Path) -> None:
     np.testing.assert_allclose(read_trc(tmp_path / "a.trc").points, data.points, atol=1e-6)
 
 
-def test_lines_of_labels_end_with_a_tab_and_rows_do_not(tmp_path: Path) -> None:
+def test_lines_of_labels_end_with_a_tab_and_rows_do_not(path: Path) -> None:
     """Pose2Sim's older readers drop the last column of labels; OpenSim drops a blank cell at the end of a row."""
-    write_trc(tmp_path / "a.trc", walking())
-    lines = (tmp_path / "a.trc").read_text().splitlines()
+    lines = path.read_text().splitlines()
     assert lines[3].endswith("LWrist\t\t\t")
     assert lines[4].endswith("Z15\t")
     assert not any(line.endswith("\t") for line in lines[6:])
@@ -157,20 +153,15 @@ def test_points_are_written_in_other_axes(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(find_spec("trc") is None, reason="trc-data-reader is not installed")
-def test_an_independent_package_reads_the_file(tmp_path: Path) -> None:
-    data = walking()
-    write_trc(tmp_path / "a.trc", data)
+def test_an_independent_package_reads_the_file(path: Path) -> None:
     read = import_module("trc").TRCData()
-    read.load(str(tmp_path / "a.trc"))
-    assert read["Markers"] == list(NAMES)
-    assert read["DataRate"] == 30.0
-    for row, frame in enumerate(data.frames):
-        np.testing.assert_allclose(np.array(read[int(frame)][1]), data.points[row], atol=1e-6)
+    read.load(str(path))
+    assert (read["Markers"], read["DataRate"]) == (list(NAMES), 30.0)
+    for frame, points in zip(walking().frames, walking().points, strict=True):
+        np.testing.assert_allclose(np.array(read[int(frame)][1]), points, atol=1e-6)
 
 
-def test_short_rows_of_many_markers_are_refused_before_memory_is_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_short_rows_of_many_markers_are_refused_before_memory_is_used(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.common.formats.trc.MAX_NUMBERS", 3000)
     path = tmp_path / "many.trc"
     names = "\t\t\t".join(f"m{k}" for k in range(101))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.support.pose_tracks import moving
 from tests.support.scene_takes import motion_of
@@ -47,11 +48,8 @@ def test_skinned_points_are_where_the_pose_is(motion: AnimatedSkeleton, tmp_path
         skinned = mesh.GetPointsAttr().Get()
         assert skinning.ComputeSkinnedPoints(skeleton.ComputeSkinningTransforms(row), skinned, row)
         found = np.array(skinned)
-        hips = motion.skin.bones == 0
-        expected = motion.skin.points[hips]  # relative to the root: only turned and moved by it
-        x, y, z, w = motion.rotations[row, 0]
-        vector = np.array([x, y, z])
-        turned = expected + 2 * np.cross(vector, np.cross(vector, expected) + w * expected)
+        hips = motion.skin.bones == 0  # their points are relative to the root: only turned and moved by it
+        turned = Rotation.from_quat(motion.rotations[row, 0]).apply(motion.skin.points[hips])
         np.testing.assert_allclose(found[hips], turned + motion.positions[row], atol=1e-4)
         low, high = (np.array(bound) for bound in root.GetExtentAttr().Get())
         assert (found > low).all()

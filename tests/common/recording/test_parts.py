@@ -59,12 +59,9 @@ def recorded(recording: Parts, sent: Iterable[Envelope]) -> Statistics:
 
 def read(folder: Path) -> dict[str, tuple[TakeReader, list[Recorded]]]:
     """The parts by name, in the order of their numbers."""
-    takes = [TakeReader(path) for path in folder.glob("*.mcap")]
-    found = [(take, list(take.messages())) for take in takes]
-    return {
-        take.path.name: (take, messages)
-        for take, messages in sorted(found, key=lambda f: int(f[0].metadata["part"]["number"]))
-    }
+    found = [(take, list(take.messages())) for take in map(TakeReader, folder.glob("*.mcap"))]
+    found.sort(key=lambda each: int(each[0].metadata["part"]["number"]))
+    return {take.path.name: (take, messages) for take, messages in found}
 
 
 def test_each_part_is_self_contained(tmp_path: Path) -> None:
@@ -78,29 +75,19 @@ def test_each_part_is_self_contained(tmp_path: Path) -> None:
     for number, (take, messages) in enumerate(found.values(), start=1):
         assert take.cut is None
         assert take.attachments == {"rig.toml": b'name = "studio"'}
-        assert take.metadata["part"] == {
-            "take": names[0],
-            "number": str(number),
-            "previous": names[number - 2] if number > 1 else "",
-            "repeated": "2" if number > 1 else "0",
-        }
+        previous, repeated = (names[number - 2], "2") if number > 1 else ("", "0")
+        expected = {"take": names[0], "number": str(number), "previous": previous, "repeated": repeated}
+        assert take.metadata["part"] == expected
         if number > 1:
-            assert [(m.topic, m.sequence) for m in messages[:2]] == [
-                ("zenocap/studio/viewer/1/bdp", 1),
-                ("zenocap/studio/viewer/2/bdp", 0),
-            ]
-            assert {m.log_ns for m in messages[:3]} == {messages[2].log_ns}
+            first, second, third = messages[:3]
+            assert (first.topic, first.sequence) == ("zenocap/studio/viewer/1/bdp", 1)
+            assert (second.topic, second.sequence) == ("zenocap/studio/viewer/2/bdp", 0)
+            assert first.log_ns == second.log_ns == third.log_ns
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    steps=st.lists(st.integers(0, 3 * S), min_size=1, max_size=60),
-    limit_s=st.integers(1, 5),
-    limit_bytes=st.sampled_from([0, 1, 3000, 6000]),
-)
-def test_all_parts_together_have_every_message_once(
-    tmp_path_factory: pytest.TempPathFactory, steps: list[int], limit_s: int, limit_bytes: int
-) -> None:
+@given(st.lists(st.integers(0, 3 * S), min_size=1, max_size=60), st.integers(1, 5), st.sampled_from([0, 1, 3000, 6000]))
+def test_all_parts_together_have_every_message_once(tmp_path_factory, steps, limit_s, limit_bytes):
     folder = tmp_path_factory.mktemp("parts")
     recording = parts(folder, PartLimits(limit_bytes, limit_s * S))
     now_ns, sent = START_NS, []
@@ -142,28 +129,21 @@ def test_a_clock_that_is_set_back_begins_a_part_and_small_disorder_does_not(tmp_
     assert [len(messages) for _, messages in read(tmp_path).values()] == [3, 2]
 
 
-def test_a_part_that_cannot_be_opened_ends_the_log_and_not_the_caller(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_part_that_cannot_be_opened_ends_the_log_and_not_the_caller(tmp_path, caplog):
     folder = tmp_path / "takes"
     recording = parts(folder, PartLimits(ns=S))
     recording.record(envelope(bap(0), START_NS))
     folder.rename(tmp_path / "moved")
     folder.write_text("no folder any more")
-    for frame in range(1, 4):
-        recording.record(envelope(bap(frame), START_NS + frame * S))
-    end = recording.close()
+    end = recorded(recording, [envelope(bap(frame), START_NS + frame * S) for frame in range(1, 4)])
     assert (end.messages, end.lost) == (1, 3)
-    assert end.failure is not None
     assert "cannot be written" in end.failure
     assert len(caplog.records) == 1
     (moved,) = (tmp_path / "moved").iterdir()
     assert TakeReader(moved).cut is None
 
 
-def test_a_first_part_that_cannot_be_opened_is_an_error_only_with_must_open(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_first_part_that_cannot_be_opened_is_an_error_only_with_must_open(tmp_path, caplog):
     folder = tmp_path / "takes"
     folder.write_text("no folder")
     with pytest.raises(RecordingError, match="is no folder"):
@@ -196,7 +176,6 @@ def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(tmp_path: Path) -> 
     with small_disk(tmp_path / "disk", 64) as folder:
         recording = parts(folder, PartLimits(bytes=20_000))
         end = recorded(recording, sightings(6000))
-        assert end.failure is not None
         assert "No space left on device" in end.failure
         assert (end.messages + end.lost, recording.number) == (6000, len(list(folder.iterdir())))
         found = [len(list(TakeReader(path).messages())) for path in folder.iterdir()]
@@ -234,9 +213,7 @@ def test_a_file_size_limit_ends_the_log_and_is_reported_once(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("whole_folder", [True, False])
 @pytest.mark.parametrize("limits", [PartLimits(), PartLimits(ns=3600 * S)])
-def test_a_file_that_is_deleted_is_reported_and_the_take_continues_in_a_new_one(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, whole_folder: bool, limits: PartLimits
-) -> None:
+def test_a_file_that_is_deleted_is_reported_and_the_take_continues_in_a_new_one(tmp_path, caplog, whole_folder, limits):
     folder = tmp_path / "takes"
     recording = parts(folder, limits)
     for each in envelopes(5, S // 10):
@@ -257,9 +234,7 @@ def test_a_file_that_is_deleted_is_reported_and_the_take_continues_in_a_new_one(
     assert len(caplog.records) == 1
 
 
-def test_a_file_that_is_moved_is_finished_and_the_take_continues_in_a_new_one(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_file_that_is_moved_is_finished_and_the_take_continues_in_a_new_one(tmp_path, caplog):
     recording = parts(tmp_path, PartLimits())
     moved = recording.path.with_suffix(".moved")
     recording.record(envelope(bap(0), START_NS))

@@ -38,6 +38,13 @@ def rig_with(model: Path) -> Rig:
     return replace(rig, viewers=viewers, recognizer=RecognizerSpec(model, "integrator"))
 
 
+def files_of(take: Path) -> dict[str, bytes]:
+    """Attachments."""
+    reader = TakeReader(take)
+    list(reader.messages())
+    return dict(reader.attachments)
+
+
 def tracked(folder: Path) -> Tracked:
     write_model(folder / "small.postures", small_model())
     return track(rig_with(folder / "small.postures"), folder / "a.mcap")
@@ -59,16 +66,12 @@ def test_tracking_reports_the_state_of_the_recognizer(path: Path, tmp_path: Path
 
 
 def test_the_take_has_postures_and_their_model(path: Path) -> None:
-    posture_messages = [message for message in messages_of(path, m.Posture) if isinstance(message, m.Posture)]
+    posture_messages = messages_of(path, m.Posture)
     assert posture_messages
     assert all(set(one.log_likelihoods) == set(small_model().labels) for one in posture_messages)
     assert all(one.start_ns < one.end_ns <= one.captured_ns for one in posture_messages)
-    take = TakeReader(path)
-    list(take.messages())
-    assert take.attachments[POSTURES_FILE] == path.with_name("small.postures").read_bytes()
-    recorded = read_setup(path, take.attachments[SETUP_FILE]).recognizer
-    assert recorded is not None
-    assert recorded.source == "integrator"
+    assert files_of(path)[POSTURES_FILE] == path.with_name("small.postures").read_bytes()
+    assert read_setup(path, files_of(path)[SETUP_FILE]).recognizer.source == "integrator"
 
 
 def test_info_counts_postures(path: Path) -> None:
@@ -80,9 +83,7 @@ def test_info_counts_postures(path: Path) -> None:
 
 
 def test_a_take_with_another_model_cannot_be_recomputed(path: Path, tmp_path: Path) -> None:
-    take = TakeReader(path)
-    list(take.messages())
-    setup = take.attachments[SETUP_FILE]
+    setup = files_of(path)[SETUP_FILE]
     with pytest.raises(UserError, match=r"attachment recognizer\.postures is missing"):
         verify([with_attachments(path, tmp_path / "b.mcap", {SETUP_FILE: setup})])
     with pytest.raises(UserError, match=r"attachment recognizer\.postures: sha256 = [0-9a-f]{12}\.\.\.: allowed: "):
@@ -91,10 +92,7 @@ def test_a_take_with_another_model_cannot_be_recomputed(path: Path, tmp_path: Pa
 
 @pytest.mark.nightly
 def test_a_take_without_its_model_is_recomputed_except_for_postures(path: Path, tmp_path: Path) -> None:
-    take = TakeReader(path)
-    list(take.messages())
-    recorded = read_setup(path, take.attachments[SETUP_FILE])
-    assert recorded.recognizer is not None
+    recorded = read_setup(path, files_of(path)[SETUP_FILE])
     unknown = msgspec.structs.replace(recorded.recognizer, model_sha256=None)
     setup = msgspec.json.encode(msgspec.structs.replace(recorded, recognizer=unknown))
     found = verify([with_attachments(path, tmp_path / "b.mcap", {SETUP_FILE: setup})])
@@ -114,7 +112,6 @@ def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
     viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)
     with http_receiver() as receiver:
         commands = posture_commands({"raise-both-arms": {"action": "http", "url": receiver.url}}, ())
-        assert rig.recognizer is not None
         rig = replace(rig, viewers=viewers, recognizer=replace(rig.recognizer, commands=commands))
         track(rig, tmp_path / "a.mcap")
         labels = [message.label for message in messages_of(tmp_path / "a.mcap", m.Posture)]

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,44 +70,38 @@ def test_a_setup_without_viewers_is_refused() -> None:
         read_setup(TAKE, data)
 
 
-def hybrid(prior: Path | None) -> Rig:
-    spec = TrackerSpec(prior, 40, 400, 4, 7, "fourteen-parts", "gauss-newton")
+def hybrid(prior: Path | None = None, options: FilterOptions | None = None) -> Rig:
+    spec = TrackerSpec(prior, 40, 400, 4, 7, "fourteen-parts", "gauss-newton", filter=options or FilterOptions())
     return replace(demo_rig("two-view"), method="hybrid", tracker=spec)
+
+
+def attached(rig: Rig, parameters: Mapping[str, Mapping[str, object]] | None = None) -> dict[str, bytes]:
+    return {attachment.name: attachment.data for attachment in attachments(rig, parameters or {})}
 
 
 def test_a_trackers_setup_round_trips_and_its_prior_is_attached(tmp_path: Path) -> None:
     content = b"content of a prior"
     (tmp_path / "walk.prior").write_bytes(content)
-    rig = hybrid(tmp_path / "walk.prior")
-    files = {attachment.name: attachment.data for attachment in attachments(rig, {})}
+    files = attached(hybrid(tmp_path / "walk.prior"))
     assert files[PRIOR_FILE] == content
     tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
-    assert tracker is not None
     assert tracker.prior_sha256 == hashlib.sha256(content).hexdigest()
     assert (tracker.particles, tracker.seed, tracker.anatomy) == (40, 7, "fourteen-parts")
 
 
 @pytest.mark.parametrize("prior", [None, Path("on-another-machine.prior")])
 def test_no_prior_is_attached_for_a_rig_without_a_prior_file(prior: Path | None) -> None:
-    files = {attachment.name: attachment.data for attachment in attachments(hybrid(prior), {})}
+    files = attached(hybrid(prior))
     assert PRIOR_FILE not in files
-    tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
-    assert tracker is not None
-    assert tracker.prior_sha256 is None
+    assert read_setup(TAKE, files[SETUP_FILE]).tracker.prior_sha256 is None
 
 
 def test_the_options_of_a_preset_are_recorded_and_a_setup_without_them_is_the_default() -> None:
-    rig = hybrid(None)
-    assert rig.tracker is not None
-    paper = replace(rig, tracker=replace(rig.tracker, filter=PRESETS["paper"].filter))
-    read = read_setup(TAKE, write_setup(recorded_rig(paper))).tracker
-    assert read is not None
-    assert read.filter == PRESETS["paper"].filter
-    plain = json.loads(write_setup(recorded_rig(paper)))
+    data = write_setup(recorded_rig(hybrid(options=PRESETS["paper"].filter)))
+    assert read_setup(TAKE, data).tracker.filter == PRESETS["paper"].filter
+    plain = json.loads(data)
     del plain["tracker"]["filter"]
-    old = read_setup(TAKE, json.dumps(plain).encode()).tracker
-    assert old is not None
-    assert old.filter == FilterOptions()
+    assert read_setup(TAKE, json.dumps(plain).encode()).tracker.filter == FilterOptions()
 
 
 def test_a_setup_of_a_version_without_tracker_is_read() -> None:
@@ -125,9 +120,9 @@ def test_parameters_round_trip_and_equal_ones_give_equal_bytes() -> None:
 
 
 def test_parameters_are_attached_unless_there_are_none() -> None:
-    files = {attachment.name: attachment.data for attachment in attachments(demo_rig("two-view"), {"viewer": {"A": 1}})}
+    files = attached(demo_rig("two-view"), {"viewer": {"A": 1}})
     assert read_parameters(TAKE, files[PARAMETERS_FILE]) == {"viewer": {"A": 1}}
-    assert PARAMETERS_FILE not in {attachment.name for attachment in attachments(demo_rig("two-view"), {})}
+    assert PARAMETERS_FILE not in attached(demo_rig("two-view"))
 
 
 @pytest.mark.parametrize("data", [b"{", b"[]", b'{"viewer": 1}'])

@@ -34,7 +34,6 @@ def take(tmp_path: Path) -> Path:
 def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     messages = list(TakeReader(take).messages())
     found = read_summary(take)
-    assert found is not None
     assert (found.messages, found.start_ns) == (len(messages), min(one.log_ns for one in messages))
     assert {channel.topic for channel in found.channels.values()} == {one.topic for one in messages}
     assert take_account(take).messages == len(messages)
@@ -45,7 +44,6 @@ def test_the_last_message_of_a_topic_is_found(take: Path) -> None:
     for topic in {topic_at(one.topic) for one in messages}:
         assert topic is not None
         found = last_message(take, topic)
-        assert found is not None
         assert found[0] == [one.data for one in messages if topic_at(one.topic) is topic][-1]
     assert last_message(take, BOTH_WAYS_POSE) is None
 
@@ -82,9 +80,8 @@ def statistics(count: int) -> bytes:
 
 def chunk_index(offset: int, channels: int) -> bytes:
     places = b"".join(struct.pack("<HQ", number, 0) for number in range(channels))
-    return record(
-        8, struct.pack("<QQQQI", 0, 0, offset, 2**62, len(places)) + places + struct.pack("<QI", 0, 4) + b"zstd" + bytes(16)
-    )
+    head = struct.pack("<QQQQI", 0, 0, offset, 2**62, len(places))
+    return record(8, head + places + struct.pack("<QI", 0, 4) + b"zstd" + bytes(16))
 
 
 KEY = b"zenocap/demo/integrator/verdict"
@@ -139,19 +136,18 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024, "MB
 """
 
 
+def finished(line: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        line, cwd=ROOT, capture_output=True, text=True, timeout=250, check=False, stdin=subprocess.DEVNULL
+    )
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", SMALL_FILES)
 def test_small_files_cost_neither_minutes_nor_gigabytes(tmp_path: Path, name: str) -> None:
     path = tmp_path / "small.mcap"
     path.write_bytes(SMALL_FILES[name]())
-    done = subprocess.run(
-        [sys.executable, "-c", READ, str(path), str(LIMIT_S)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=250,
-        check=False,
-    )
+    done = finished([sys.executable, "-c", READ, str(path), str(LIMIT_S)])
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.splitlines()[-1].split()[0]) < MOST_MB
 
@@ -171,9 +167,7 @@ def test_every_reader_of_takes_answers_soon(tmp_path: Path, name: str, command: 
     if command == "open_take":
         line = [sys.executable, "-c", "import sys, zenocap; zenocap.open_take(sys.argv[1])", str(path)]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(
-        line, cwd=ROOT, capture_output=True, text=True, timeout=250, check=False, stdin=subprocess.DEVNULL
-    )
+    done = finished(line)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < LIMIT_S
     assert done.returncode in (1, 3), (done.returncode, done.stdout, done.stderr)

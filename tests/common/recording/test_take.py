@@ -1,7 +1,7 @@
 """A take with Foxglove channels: readable from the file alone, and skipped by our readers."""
 
 import json
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.records import Message
 
 from tests.common.formats.foxglove.test_converter import BODY, bap, camera, silhouette
 from tests.support.built_messages import built
@@ -58,26 +59,25 @@ def with_foxglove(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(tmp_path_factory.mktemp("with_foxglove") / "take.mcap", foxglove=True)
 
 
-@pytest.fixture(scope="module")
-def without_foxglove(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return record(tmp_path_factory.mktemp("without_foxglove") / "take.mcap", foxglove=False)
+def foxglove_messages(take: Path) -> Iterator[tuple[str, Channel, Message]]:
+    """Topic without the rig, channel and message."""
+    with take.open("rb") as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            if channel.message_encoding != "msgpack":
+                row = Channel(channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data)
+                yield channel.topic.removeprefix("foxglove/studio/"), row, message
 
 
 def test_every_channel_is_decoded_by_the_schema_in_the_file(with_foxglove: Path) -> None:
-    counts: dict[str, int] = defaultdict(int)
-    with with_foxglove.open("rb") as file:
-        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
-            if channel.message_encoding == "msgpack":
-                continue
-            assert schema is not None
-            row = Channel(channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data)
-            counts[channel.topic.removeprefix("foxglove/studio/")] += 1
-            if row.encoding == "json":
-                assert set(json.loads(message.data)) <= set(json.loads(schema.data)["properties"])
-                continue
-            content = parsed(row, message.data)
-            if schema.name == "foxglove.JointStates":
-                assert {joint.name for joint in content.joints} == set(TEN_PARTS.angles)
+    counts = Counter()
+    for topic, row, message in foxglove_messages(with_foxglove):
+        counts[topic] += 1
+        if row.encoding == "json":
+            assert set(json.loads(message.data)) <= set(json.loads(row.schema)["properties"])
+            continue
+        content = parsed(row, message.data)
+        if row.schema_name == "foxglove.JointStates":
+            assert {joint.name for joint in content.joints} == set(TEN_PARTS.angles)
     assert counts == {
         "fixed": 3, "viewer/1/calibration": 1, "viewer/2/calibration": 1, "viewer/1/silhouette": 90, "pose": 90,
         "joints": 80, "body": 80, "scene": 81,
@@ -93,34 +93,26 @@ def test_the_scene_of_each_pose_equals_the_kinematics(with_foxglove: Path) -> No
         if (ours := envelope(received)) is not None and isinstance(pose := ours.message, m.UniversalBap)
     }
     assert len(poses.baps) == len(expected) == 90
-    seen = 0
-    with with_foxglove.open("rb") as file:
-        for schema, channel, message in make_reader(file).iter_messages(topics=["foxglove/studio/scene"]):
-            assert schema is not None
-            row = Channel(channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data)
-            for entity in parsed(row, message.data).entities:
-                assert entity.timestamp.seconds * 10**9 + entity.timestamp.nanos == message.publish_time
-                for cylinder, frame in zip(entity.cylinders, expected[message.publish_time], strict=True):
-                    foot = xyz(cylinder.pose.position) - turn(cylinder.pose.orientation)[:, 2] * cylinder.size.z / 2
-                    np.testing.assert_allclose(foot, frame[:, 3], atol=1e-9)
-                    seen += 1
-    assert seen == 80 * len(TEN_PARTS.parts)
+    scenes = [(row, message) for topic, row, message in foxglove_messages(with_foxglove) if topic == "scene"]
+    shown = [(entity, message.publish_time) for row, message in scenes for entity in parsed(row, message.data).entities]
+    assert len(shown) == 80
+    for entity, publish_time in shown:
+        assert entity.timestamp.seconds * 10**9 + entity.timestamp.nanos == publish_time
+        for cylinder, frame in zip(entity.cylinders, expected[publish_time], strict=True):
+            foot = xyz(cylinder.pose.position) - turn(cylinder.pose.orientation)[:, 2] * cylinder.size.z / 2
+            np.testing.assert_allclose(foot, frame[:, 3], atol=1e-9)
 
 
 @pytest.mark.slow
-def test_our_readers_ignore_foxglove_channels(with_foxglove: Path, without_foxglove: Path) -> None:
-    ours = [
-        [read for read in map(envelope, TakeReader(path).messages()) if read is not None]
-        for path in (with_foxglove, without_foxglove)
-    ]
-    assert ours[0] == ours[1]
-    assert [read.data for read in ours[0]] == [read.data for read in ours[1]]
-    assert read_poses(with_foxglove).baps == read_poses(without_foxglove).baps
-    both = {channel.key: channel for channel in info(with_foxglove).channels}
-    assert {key: both[key] for key in both if key.startswith("zenocap/")} == {
-        channel.key: channel for channel in info(without_foxglove).channels
-    }
-    assert info(with_foxglove).duration_s == info(without_foxglove).duration_s
+def test_our_readers_ignore_foxglove_channels(with_foxglove: Path, tmp_path: Path) -> None:
+    without = record(tmp_path / "without.mcap", foxglove=False)
+    both, alone = (list(filter(None, map(envelope, TakeReader(path).messages()))) for path in (with_foxglove, without))
+    assert both == alone
+    assert [read.data for read in both] == [read.data for read in alone]
+    assert read_poses(with_foxglove).baps == read_poses(without).baps
+    channels = [channel for channel in info(with_foxglove).channels if channel.key.startswith("zenocap/")]
+    assert channels == list(info(without).channels)
+    assert info(with_foxglove).duration_s == info(without).duration_s
 
 
 def test_two_takes_of_the_same_messages_are_equal(with_foxglove: Path, tmp_path: Path) -> None:
@@ -142,11 +134,8 @@ def test_the_rig_file_switches_foxglove_channels(foxglove: bool, tmp_path: Path)
 def test_the_demo_layout_uses_channels_of_demo_takes(tmp_path: Path) -> None:
     recording = new_recording(demo_rig("two-view"), tmp_path / "take.mcap", START_NS, {})
     seen = built(m.Sighting, height=0.0, width=0.0)
-    viewers = [
-        msgspec.structs.replace(message, viewer=viewer)
-        for viewer in ("1", "2")
-        for message in (camera("1"), silhouette(), seen, m.Preview(frame=0, captured_ns=0, viewer="1", jpeg=b"x"))
-    ]
+    of_a_viewer = (camera("1"), silhouette(), seen, m.Preview(frame=0, captured_ns=0, viewer="1", jpeg=b"x"))
+    viewers = [msgspec.structs.replace(message, viewer=viewer) for viewer in "12" for message in of_a_viewer]
     for message in (*viewers, BODY, bap(0)):
         recording.record(in_envelope(message, "demo"))
     recording.close()

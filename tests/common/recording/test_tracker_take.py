@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from typer.testing import CliRunner
 from tests.support.command import app
 from tests.support.tracker_stand_in import POSE, cameras, stand_in
 from zenocap.common import messages as m
-from zenocap.common.arrays import Image
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.take_poses import read_poses
@@ -78,13 +78,8 @@ def test_an_unreadable_video_is_named_with_any_number_of_cores(tmp_path: Path, j
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_failing_step_is_counted_with_any_number_of_cores(
-    tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def failing(background: object, frame: Image, *rest: object) -> None:
-        raise ValueError("no silhouette")
-
-    monkeypatch.setattr(segmentation, "extract", failing)
+def test_a_failing_step_is_counted_with_any_number_of_cores(tmp_path, jobs, monkeypatch):
+    monkeypatch.setattr(segmentation, "extract", Mock(side_effect=ValueError("no silhouette")))
     with pytest.raises(TooManyFailures, match="10 steps in a row failed, the last on frame"):
         track(hybrid(), tmp_path / "a.mcap", jobs=jobs)
 
@@ -154,7 +149,6 @@ def test_a_take_without_its_prior_cannot_be_recomputed(take: Path, tmp_path: Pat
 def test_tracker_options_without_a_tracker_raise_an_error() -> None:
     assert with_tracker(demo_rig("two-view"), TrackerOverrides()).tracker is None
     changed = with_tracker(hybrid(), TrackerOverrides(particles=7, seed=3)).tracker
-    assert changed is not None
     assert (changed.particles, changed.seed, changed.points) == (7, 3, 400)
     with pytest.raises(UserError, match=r"method = 'two-view' has no tracker: allowed with .*: hybrid, image-force"):
         with_tracker(demo_rig("two-view"), TrackerOverrides(seed=3))

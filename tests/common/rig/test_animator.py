@@ -36,11 +36,8 @@ def test_poses_are_smoothed_only_on_request(tmp_path: Path) -> None:
     assert animator_smoothing(table) is not None
 
 
-def test_outputs_are_off_without_a_table(tmp_path: Path) -> None:
+def test_an_output_with_a_table_is_on_by_default_and_off_without(tmp_path: Path) -> None:
     assert load_rig(write_rig(tmp_path, RIG)).animator == AnimatorTable()
-
-
-def test_an_output_with_a_table_is_on_by_default(tmp_path: Path) -> None:
     table = load_rig(write_rig(tmp_path, RIG + TABLES + "[animator.foxglove]\n")).animator
     assert table.outputs["vmc"] == VmcTable(enabled=True, host="192.168.1.20", port=39540)
     assert not table.outputs["udp"].enabled
@@ -57,10 +54,8 @@ def test_outputs_go_to_this_machine_by_default() -> None:
     ("text", "error"),
     [
         ("[animator.osc]\n", "animator.osc = {}: no such key; allowed: "),
-        (
-            "[animator.vmc]\nprot = 1\n",
-            "animator.vmc.prot = 1: no such key; allowed: enabled, host, port; did you mean 'port'",
-        ),
+        ("[animator.vmc]\nprot = 1\n",
+         "animator.vmc.prot = 1: no such key; allowed: enabled, host, port; did you mean 'port'"),
         ("[animator.vmc]\nport = 70000\n", "animator.vmc.port = 70000: allowed: `int` <= 65535"),
         ("[animator.udp]\nhost = ''\n", "animator.udp.host = '': allowed: "),
         ("[animator.vrchat]\nport = 0\n", "animator.vrchat.port = 0: allowed: `int` >= 1"),
@@ -68,10 +63,8 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         ("[animator.vrchat]\ntrackers = ['hip', 'hip']\n", "animator.vrchat.trackers[1] = 'hip': allowed: each name once"),
         ("[animator.vrchat]\nhead = 'on'\n", "animator.vrchat.head = 'on': allowed: 'off', 'position', 'position-and-yaw'"),
         ("[animator.ros]\ndomain = 233\n", "animator.ros.domain = 233: allowed: `int` <= 232"),
-        (
-            "[animator.ros]\nconnect = '10.0.0.1:7447'\n",
-            "animator.ros.connect = '10.0.0.1:7447': allowed: PROTOCOL/ADDRESS",
-        ),
+        ("[animator.ros]\nconnect = '10.0.0.1:7447'\n",
+         "animator.ros.connect = '10.0.0.1:7447': allowed: PROTOCOL/ADDRESS"),
         ("[animator.ros]\nnamespace = 'a__b'\n", "animator.ros.namespace = 'a__b': allowed: letters, digits"),
         ("[animator.ros]\nframe = 'my map'\n", "animator.ros.frame = 'my map': allowed: letters, digits"),
         ("[animator.lsl]\nreach = 'all'\n", "animator.lsl.reach = 'all'"),
@@ -85,7 +78,7 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         (EURO + "smooth_beta = inf\n", "animator.smooth_beta = inf: allowed: 0 to 100"),
         (EURO + "smooth_beta = -1\n", "animator.smooth_beta = -1.0: allowed: 0 to 100"),
     ],
-)
+)  # fmt: skip
 def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: str, error: str) -> None:
     rig = text + RIG if text.startswith("animator =") else RIG + text
     path = write_rig(tmp_path, rig)

@@ -1,11 +1,12 @@
 """Viewers that camera hosts run: the assignment has the whole viewer and nothing else."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace as replaced
 
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import codec
@@ -75,37 +76,30 @@ def test_no_picture_of_the_scene_is_sent(tmp_path):
 
 @pytest.mark.parametrize("source", ["discover:", "discover:lab0", "discover:lab0/a/b", "discover:../a", "discover:a/.b"])
 def test_other_names_are_refused(tmp_path, source):
+    path = rig(tmp_path).base / "rig.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace("discover:lab0/cam", source), encoding="utf-8")
     with pytest.raises(UserError, match=r"discover:MACHINE/CAMERA, as `zenocap cameras --discover` lists them"):
-        _with_source(tmp_path, source)
+        load_rig(path)
 
 
-def _with_source(folder: Path, source: str) -> Rig:
-    rig(folder)
-    text = (folder / "rig.toml").read_text(encoding="utf-8").replace("discover:lab0/cam", source)
-    (folder / "rig.toml").write_text(text, encoding="utf-8")
-    return load_rig(folder / "rig.toml")
+def with_viewer(**changes: object) -> Callable[[AssignQuery], AssignQuery]:
+    return lambda query: replaced(query, viewer=replaced(query.viewer, **changes))
 
 
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"settings": {"path": "/etc/passwd"}}, "path = '/etc/passwd'"),
-        ({"settings": {"format": "../../x"}}, "format = "),
-        ({"size": (640, 640)}, "the shape of the calibrated"),
-        ({"size": (16384, 16384), "calibrated_size": (16384, 16384)}, "pixels at most"),
-        ({"rotation": [0.0] * 9}, "no calibration"),
-        ({"matrix": [0.0] * 9}, "no calibration"),
+        (with_viewer(settings={"path": "/etc/passwd"}), "path = '/etc/passwd'"),
+        (with_viewer(settings={"format": "../../x"}), "format = "),
+        (with_viewer(size=(640, 640)), "the shape of the calibrated"),
+        (with_viewer(size=(16384, 16384), calibrated_size=(16384, 16384)), "pixels at most"),
+        (with_viewer(rotation=[0.0] * 9), "no calibration"),
+        (with_viewer(matrix=[0.0] * 9), "no calibration"),
+        (lambda query: replaced(query, additions=["rm"]), "additions rm"),
+        (lambda query: replaced(query, viewer=None), "no viewer"),
     ],
 )
 def test_an_assignment_that_makes_no_viewer_is_refused(tmp_path, change, reason):
-    query = assignment(rig(tmp_path), "0", 5)
-    query = msgspec.structs.replace(query, viewer=msgspec.structs.replace(query.viewer, **change))
+    query = change(assignment(rig(tmp_path), "0", 5))
     with pytest.raises(UserError, match=reason):
         hosted_rig(sent(query), Device(0), tmp_path, previews=False)
-
-
-def test_an_assignment_with_unknown_additions_or_without_viewer_is_refused(tmp_path):
-    query = assignment(rig(tmp_path), "0", 5)
-    for change, reason in (({"additions": ["rm"]}, "additions rm"), ({"viewer": None}, "no viewer")):
-        with pytest.raises(UserError, match=reason):
-            hosted_rig(sent(msgspec.structs.replace(query, **change)), STREAM, tmp_path, previews=False)

@@ -33,8 +33,7 @@ def test_an_empty_table_uses_the_default_model_and_the_pose_source_of_the_method
     tmp_path: Path, shipped: Path, rig: str, source: str
 ) -> None:
     spec = load_rig(write_rig(tmp_path, rig + "\n[recognizer]\n")).recognizer
-    assert spec is not None
-    assert (spec.model, spec.source, spec.strictness) == (shipped / "fifteen.postures", source, STRICTNESS)
+    assert spec == RecognizerSpec(shipped / "fifteen.postures", source, STRICTNESS)
 
 
 def test_a_table_is_read(tmp_path: Path) -> None:
@@ -52,9 +51,7 @@ def test_a_model_is_found_by_name_or_by_path(tmp_path: Path, shipped: Path) -> N
 
 def test_a_model_may_be_on_another_machine(tmp_path: Path) -> None:
     path = write_rig(tmp_path, RIG + '\n[recognizer]\nmodel = "mine.postures"\n')
-    spec = load_rig(path, files=False).recognizer
-    assert spec is not None
-    assert spec.model == tmp_path / "mine.postures"
+    assert load_rig(path, files=False).recognizer.model == tmp_path / "mine.postures"
     with pytest.raises(UserError, match=r"recognizer\.model = 'mine\.postures': no file .*, or a name of: fifteen, sports"):
         load_rig(path)
 

@@ -6,11 +6,11 @@ from typing import ClassVar
 
 import pytest
 
-from tests.support.places import ROOT
+from tests.common.rig.test_rig import RIG, write_rig
 from zenocap.common import table as tables
-from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.source_kinds import SOURCES, SourceKind, parse_source
-from zenocap.common.rig.sources import LiveSource, Source, SpecError
+from zenocap.common.rig.sources import AdaptiveBackground, LiveSource, Source, SpecError
 from zenocap.common.table import attribute
 
 TEXTS = {
@@ -84,17 +84,8 @@ def test_a_text_of_somebody_else_means_own_sources_only() -> None:
         parse_source("bag://monday", Path(), installed=False)
 
 
-def rig_with(folder: Path, source: str) -> Rig:
-    calibration = (ROOT / "deploy" / "rigs" / "machines-calibration.toml").read_text()
-    (folder / "calibration.toml").write_text(calibration)
-    viewers = "".join(f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "{source}{k}"\n' for k in (1, 2))
-    (folder / "rig.toml").write_text(f'name = "lab"\ncalibration = "calibration.toml"\n{viewers}')
-    return load_rig(folder / "rig.toml", files=False)
-
-
 @pytest.mark.usefixtures("bag")
 def test_a_viewer_treats_a_packages_source_as_its_type_says(tmp_path: Path) -> None:
-    rig = rig_with(tmp_path, "bag:")
-    assert [viewer.source for viewer in rig.viewers] == [Bag("1"), Bag("2")]
-    assert {type(viewer.background).__name__ for viewer in rig.viewers} == {"AdaptiveBackground"}
-    assert {viewer.fps for viewer in rig.viewers} == {30.0}
+    text = RIG.replace("source = 0", 'source = "bag:1"').replace('background = "first:60"\n', "").replace("fps = 15\n", "")
+    viewer = load_rig(write_rig(tmp_path, text)).viewers[0]
+    assert (viewer.source, viewer.background, viewer.fps) == (Bag("1"), AdaptiveBackground(), 30.0)

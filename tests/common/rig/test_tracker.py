@@ -6,21 +6,14 @@ from typing import get_args
 import msgspec
 import pytest
 
-from tests.common.rig.test_rig import RIG, write_folder, write_rig
+from tests.common.rig.test_rig import RIG, SECOND, write_folder, write_rig
 from zenocap.common.errors import UserError
 from zenocap.common.rig import tracker as tracker_table
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.table_errors import TableError
-from zenocap.common.rig.tracker import (
-    ITERATIONS,
-    PARTICLES,
-    PRESETS,
-    FilterOptions,
-    TrackerOverrides,
-    TrackerSpec,
-    find_prior,
-    with_overrides,
-)
+from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS, FilterOptions, TrackerSpec, find_prior
+from zenocap.common.rig.tracker import TrackerOverrides as Overrides
+from zenocap.common.rig.tracker import with_overrides as overridden
 from zenocap.services.tracker.filter.particles import Refinement
 
 HYBRID = RIG.replace('"two-view"', '"hybrid"')
@@ -47,34 +40,23 @@ def shipped(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
 
 
 def spec_of(path: Path, method: str | None = None, *, files: bool = True) -> TrackerSpec:
-    spec = load_rig(path, method, files=files).tracker
-    assert spec is not None
-    return spec
+    return load_rig(path, method, files=files).tracker
 
 
-def test_a_table_is_read(tmp_path: Path) -> None:
-    path = write_rig(tmp_path, HYBRID + TABLE)
+def test_a_table_is_read_and_has_defaults(tmp_path: Path) -> None:
     (tmp_path / "walk.prior").write_bytes(b"")
-    assert spec_of(path) == TrackerSpec(tmp_path / "walk.prior", 60, 300, 3, 7, "ten-parts", "force")
-
-
-def test_defaults_without_a_table(tmp_path: Path) -> None:
-    expected = TrackerSpec(None, 40, 400, 4, 0, "fourteen-parts", "gauss-newton")
-    assert spec_of(write_rig(tmp_path, HYBRID)) == expected
+    expected = TrackerSpec(tmp_path / "walk.prior", 60, 300, 3, 7, "ten-parts", "force")
+    assert spec_of(write_rig(tmp_path, HYBRID + TABLE)) == expected
+    assert spec_of(write_rig(tmp_path, HYBRID)) == TrackerSpec(None, 40, 400, 4, 0, "fourteen-parts", "gauss-newton")
 
 
 @pytest.mark.parametrize("method", list(PARTICLES))
-def test_the_method_sets_the_refinement_and_the_refinement_its_iterations(tmp_path: Path, method: str) -> None:
+def test_rig_file_or_method_sets_the_refinement_and_the_refinement_its_iterations(tmp_path: Path, method: str) -> None:
     spec = spec_of(write_rig(tmp_path, HYBRID), method)
     assert spec.refinement == ("force" if method == "image-force" else "gauss-newton")
     assert spec.iterations == ITERATIONS[spec.refinement]
-
-
-def test_the_refinement_of_the_rig_file_applies_to_every_method(tmp_path: Path) -> None:
-    path = write_rig(tmp_path, HYBRID + '\n[tracker]\nrefinement = "force-printed"\n')
-    for method in PARTICLES:
-        spec = spec_of(path, method)
-        assert (spec.refinement, spec.iterations) == ("force-printed", ITERATIONS["force-printed"])
+    spec = spec_of(write_rig(tmp_path, HYBRID + '\n[tracker]\nrefinement = "force-printed"\n'), method)
+    assert (spec.refinement, spec.iterations) == ("force-printed", ITERATIONS["force-printed"])
 
 
 def test_the_table_and_the_tracker_name_the_same_refinements() -> None:
@@ -126,12 +108,16 @@ def test_a_prior_may_be_on_another_machine(tmp_path: Path) -> None:
         ("seed = 7", 'prior_share = "all"', r"tracker.prior_share = 'all': allowed: 0 to 1, adaptive"),
         ("seed = 7", 'cost_terms = "no"', r"tracker.cost_terms = 'no': allowed: bool"),
         ('"walk.prior"', '"running"', "tracker.prior = 'running': no file .*: general, general-paper, walking"),
+        ('prior = "walk.prior"', "prior_share = 0.5", "tracker.prior_share = 0.5: allowed without a prior: 0, 'adaptive'"),
+        ('"hybrid"', '"image-force"', "tracker.particles = 60: allowed: 1 for method 'image-force'"),
+        (SECOND, "", r"1 viewer\(s\): allowed: 2 or more \[\[viewer\]\] for method 'hybrid'"),
+        ('id = "2"', 'id = "2"\nsilhouette = false', "viewer 2: silhouette = False: allowed: true for method 'hybrid'"),
     ],
 )  # fmt: skip
 def test_every_error_names_file_key_value_and_what_is_allowed(tmp_path: Path, old: str, new: str, text: str) -> None:
-    table = TABLE.replace('"walk.prior"', '"walking"') if "walk.prior" not in old else TABLE
-    assert old in table
-    path = write_rig(tmp_path, HYBRID + table.replace(old, new))
+    rig = HYBRID + (TABLE.replace('"walk.prior"', '"walking"') if "walk.prior" not in old else TABLE)
+    assert old in rig
+    path = write_rig(tmp_path, rig.replace(old, new))
     with pytest.raises(UserError, match=text) as caught:
         load_rig(path)
     assert str(caught.value).startswith(str(path))
@@ -139,16 +125,14 @@ def test_every_error_names_file_key_value_and_what_is_allowed(tmp_path: Path, ol
 
 def test_preset_paper_sets_the_printed_options(tmp_path: Path, shipped: Path) -> None:
     path = write_rig(tmp_path, HYBRID + '\n[tracker]\npreset = "paper"\n')
-    spec = spec_of(path)
-    assert spec == TrackerSpec(
-        shipped / "general-paper.prior", 40, 400, 100, 0, "ten-parts", "force-printed", "paper", PRESETS["paper"].filter
-    )
     printed = FilterOptions(
         distance="modulated", association="closest", force_law="linear", cost_terms=False, prior_share=1.0,
         relocalization=False, velocity_prediction=False, shape_estimation=False, limb_search=False,
         other_postures=False, start="t-pose",
     )  # fmt: skip
-    assert spec.filter == printed
+    assert PRESETS["paper"].filter == printed
+    prior = shipped / "general-paper.prior"
+    assert spec_of(path) == TrackerSpec(prior, 40, 400, 100, 0, "ten-parts", "force-printed", "paper", printed)
     for method in ("image-force", "particle-filter"):
         other = spec_of(path, method)
         assert (other.prior, other.filter, other.particles) == (None, printed, PARTICLES[method])
@@ -159,42 +143,17 @@ def test_a_key_replaces_the_value_of_the_preset(tmp_path: Path) -> None:
     keys = 'prior = "walking"\nprior_share = 0.5\nrelocalization = true\nanatomy = "fourteen-parts"\n'
     spec = spec_of(write_rig(tmp_path, HYBRID + '\n[tracker]\npreset = "paper"\n' + keys))
     expected = msgspec.structs.replace(PRESETS["paper"].filter, prior_share=0.5, relocalization=True)
-    assert (spec.filter, spec.anatomy) == (expected, "fourteen-parts")
-    assert spec.prior is not None
-    assert spec.prior.stem == "walking"
-
-
-def test_proposals_from_the_prior_need_a_prior(tmp_path: Path) -> None:
-    path = write_rig(tmp_path, HYBRID + "\n[tracker]\nprior_share = 0.5\n")
-    with pytest.raises(UserError, match=r"tracker.prior_share = 0.5: allowed without a prior: 0, 'adaptive'"):
-        load_rig(path)
+    assert (spec.filter, spec.anatomy, spec.prior.stem) == (expected, "fourteen-parts", "walking")
 
 
 def test_a_preset_of_the_command_line_replaces_the_options_of_the_rig(tmp_path: Path, shipped: Path) -> None:
     table = '\n[tracker]\nprior = "walking"\nparticles = 60\nseed = 7\n'
     spec = spec_of(write_rig(tmp_path, HYBRID + table))
-    paper = with_overrides(spec, "hybrid", TrackerOverrides(preset="paper"))
+    paper = overridden(spec, "hybrid", Overrides(preset="paper"))
     assert (paper.particles, paper.iterations, paper.seed, paper.anatomy) == (40, 100, 7, "ten-parts")
     assert (paper.prior, paper.filter) == (shipped / "general-paper.prior", PRESETS["paper"].filter)
-    assert with_overrides(spec, "hybrid", TrackerOverrides("general", preset="paper")).prior == shipped / "general.prior"
-    assert with_overrides(spec, "hybrid", TrackerOverrides(preset="default")) == spec
-    with pytest.raises(TableError, match="preset = 'none': allowed: default, paper"):
-        with_overrides(spec, "hybrid", TrackerOverrides(preset="none"))
-
-
-def test_image_force_has_one_particle(tmp_path: Path) -> None:
-    path = write_rig(tmp_path, RIG.replace('"two-view"', '"image-force"') + "\n[tracker]\nparticles = 2\n")
-    with pytest.raises(UserError, match=r"tracker.particles = 2: allowed: 1 for method 'image-force'"):
-        load_rig(path)
-
-
-def test_a_tracker_needs_two_views_and_all_silhouettes(tmp_path: Path) -> None:
-    one = HYBRID.split("[[viewer]]")
-    with pytest.raises(UserError, match=r"1 viewer\(s\): allowed: 2 or more \[\[viewer\]\] for method 'hybrid'"):
-        load_rig(write_rig(tmp_path, one[0] + "[[viewer]]" + one[1]))
-    no_silhouettes = HYBRID.replace('id = "2"', 'id = "2"\nsilhouette = false')
-    with pytest.raises(UserError, match="viewer 2: silhouette = False: allowed: true for method 'hybrid'"):
-        load_rig(write_rig(tmp_path, no_silhouettes))
+    assert overridden(spec, "hybrid", Overrides("general", preset="paper")).prior == shipped / "general.prior"
+    assert overridden(spec, "hybrid", Overrides(preset="default")) == spec
 
 
 @pytest.mark.parametrize("method", list(PARTICLES))
@@ -202,7 +161,6 @@ def test_all_cameras_of_a_folder_are_used(tmp_path: Path, method: str) -> None:
     rig = load_rig(write_folder(tmp_path / "take", [0, 60, 120], "empty_frames = 3"), method)
     assert [viewer.id for viewer in rig.viewers] == ["cam01", "cam02", "cam03"]
     assert rig.notes == ()
-    assert rig.tracker is not None
     assert rig.tracker.particles == PARTICLES[method]
 
 
@@ -210,17 +168,24 @@ def test_the_command_line_overrides_the_rig(tmp_path: Path, monkeypatch: pytest.
     spec = spec_of(write_rig(tmp_path, HYBRID))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.prior").write_bytes(b"")
-    changed = with_overrides(spec, "hybrid", TrackerOverrides("mine.prior", particles=5, points=100, iterations=2, seed=3))
+    changed = overridden(spec, "hybrid", Overrides("mine.prior", particles=5, points=100, iterations=2, seed=3))
     assert (changed.particles, changed.points, changed.iterations, changed.seed) == (5, 100, 2, 3)
-    assert changed.prior is not None
     assert changed.prior.resolve() == tmp_path / "mine.prior"
-    assert with_overrides(spec, "hybrid", TrackerOverrides()) == spec
-    forced = with_overrides(spec, "hybrid", TrackerOverrides(refinement="force-printed"))
+    assert overridden(spec, "hybrid", Overrides()) == spec
+    forced = overridden(spec, "hybrid", Overrides(refinement="force-printed"))
     assert (forced.refinement, forced.iterations) == ("force-printed", ITERATIONS["force-printed"])
-    assert with_overrides(spec, "hybrid", TrackerOverrides(iterations=7, refinement="force")).iterations == 7
-    with pytest.raises(TableError, match=r"prior = 'none.prior': no file"):
-        with_overrides(spec, "hybrid", TrackerOverrides("none.prior"))
-    with pytest.raises(TableError, match="particles = 5: allowed: 1"):
-        with_overrides(spec, "image-force", TrackerOverrides(particles=5))
-    with pytest.raises(TableError, match=r"refinement = 'none': allowed: gauss-newton"):
-        with_overrides(spec, "hybrid", TrackerOverrides(refinement="none"))
+    assert overridden(spec, "hybrid", Overrides(iterations=7, refinement="force")).iterations == 7
+
+
+@pytest.mark.parametrize(
+    ("method", "overrides", "words"),
+    [
+        ("hybrid", Overrides("none.prior"), "prior = 'none.prior': no file"),
+        ("image-force", Overrides(particles=5), "particles = 5: allowed: 1"),
+        ("hybrid", Overrides(refinement="none"), "refinement = 'none': allowed: gauss-newton"),
+        ("hybrid", Overrides(preset="none"), "preset = 'none': allowed: default, paper"),
+    ],
+)
+def test_wrong_options_of_the_command_line_are_errors(tmp_path, method, overrides, words):
+    with pytest.raises(TableError, match=words):
+        overridden(spec_of(write_rig(tmp_path, HYBRID)), method, overrides)

@@ -65,14 +65,10 @@ def test_argument_replaces_the_variant_of_the_file(tmp_path: Path) -> None:
         load_rig(path, "hybrid", "paper")
 
 
-def test_digest_depends_on_the_variant(tmp_path: Path) -> None:
+def test_a_variant_selects_two_view_where_the_method_is_auto_and_the_digest_depends_on_it(tmp_path: Path) -> None:
     path = rig_with(tmp_path, "")
     usual = load_rig(path, "two-view").digest
     assert usual == load_rig(path, variant="improved").digest != load_rig(path, variant="paper").digest
-
-
-def test_a_variant_selects_two_view_where_the_method_is_auto(tmp_path: Path) -> None:
-    path = rig_with(tmp_path, "")
     assert load_rig(path).method == load_rig(path, "auto").method == "hybrid"
     assert load_rig(path, variant="paper").method == "two-view"
     path = rig_with(tmp_path, 'method = "auto"\nwithout = ["toes"]')

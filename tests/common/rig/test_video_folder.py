@@ -26,6 +26,18 @@ def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 48
     return path
 
 
+def rig_file(path: Path, viewers: str, method: str = "auto") -> Path:
+    """A rig file in a `folder`."""
+    file = folder(path) / "rig.toml"
+    file.write_text(f'name = "a"\nmethod = "{method}"\ncalibration = "calibration.toml"\n{viewers}')
+    return file
+
+
+def replaced(file: Path, old: str, new: str) -> Path:
+    file.write_text(file.read_text().replace(old, new))
+    return file
+
+
 def offsets(rig: Rig) -> list[int]:
     return [viewer.source.offset_ns for viewer in rig.viewers if isinstance(viewer.source, VideoFile)]
 
@@ -40,16 +52,14 @@ def test_times_of_the_videos_are_counted_from_the_first_one(tmp_path: Path) -> N
 
 
 def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
-    folder(tmp_path)
     viewers = "".join(
         f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\noffset_s = {offset}\n'
         for k, offset in ((1, 2.0), (2, 1.4))
     )
-    (tmp_path / "rig.toml").write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
-    assert offsets(load_rig(tmp_path / "rig.toml")) == [600_000_000, 0]
-    (tmp_path / "rig.toml").write_text((tmp_path / "rig.toml").read_text().replace("videos/cam01.mp4", "actor:walk"))
+    file = rig_file(tmp_path, viewers)
+    assert offsets(load_rig(file)) == [600_000_000, 0]
     with pytest.raises(UserError, match=r"viewer\[0\].offset_s = 2.0: allowed: only where the source is a video file"):
-        load_rig(tmp_path / "rig.toml")
+        load_rig(replaced(file, "videos/cam01.mp4", "actor:walk"))
 
 
 def streams(*delays_ms: float) -> str:
@@ -61,35 +71,23 @@ def streams(*delays_ms: float) -> str:
 
 
 def test_without_a_tracker_delays_are_less_than_a_frame_period_apart(tmp_path: Path) -> None:
-    folder(tmp_path)
-    viewers = streams(50, 80.5)
-    file = tmp_path / "rig.toml"
-    file.write_text(f'name = "a"\nmethod = "two-view"\ncalibration = "calibration.toml"\n{viewers}')
+    file = rig_file(tmp_path, streams(50, 80.5), "two-view")
     assert load_rig(file, files=False).method == "two-view"
-    file.write_text(file.read_text().replace("80.5", "90"))
-    allowed = (
-        r"rig.toml: delay_ms of viewer 2 is 40 ms above that of viewer 1: "
-        r"allowed for method 'two-view': less than a frame period, 40.0 ms"
-    )
-    with pytest.raises(UserError, match=allowed):
-        load_rig(file, files=False)
-    file.write_text(file.read_text().replace("two-view", "hybrid"))
-    assert load_rig(file, files=False).method == "hybrid"
+    allowed = "allowed for method 'two-view': less than a frame period, 40.0 ms"
+    with pytest.raises(UserError, match=f"rig.toml: delay_ms of viewer 2 is 40 ms above that of viewer 1: {allowed}"):
+        load_rig(replaced(file, "80.5", "90"), files=False)
+    assert load_rig(replaced(file, "two-view", "hybrid"), files=False).method == "hybrid"
 
 
 def test_a_delay_is_that_of_a_camera_or_stream(tmp_path: Path) -> None:
-    folder(tmp_path)
-    viewers = streams(0, 80.5)
-    file = tmp_path / "rig.toml"
-    file.write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
+    file = rig_file(tmp_path, streams(0, 80.5))
     sources = [viewer.source for viewer in load_rig(file, files=False).viewers]
     assert [one.delay_ns for one in sources if isinstance(one, Stream)] == [0, 80_500_000]
-    file.write_text(file.read_text().replace("80.5", "2500"))
     with pytest.raises(UserError, match="delay_ms"):
-        load_rig(file, files=False)
-    file.write_text(file.read_text().replace("2500", "80").replace("rtsp://camera2/live", "videos/cam02.mp4"))
+        load_rig(replaced(file, "80.5", "2500"), files=False)
+    replaced(file, "2500", "80")
     with pytest.raises(UserError, match=r"viewer\[1\].delay_ms = 80.0: allowed: only where .* of a video file: offset_s"):
-        load_rig(file, files=False)
+        load_rig(replaced(file, "rtsp://camera2/live", "videos/cam02.mp4"), files=False)
 
 
 @pytest.mark.parametrize(
@@ -127,10 +125,8 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
     folder(tmp_path / "a")
     first, second = (tmp_path / "a" / "videos" / f"cam0{k}.mp4" for k in (1, 2))
     rig = rig_of_videos([second, first], tmp_path / "a" / "calibration.toml")
-    assert [(viewer.id, viewer.source) for viewer in rig.viewers] == [
-        ("cam01", VideoFile(first)),
-        ("cam02", VideoFile(second)),
-    ]
+    sources = {viewer.id: viewer.source for viewer in rig.viewers}
+    assert list(sources.items()) == [("cam01", VideoFile(first)), ("cam02", VideoFile(second))]
     (note,) = (note for note in rig.notes if "median" in note)
     assert note.startswith("cam01, cam02: no background picture and no empty_frames: the median of the video is used; ")
     renamed = [file.rename(tmp_path / name) for file, name in ((first, "left.mp4"), (second, "right.mp4"))]

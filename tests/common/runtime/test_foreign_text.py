@@ -3,17 +3,19 @@
 import io
 import logging
 
+import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
-from rich.text import Text
 
-from tests.tools.record.launcher.test_rig_status import SERVICES, health, status_after
+from tests.support.built_messages import built
+from tests.tools.record.launcher.test_rig_status import SERVICES, status_after
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import Inbox
 from zenocap.common.observe.view import ObservedService
+from zenocap.common.recording.writer import Attachment, Channel, Recording
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.foreign_text import MAX_TEXT, printable
 from zenocap.common.topics import HEALTH
@@ -21,6 +23,7 @@ from zenocap.tools.judge.text import verdict_lines
 from zenocap.tools.operate.monitor.display import shown
 from zenocap.tools.operate.monitor.shell import plain_line as top_line
 from zenocap.tools.record.launcher.display import plain_line, table
+from zenocap.tools.takes.info import info
 from zenocap.tools.takes.info_text import lines_of
 
 HOSTILE = "tracking\n2026-01-01 00:00:00,000 ERROR integrator: forged\x1b]0;title\x07\x1b[31m\u202e[red]markup[/red] [/b]"
@@ -41,18 +44,10 @@ def test_postures_in_any_script_stay_readable() -> None:
 
 
 def test_a_log_message_is_one_line_also_with_a_traceback() -> None:
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
     stream = io.StringIO()
-    try:
-        logs.configure("integrator", stream=stream)
-        logging.getLogger("test").warning("%s: %s", "zenocap/demo/viewer/1", HOSTILE)
-        try:
-            raise ValueError(HOSTILE)
-        except ValueError:
-            logging.getLogger("test").warning("failed", exc_info=True)
-    finally:
-        root.handlers[:], root.level = handlers, level
+    logs.configure("integrator", stream=stream)
+    logging.getLogger("test").warning("%s: %s", "zenocap/demo/viewer/1", HOSTILE)
+    logging.getLogger("test").warning("failed", exc_info=ValueError(HOSTILE))
     lines = stream.getvalue().splitlines()
     assert [line for line in lines if line.startswith("2026-01-01 00:00:00,000 ERROR")] == []
     assert "\x1b" not in stream.getvalue()
@@ -62,8 +57,6 @@ def test_a_log_message_is_one_line_also_with_a_traceback() -> None:
 
 
 def test_a_rejected_message_is_logged_without_its_control_characters(caplog: pytest.LogCaptureFixture) -> None:
-    import msgpack
-
     inbox = Inbox(logging.getLogger("test.inbox"))
     unknown = {"type": "health", "frame": 0, "captured_ns": 0, "\x1b[2J\nfield" + "x" * 4000: 1}
     inbox.put(HEALTH.at("demo", service="viewer", id="1"), HEALTH, msgpack.packb(unknown), 0, every=True)
@@ -80,39 +73,27 @@ def test_a_rejected_message_is_logged_without_its_control_characters(caplog: pyt
 def rendered(what: object) -> str:
     console = Console(file=io.StringIO(), width=400)
     console.print(what)
-    assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
 
 
 def test_health_of_others_neither_changes_the_terminal_nor_is_markup() -> None:
-    hostile = m.Health(frame=0, captured_ns=0, service="viewer", id="1", state=HOSTILE, rate=1.0, stages_ms={}, counts={})
-    assert health("1").id == hostile.id
-    status = status_after(hostile, alive=(("viewer", "1"),))
+    status = status_after(built(m.Health, state=HOSTILE, rate=1.0), alive=(("viewer", "1"),))
     row = ObservedService("studio", "viewer", "1", "up", words=HOSTILE)
-    for text in (
-        rendered(table(status, SERVICES, 1.0, "take.mcap")), plain_line(status, SERVICES, 1.0), rendered(shown([row], "q")),
-        top_line(row),
-    ):  # fmt: skip
+    drawn = rendered(table(status, SERVICES, 1.0, "take.mcap")), rendered(shown([row], "q"))
+    for text in (*drawn, plain_line(status, SERVICES, 1.0), top_line(row)):
         assert "\x1b" not in text
         assert "\u202e" not in text
         assert "[red]markup[/red]" in text.replace("\n", "")
 
 
 def test_posture_labels_and_reasons_of_a_take_are_escaped() -> None:
-    posture = m.Posture(
-        frame=0, captured_ns=0, label="wave\x1b[31m\n", start_ns=0, end_ns=1, log_likelihoods={}, score=0.0, margin=0.0
-    )
+    posture = built(m.Posture, label="wave\x1b[31m\n", end_ns=1)
     assert "\x1b" not in plain_line(status_after(posture), SERVICES, 1.0)
-    reason = m.VerdictReason(kind="views", text=HOSTILE)
-    verdict = m.Verdict(frame=0, captured_ns=0, rating="good", error=0.0, evidence="none", reasons=[reason], stretches=[])
+    verdict = built(m.Verdict, reasons=[m.VerdictReason(kind="views", text=HOSTILE)])
     assert all(line.isprintable() for line in verdict_lines(verdict))
-    assert Text(printable(HOSTILE)).plain.isprintable()
 
 
 def test_info_escapes_every_text_of_the_take(tmp_path) -> None:
-    from zenocap.common.recording.writer import Attachment, Channel, Recording
-    from zenocap.tools.takes.info import info
-
     path = tmp_path / "take.mcap"
     recording = Recording(
         path, rig="demo", start_ns=1, metadata={"no\x1btes": {"k\ney": HOSTILE}},

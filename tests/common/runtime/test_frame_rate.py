@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from zenocap.common.messages import FrameRate, Health
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import (
@@ -54,8 +55,7 @@ def test_without_a_decision_every_frame_is_processed() -> None:
     choice = FrameChoice(30.0)
     assert kept(choice, [k * PERIOD for k in range(50)]) == list(range(50))
     assert choice.describe() == ""
-    counts = choice.counts()
-    assert (counts["overrun_frames"], counts["skipped_frames"], counts["kept_percent"]) == (0, 0, 100)
+    assert {"overrun_frames": 0, "skipped_frames": 0, "kept_percent": 100}.items() <= choice.counts().items()
 
 
 @given(SHARES, st.integers(0, 10**6))
@@ -67,15 +67,13 @@ def test_of_every_n_slots_as_many_are_kept_as_the_share_says_evenly_spread(share
     assert max(gaps) <= share.spacing + 1
 
 
+def jitters(most: float, count: int) -> st.SearchStrategy[list[float]]:
+    return st.lists(st.floats(-most, most), min_size=count, max_size=count)
+
+
 @pytest.mark.slow
-@given(
-    SHARES,
-    st.lists(st.integers(-2 * S, 2 * S), min_size=2, max_size=5),
-    st.lists(st.floats(-0.4, 0.4), min_size=40, max_size=40),
-)
-def test_synchronized_viewers_with_any_clocks_and_jitter_choose_the_same_instants(
-    share: Share, offsets_ns: list[int], jitter: list[float]
-) -> None:
+@given(SHARES, st.lists(st.integers(-2 * S, 2 * S), min_size=2, max_size=5), jitters(0.4, 40))
+def test_synchronized_viewers_with_any_clocks_and_jitter_choose_the_same_instants(share, offsets_ns, jitter):
     """Jitter of less than half a period, of which each viewer has another."""
     chosen = []
     for number, offset_ns in enumerate(offsets_ns):
@@ -90,15 +88,8 @@ def test_synchronized_viewers_with_any_clocks_and_jitter_choose_the_same_instant
 
 
 @pytest.mark.slow
-@given(
-    SHARES,
-    st.lists(st.floats(0.0, 0.7), min_size=2, max_size=4),
-    st.floats(0.0, 1.0),
-    st.lists(st.floats(-0.1, 0.1), min_size=120, max_size=120),
-)
-def test_unsynchronized_viewers_choose_the_frames_nearest_to_the_same_instants(
-    share: Share, phases: list[float], common: float, jitter: list[float]
-) -> None:
+@given(SHARES, st.lists(st.floats(0.0, 0.7), min_size=2, max_size=4), st.floats(0.0, 1.0), jitters(0.1, 120))
+def test_unsynchronized_viewers_choose_the_frames_nearest_to_the_same_instants(share, phases, common, jitter):
     """Free-running cameras, all phases of which are within 0.7 periods somewhere in the frame period."""
     phase_ns = common_phase([phase_of(round((phase + common) * S / 30), 30.0) for phase in phases], 30.0)
     slots = []
@@ -139,7 +130,7 @@ def test_a_decision_holds_from_its_capture_time_in_all_viewers() -> None:
     assert changes[0] == changes[1] == [*range(30), *range(30, 60, 3)]
 
 
-def test_an_older_decision_and_an_impossible_one_are_not_followed() -> None:
+def test_older_impossible_and_far_decisions_are_not_followed() -> None:
     choice = reduced(1, 2)
     choice.set_rate(decision(1, 3, from_ns=8 * S, captured_ns=8 * S))
     choice.set_rate(decision(1, 1, from_ns=7 * S, captured_ns=7 * S))
@@ -147,9 +138,6 @@ def test_an_older_decision_and_an_impossible_one_are_not_followed() -> None:
     assert share_of(decision(3, 2)) == Share()
     choice.set_rate(decision(1, 5, from_ns=2**62, captured_ns=9 * S))  # in a hundred years
     assert len(kept(choice, [9 * S + k * PERIOD for k in range(50)])) == pytest.approx(10, abs=1)
-
-
-def test_a_decision_with_a_time_far_in_the_future_does_not_hold_for_ever() -> None:
     choice = FrameChoice(30.0)
     choice.set_rate(decision(1, 30, from_ns=2**62, captured_ns=2**62))
     choice.set_rate(decision(1, 1, from_ns=9 * S, captured_ns=9 * S))
@@ -169,12 +157,9 @@ def test_late_frames_of_an_endless_source_are_counted_and_skipped_ones_too() -> 
     assert (choice.late, choice.skipped) == (0, 1)
     assert choice.next_index(103, 107, 0, 30.0) == 108  # 104 and 106 are late
     assert (choice.late, choice.skipped) == (2, 4)
-
-
-def test_frames_before_the_start_of_a_viewer_are_not_counted() -> None:
-    choice = FrameChoice(30.0)
-    assert choice.next_index(0, 5000, 0, 30.0) == 5000
-    assert (choice.late, choice.skipped) == (0, 0)
+    started = FrameChoice(30.0)
+    assert started.next_index(0, 5000, 0, 30.0) == 5000
+    assert (started.late, started.skipped) == (0, 0)  # nothing is late before the start of a viewer
 
 
 def test_frames_after_losses_are_counted_as_overrun() -> None:
@@ -204,5 +189,4 @@ def test_a_viewer_reports_its_rate() -> None:
     assert choice.describe() == "reduced to 20 of 30 frames/s"
     assert choice.counts()["kept_percent"] == 67
     counts = {"frames": 30, "dropped_frames": 4, "overrun_frames": 2}
-    health = Health(frame=0, captured_ns=0, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts=counts)
-    assert counts_in(health) == ViewerCounts(30, 4, 2)
+    assert counts_in(built(Health, counts=counts)) == ViewerCounts(30, 4, 2)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -16,32 +17,30 @@ SECOND = 1_000_000_000
 NO_COUNTERS = Counters(0, {}, {})
 
 
+@pytest.fixture
+def meter() -> Meter:
+    return Meter("viewer", "1")
+
+
 def reported(meter: Meter, at_s: int = 0, counters: Counters = NO_COUNTERS) -> Health:
     return meter.report(at_s * SECOND, at_s * SECOND, Phase.TRACKING, "tracking", counters, None)
 
 
-def test_the_rate_counts_frames() -> None:
-    meter = Meter("viewer", "1")
-    reported(meter)
-    for _ in range(30):
-        meter.frame()
-        meter.publish("sighting")
-        meter.publish("sighting")
-    assert reported(meter, 2).rate == 15.0
-
-
-def test_without_frames_the_rate_is_that_of_the_busiest_topic() -> None:
-    meter = Meter("integrator", "main")
+def test_the_rate_counts_frames_or_without_them_messages_of_the_busiest_topic(meter: Meter) -> None:
     reported(meter)
     for _ in range(30):
         meter.publish("assignment")
     meter.publish("universal_bdp")
     assert reported(meter, 1).rate == 30.0
     assert reported(meter, 2).rate == 0.0
+    for _ in range(30):
+        meter.frame()
+        meter.publish("sighting")
+        meter.publish("sighting")
+    assert reported(meter, 4).rate == 15.0
 
 
-def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
-    meter = Meter("viewer", "1")
+def test_the_time_of_a_stage_is_the_median_of_its_last_durations(meter: Meter) -> None:
     for _ in range(10):
         meter.time("step", 10**9)
     for _ in range(RING - 1):
@@ -71,8 +70,7 @@ def test_health_has_the_days_of_the_certificate_and_warns_before_the_expiry() ->
     assert (with_days(-1).counts["certificate_days"], with_days(-1).state) == (0, "tracking; certificate has expired")
 
 
-def test_health_with_too_many_values_is_a_valid_message() -> None:
-    meter = Meter("viewer", "1")
+def test_health_with_too_many_values_is_a_valid_message(meter: Meter) -> None:
     for index in range(100):
         meter.counts[f"count{index}"] = index
         meter.time(f"stage{index}", 10**30)
@@ -80,8 +78,7 @@ def test_health_with_too_many_values_is_a_valid_message() -> None:
     assert decode(encode(health), Health) == health
 
 
-def test_what_is_needed_to_count_messages_is_never_left_out() -> None:
-    meter = Meter("viewer", "1")
+def test_what_is_needed_to_count_messages_is_never_left_out(meter: Meter) -> None:
     for index in range(100):
         meter.counts[f"count{index}"] = index
     meter.counts.update(step_errors=1, unsendable=2)
@@ -96,10 +93,6 @@ def test_two_processes_of_a_service_have_different_numbers() -> None:
     assert len({health.counts["process"] for health in healths}) == 10
 
 
-def test_memory_is_that_of_this_process() -> None:
-    assert 10 << 20 < memory_bytes() < 100 << 30
-
-
 def test_cores_are_processor_time_per_elapsed_time() -> None:
     used = iter([0, SECOND // 2, 2 * SECOND])
     meter = Meter("viewer", "1", lambda: next(used))
@@ -107,8 +100,7 @@ def test_cores_are_processor_time_per_elapsed_time() -> None:
     assert reported(meter, 3).cores == 0.5
 
 
-def test_busy_is_the_fraction_of_time_in_steps_and_publishing() -> None:
-    meter = Meter("viewer", "1")
+def test_busy_is_the_fraction_of_time_in_steps_and_publishing(meter: Meter) -> None:
     reported(meter)
     meter.time("step_frame", SECOND)
     meter.time("publish", SECOND // 2)
@@ -117,9 +109,7 @@ def test_busy_is_the_fraction_of_time_in_steps_and_publishing() -> None:
     assert reported(meter, 3).busy == 0.0
 
 
-def test_health_survives_a_full_table_of_open_files(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: Path) -> str:
-        raise OSError(24, "Too many open files")
-
-    monkeypatch.setattr(Path, "read_text", full)
+def test_memory_is_that_of_this_process_also_with_a_full_table_of_open_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 10 << 20 < memory_bytes() < 100 << 30
+    monkeypatch.setattr(Path, "read_text", Mock(side_effect=OSError(24, "Too many open files")))
     assert memory_bytes() > 0

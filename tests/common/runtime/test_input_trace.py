@@ -1,17 +1,21 @@
 """Input trace: the ordered inputs of a step."""
 
 from dataclasses import dataclass
+from unittest.mock import Mock
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
+from tests.support.foxglove_reader import in_envelope
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Alive, Tick
 from zenocap.common.messages import Handled, Health
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.input_trace import FULL, Trace, name_and_time
 from zenocap.common.runtime.service import Runner, Service
-from zenocap.common.topics import HANDLED, HEALTH
+from zenocap.common.topics import HANDLED
 
 
 @dataclass(frozen=True)
@@ -20,22 +24,24 @@ class Picture:
     captured_ns: int
 
 
-def health(k: int) -> Health:
-    return Health(frame=k, captured_ns=k, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts={})
+@pytest.fixture
+def network() -> LocalNetwork:
+    return LocalNetwork("test", ManualClock(9))
 
 
-def test_every_kind_of_event_has_a_name_and_a_time() -> None:
-    network = LocalNetwork("test", ManualClock(9))
-    reader, writer = network.bus(), network.bus()
-    reader.subscribe(HEALTH)
-    writer.publish(HEALTH, health(5))
-    received = reader.receive()
-    assert received is not None
-    assert name_and_time(received) == ("zenocap/test/viewer/1/health", 5)  # type: ignore[arg-type]
-    assert name_and_time(Picture(3, 7)) == ("frame", 7)
-    assert name_and_time(Tick(8)) == ("tick", 8)
-    assert name_and_time(Alive("viewer", "1", True, 4)) == ("alive/viewer/1", 4)
-    assert name_and_time(Alive("viewer", "1", False, 4)) == ("gone/viewer/1", 4)
+@pytest.mark.parametrize(
+    ("event", "name_and_time_of_it"),
+    [
+        (in_envelope(built(Health, captured_ns=5), "test"), ("zenocap/test/viewer/1/health", 5)),
+        (Picture(3, 7), ("frame", 7)),
+        (Tick(8), ("tick", 8)),
+        (Alive("viewer", "1", True, 4), ("alive/viewer/1", 4)),
+        (Alive("viewer", "1", False, 4), ("gone/viewer/1", 4)),
+    ],
+    ids=["message", "picture", "tick", "alive", "gone"],
+)
+def test_every_kind_of_event_has_a_name_and_a_time(event: object, name_and_time_of_it: tuple[str, int]) -> None:
+    assert name_and_time(event) == name_and_time_of_it
 
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(0, 10**18)), max_size=50), st.integers(1, 9))
@@ -58,8 +64,7 @@ def test_there_is_no_report_without_events() -> None:
     assert Trace("viewer", "1").report(5) is None
 
 
-def test_a_runner_publishes_full_traces_at_once_and_the_rest_on_request() -> None:
-    network = LocalNetwork("test", ManualClock(9))
+def test_a_runner_publishes_full_traces_at_once_and_the_rest_on_request(network: LocalNetwork) -> None:
     reader = network.bus()
     reader.subscribe(HANDLED)
     service: Service[None, int, Picture] = Service("counter", "1", None, lambda: 0, lambda _, state, event: (state + 1, ()))
@@ -77,16 +82,11 @@ def test_a_runner_publishes_full_traces_at_once_and_the_rest_on_request() -> Non
     assert published[1].events[-1] == (0, 100 + FULL + 2)
 
 
-def test_an_event_of_a_failed_step_is_in_the_trace() -> None:
-    def fail(_: None, state: int, event: object) -> tuple[int, tuple[()]]:
-        raise ValueError("no")
-
-    network = LocalNetwork("test", ManualClock(9))
+def test_an_event_of_a_failed_step_is_in_the_trace(network: LocalNetwork) -> None:
     reader = network.bus()
     reader.subscribe(HANDLED)
-    runner = Runner(Service("counter", "1", None, lambda: 0, fail), network.bus(), network.clock)
+    failing = Mock(side_effect=ValueError("no"))
+    runner = Runner(Service("counter", "1", None, lambda: 0, failing), network.bus(), network.clock)
     runner.handle(Tick(5))
     runner.report_handled()
-    event = reader.receive()
-    assert event is not None
-    assert event.message.events == [(0, 5)]  # type: ignore[union-attr]
+    assert reader.receive().message.events == [(0, 5)]

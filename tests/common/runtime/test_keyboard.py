@@ -1,5 +1,6 @@
 """Keys from a real pseudo-terminal, whose settings are always restored."""
 
+import fcntl
 import os
 import pty
 import select
@@ -87,14 +88,10 @@ class Session:
         self.before = termios.tcgetattr(self.slave)
         self.output = ""
 
-        def own_terminal() -> None:
-            import fcntl
-
-            fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
-
         self.process = subprocess.Popen(
             [sys.executable, "-c", CHILD], stdin=self.slave, stdout=self.slave, stderr=subprocess.DEVNULL, cwd=ROOT,
-            env=os.environ | {"PYTHONPATH": str(ROOT)}, start_new_session=True, preexec_fn=own_terminal,
+            env=os.environ | {"PYTHONPATH": str(ROOT)}, start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0),
         )  # fmt: skip
 
     def until(self, text: str) -> None:
@@ -133,15 +130,10 @@ def test_terminal_settings_are_restored_at_every_kind_of_exit(session: Session, 
     session.until("key AHEAD")
     assert "key PAUSE" in session.output
     assert "^[" not in session.output  # not echoed
-    match end:
-        case "key":
-            session.press(b"q")
-        case "error":
-            session.press(b".")
-        case "SIGTERM":
-            session.process.send_signal(signal.SIGTERM)
-        case "Ctrl-C":
-            session.press(b"\x03")
+    if end == "SIGTERM":
+        session.process.send_signal(signal.SIGTERM)
+    else:
+        session.press({"key": b"q", "error": b".", "Ctrl-C": b"\x03"}[end])
     assert session.process.wait(PATIENCE_S) == (1 if end == "error" else 0)
     assert termios.tcgetattr(session.slave) == session.before
 

@@ -19,19 +19,16 @@ def read_all(frames: NewestFrame[Image]) -> None:
 
 
 def test_the_newest_frame_is_kept_and_replaced_frames_are_counted() -> None:
-    frames = NewestFrame(iter(Image(frame) for frame in range(5)), lambda: None)
+    """The callback is called for each frame and at the end."""
+    calls = []
+    frames = NewestFrame(iter(Image(frame) for frame in range(5)), lambda: calls.append(1))
     read_all(frames)
+    assert len(calls) == 6
     assert not frames.ended
     assert frames.take() == Image(4)
     assert frames.take() is None
     assert frames.dropped == 4
     assert frames.ended
-
-
-def test_the_callback_is_called_for_each_frame_and_at_the_end() -> None:
-    calls = []
-    read_all(NewestFrame(iter(Image(frame) for frame in range(3)), lambda: calls.append(1)))
-    assert len(calls) == 4
 
 
 def test_the_failure_of_a_source_is_available() -> None:

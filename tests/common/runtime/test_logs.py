@@ -21,9 +21,7 @@ def test_only_the_first_warning_of_a_kind_from_a_source_is_logged(caplog: pytest
     assert limiter.count("viewer 1", "invalid") == 3
 
 
-def test_the_number_of_sources_with_own_warnings_is_limited(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_number_of_sources_with_own_warnings_is_limited(caplog, monkeypatch):
     monkeypatch.setattr(logs, "MAX_SOURCES", 10)
     limiter = OncePerSource(LOGGER)
     for number in range(1000):
@@ -33,14 +31,9 @@ def test_the_number_of_sources_with_own_warnings_is_limited(
 
 
 def test_a_log_line_has_level_and_service_name() -> None:
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
     stream = io.StringIO()
-    try:
-        logs.configure("viewer 1", stream=stream)
-        LOGGER.warning("the camera is gone")
-        LOGGER.debug("not this")
-    finally:
-        root.handlers[:], root.level = handlers, level
+    logs.configure("viewer 1", stream=stream)
+    LOGGER.warning("the camera is gone")
+    LOGGER.debug("not this")
     assert stream.getvalue().endswith("WARNING viewer 1: the camera is gone\n")
     assert stream.getvalue().count("\n") == 1

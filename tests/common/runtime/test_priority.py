@@ -5,7 +5,9 @@ import logging
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -79,45 +81,44 @@ class Refusing(type(Path())):  # type: ignore[misc]  # the class of this system'
         return len(data)
 
 
+@pytest.fixture
+def system(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Mock]:
+    """Stands in for the file of the session and the nice value of this process; returns what would change the latter."""
+
+    def stand_in(file: Path, niceness: int) -> Mock:
+        monkeypatch.setattr(priority, "AUTOGROUP", file)
+        monkeypatch.setattr(os, "getpriority", lambda *_: niceness)
+        monkeypatch.setattr(os, "setpriority", Mock())
+        return os.setpriority
+
+    return stand_in
+
+
 @pytest.mark.parametrize(("refusals", "error", "line"), [
     (3, errno.EAGAIN, ""),
     (99, errno.EAGAIN, "not lowered against other sessions"),
     (1, errno.EPERM, "not lowered against other sessions"),
 ])  # fmt: skip
-def test_a_busy_kernel_is_asked_again_and_a_refusal_is_one_line(
-    refusals: int, error: int, line: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_busy_kernel_is_asked_again_and_a_refusal_is_one_line(refusals, error, line, system, monkeypatch, caplog):
+    system(Refusing("autogroup"), niceness=0)
     monkeypatch.setattr(Refusing, "left", refusals)
     monkeypatch.setattr(Refusing, "error", error)
     monkeypatch.setattr(Refusing, "written", "")
-    monkeypatch.setattr(priority, "AUTOGROUP", Refusing("autogroup"))
     monkeypatch.setattr(priority, "BETWEEN_S", 0.0)
     monkeypatch.setattr(os, "getsid", lambda _: os.getpid())
-    monkeypatch.setattr(os, "getpriority", lambda *_: 0)
-    monkeypatch.setattr(os, "setpriority", lambda *_: None)
     lower_priority(logging.getLogger("test"))
     assert Refusing.written == ("" if line else str(NICENESS))
     assert len(caplog.records) == (1 if line else 0)
     assert line in caplog.text
 
 
-def test_a_refused_nice_value_is_one_line(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    def refuse(*_: object) -> None:
-        raise PermissionError(errno.EPERM, "Operation not permitted")
-
-    monkeypatch.setattr(priority, "AUTOGROUP", Path("missing"))
-    monkeypatch.setattr(os, "getpriority", lambda *_: 0)
-    monkeypatch.setattr(os, "setpriority", refuse)
+def test_a_refused_nice_value_is_one_line(system, caplog) -> None:
+    system(Path("missing"), niceness=0).side_effect = PermissionError(errno.EPERM, "Operation not permitted")
     lower_priority(logging.getLogger("test"))
-    assert [record.getMessage() for record in caplog.records] == [
-        "priority not lowered: nice value 10: Operation not permitted"
-    ]
+    assert caplog.messages == ["priority not lowered: nice value 10: Operation not permitted"]
 
 
-def test_a_lower_priority_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    changes: list[object] = []
-    monkeypatch.setattr(priority, "AUTOGROUP", Path("missing"))
-    monkeypatch.setattr(os, "getpriority", lambda *_: 19)
-    monkeypatch.setattr(os, "setpriority", lambda *change: changes.append(change))
+def test_a_lower_priority_is_kept(system) -> None:
+    changed = system(Path("missing"), niceness=19)
     lower_priority(logging.getLogger("test"))
-    assert changes == []
+    changed.assert_not_called()

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from tests.support.built_messages import built
 from tests.support.foxglove_reader import parsed
 from zenocap.common.arrays import Mask
 from zenocap.common.formats.foxglove.cameras import bilevel_png, calibration
@@ -18,13 +19,11 @@ from zenocap.common.messages import CameraInfo
 from zenocap.common.vision.mask_codec import Region, pack
 
 MATRIX = [500.0, 0.0, 319.5, 0.0, 510.0, 239.5, 0.0, 0.0, 1.0]
+POINTS = np.array([[0.2, -0.3, 2.0], [-0.5, 0.4, 3.0]])
 
 
 def calibration_message(distortions: list[float]) -> Message:
-    info = CameraInfo(
-        frame=0, captured_ns=3, viewer="1", name="cam01", size=(640, 480), matrix=MATRIX, distortions=distortions,
-        rotation=np.eye(3).ravel().tolist(), translation=[0.0, 0.0, 0.0],
-    )  # fmt: skip
+    info = built(CameraInfo, size=(640, 480), matrix=MATRIX, distortions=distortions)
     return parsed(CALIBRATION.channel(rig="r", viewer="1"), calibration(info).encode())
 
 
@@ -41,24 +40,19 @@ def test_the_same_points_project_to_the_same_pixels(distortions: list[float], mo
     found = calibration_message(distortions)
     assert (found.distortion_model, len(found.D), found.frame_id) == (model, count, "viewer/1")
     assert (found.width, found.height) == (640, 480)
-    points = np.array([[0.2, -0.3, 2.0], [-0.5, 0.4, 3.0]])
-    matrix = np.array(found.K).reshape(3, 3)
-    pixels, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, np.array(found.D))
-    expected, _ = cv2.projectPoints(
-        points, np.zeros(3), np.zeros(3), np.array(MATRIX).reshape(3, 3), np.array(distortions or [0.0] * 4)
+    pixels, expected = (
+        cv2.projectPoints(POINTS, np.zeros(3), np.zeros(3), np.array(matrix).reshape(3, 3), np.array(lens))[0]
+        for matrix, lens in ((found.K, found.D), (MATRIX, distortions or [0.0] * 4))
     )
     np.testing.assert_allclose(pixels, expected, atol=1e-9)
 
 
-def test_images_are_not_rectified() -> None:
-    found = calibration_message([])
+def test_images_are_not_rectified_and_thin_prism_and_tilt_coefficients_are_omitted() -> None:
+    found = calibration_message([0.1] * 8 + [0.5] * 6)
+    assert list(found.D) == [0.1] * 8
     np.testing.assert_array_equal(np.array(found.R).reshape(3, 3), np.eye(3))
     np.testing.assert_array_equal(np.array(found.P).reshape(3, 4)[:, :3], np.array(MATRIX).reshape(3, 3))
     np.testing.assert_array_equal(np.array(found.P).reshape(3, 4)[:, 3], 0)
-
-
-def test_thin_prism_and_tilt_coefficients_are_omitted() -> None:
-    assert list(calibration_message([0.1] * 8 + [0.5] * 6).D) == [0.1] * 8
 
 
 SIDES = st.tuples(st.integers(1, 40), st.integers(1, 40))

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, reject, settings
 
+from tests.support.built_messages import built
+from tests.support.built_messages import silhouette as silhouette_of
 from tests.support.foxglove_reader import by_topic, in_envelope, parsed, turn, xyz
 from tests.support.message_strategies import MESSAGES
 from tests.support.two_view_scene import BDP, NAVEL, angles
@@ -16,7 +18,6 @@ from zenocap.common.body.kinematics import part_frames
 from zenocap.common.conversion import angles_by_name, body_of, packed_points
 from zenocap.common.formats.foxglove.channels import FoxgloveMessage
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker.body.average_body import body_of_height
 
 BODY = m.UniversalBdp(frame=0, captured_ns=1_000, body=body_of(TEN_PARTS, BDP), ratio=1.0)
@@ -24,25 +25,22 @@ PIXELS = np.zeros((120, 160), np.uint8)
 PIXELS[20:100, 61:90] = 1
 
 
+RAISED = angles(right_shoulder_z=90.0, left_elbow_x=-40.0, navel_y=30.0)
+
+
 def bap(frame: int, lost: list[str] | None = None) -> m.UniversalBap:
-    raised = angles(right_shoulder_z=90.0, left_elbow_x=-40.0, navel_y=30.0)
-    return m.UniversalBap(
-        frame=frame, captured_ns=2_000_000_000 + frame, position=(0.0, 0.95, 0.0),
-        angles=angles_by_name(TEN_PARTS, raised), scores={"1": 0.8}, views={"1": "facade"}, stale=[], lost=lost or [],
+    return built(
+        m.UniversalBap, frame=frame, captured_ns=2_000_000_000 + frame, position=(0.0, 0.95, 0.0),
+        angles=angles_by_name(TEN_PARTS, RAISED), scores={"1": 0.8}, views={"1": "facade"}, lost=lost or [],
     )  # fmt: skip
 
 
 def camera(viewer: str, captured_ns: int = 5) -> m.CameraInfo:
-    return m.CameraInfo(
-        frame=0, captured_ns=captured_ns, viewer=viewer, name="cam", size=(160, 120),
-        matrix=[200.0, 0.0, 79.5, 0.0, 200.0, 59.5, 0.0, 0.0, 1.0], distortions=[],
-        rotation=[1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0], translation=[0.0, 1.0, 4.0],
-    )  # fmt: skip
+    return built(m.CameraInfo, captured_ns=captured_ns, viewer=viewer)
 
 
 def silhouette() -> m.Silhouette:
-    region, data = pack(PIXELS)
-    return m.Silhouette(frame=0, captured_ns=3, viewer="1", size=(160, 120), region=region, data=data)
+    return silhouette_of("1", 0, 3, PIXELS)
 
 
 def converted(*messages: m.Message) -> list[list[FoxgloveMessage]]:
@@ -58,7 +56,7 @@ def test_a_pose_gives_scene_transforms_joints_and_plot() -> None:
     _, output = converted(BODY, bap(0))
     assert topics(output) == ["pose", "joints", "body", "scene"]
     found = by_topic(output)
-    frames = part_frames(TEN_PARTS, BDP, Pose(NAVEL, angles(right_shoulder_z=90.0, left_elbow_x=-40.0, navel_y=30.0)))
+    frames = part_frames(TEN_PARTS, BDP, Pose(NAVEL, RAISED))
     (person,) = found["scene"].entities
     for cylinder, frame, size in zip(person.cylinders, frames, BDP.sizes, strict=True):
         half = turn(cylinder.pose.orientation)[:, 2] * cylinder.size.z / 2
@@ -98,18 +96,14 @@ def test_a_second_file_is_self_contained() -> None:
     assert converted(*messages) == converted(*messages)
 
 
-def test_a_silhouette_is_an_image_of_the_whole_view() -> None:
-    (output,) = converted(silhouette())
-    assert topics(output) == ["fixed", "viewer/1/silhouette"]
-    image = parsed(*output[1])
+def test_a_silhouette_is_an_image_of_the_whole_view_and_a_preview_is_copied_unchanged() -> None:
+    silhouettes, previews = converted(silhouette(), m.Preview(frame=0, captured_ns=3, viewer="2", jpeg=b"\xff\xd8..."))
+    assert topics(silhouettes) == ["fixed", "viewer/1/silhouette"]
+    image = parsed(*silhouettes[1])
     assert (image.format, image.frame_id, image.timestamp.nanos) == ("png", "viewer/1", 3)
     shown = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_GRAYSCALE)
     np.testing.assert_array_equal(shown, 255 * PIXELS)
-
-
-def test_a_preview_is_copied_unchanged() -> None:
-    (output,) = converted(m.Preview(frame=0, captured_ns=3, viewer="2", jpeg=b"\xff\xd8..."))
-    image = parsed(*output[1])
+    image = parsed(*previews[0])
     assert (image.format, image.frame_id, image.data) == ("jpeg", "viewer/2", b"\xff\xd8...")
 
 
@@ -124,9 +118,8 @@ def test_a_body_of_another_anatomy_removes_the_figure() -> None:
 
 def test_fixed_frames_are_repeated_after_a_failure() -> None:
     converter = FoxgloveConverter(TEN_PARTS, "studio")
-    late = m.Health(frame=0, captured_ns=2**32 * 10**9, service="viewer", id="1", state="", rate=0, stages_ms={}, counts={})
     with pytest.raises(OverflowError):
-        converter.convert(in_envelope(late))
+        converter.convert(in_envelope(built(m.Health, captured_ns=2**32 * 10**9)))
     broken = m.Silhouette(frame=0, captured_ns=3, viewer="1", size=(8, 8), region=(0, 0, 8, 8), data=b"x")
     with pytest.raises(ValueError, match="1 bytes do not hold"):
         converter.convert(in_envelope(broken))
@@ -149,14 +142,11 @@ def test_any_valid_message_can_be_read_back_or_is_refused(message: m.Message) ->
 def tracker_messages(lost: bool = False) -> list[m.Message]:
     body = body_of(FOURTEEN_PARTS, body_of_height(1.75))
     named = angles_by_name(FOURTEEN_PARTS, FOURTEEN_PARTS.neutral)
-    pose = m.TrackerPose(
-        frame=1, captured_ns=2_000_000_001, position=(0.0, 0.95, 0.0), angles=named, position_spread=(0.003, 0.0, 0.004),
-        spread=dict.fromkeys(named, 0.1), likelihood=-2.5, effective=11.0, lost=lost, views=["1", "2", "3"],
-    )  # fmt: skip
+    pose = built(m.TrackerPose, frame=1, captured_ns=2_000_000_001, angles=named, lost=lost)
     return [m.TrackerBdp(frame=1, captured_ns=1, body=body), pose]
 
 
-def test_the_trackers_body_is_shown_in_its_own_anatomy() -> None:
+def test_the_trackers_body_is_shown_in_its_own_anatomy_and_deleted_when_lost() -> None:
     _, output = converted(*tracker_messages())
     assert topics(output) == ["pose", "joints", "body", "scene"]
     found = by_topic(output)
@@ -164,11 +154,7 @@ def test_the_trackers_body_is_shown_in_its_own_anatomy() -> None:
     assert len(person.cylinders) == 14
     assert {part.child_frame_id for part in found["body"].transforms} == set(FOURTEEN_PARTS.parts)
     assert {joint.name for joint in found["joints"].joints} == set(FOURTEEN_PARTS.angles)
-
-
-def test_a_person_lost_by_the_tracker_is_deleted() -> None:
-    shown, lost = tracker_messages(), tracker_messages(lost=True)
-    *_, output = converted(*shown, lost[1])
+    *_, output = converted(*tracker_messages(), tracker_messages(lost=True)[1])
     assert topics(output) == ["pose", "scene"]
     assert by_topic(output)["scene"].deletions[0].id == "person"
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
+from tests.support.built_messages import built
 from tests.support.foxglove_reader import parsed, turn, xyz
 from tests.support.two_view_scene import ANGLES, BDP, NAVEL
 from zenocap.common.arrays import Floats
@@ -87,22 +88,17 @@ def test_a_tapered_part_is_a_cone_of_its_height_between_its_ends() -> None:
     """Both radii shrink by their mean factor, so either end's area is about the part's."""
     bdp = body_of_height(1.75)
     frames = part_frames(FOURTEEN_PARTS, bdp, Pose(NAVEL, FOURTEEN_PARTS.neutral))
-    channel = SCENE.channel(rig="r")
     shown = Figure(FOURTEEN_PARTS, bdp).shown(frames, [], timestamp(1))
-    (person,) = parsed(channel, shown.encode()).entities
+    (person,) = parsed(SCENE.channel(rig="r"), shown.encode()).entities
     for k, (cylinder, frame) in enumerate(zip(person.cylinders, frames, strict=True)):
         near, far = np.split(ends(cylinder, 8), 2)
         begin, end = bdp.bases[k], bdp.bases[k] + [0.0, bdp.sizes[k, 0], 0.0]
         np.testing.assert_allclose(near.mean(axis=0), frame @ [*begin, 1.0], atol=1e-9)
         np.testing.assert_allclose(far.mean(axis=0), frame @ [*end, 1.0], atol=1e-9)
         assert max(cylinder.bottom_scale, cylinder.top_scale) == 1.0
-        radius = np.linalg.norm(near - near.mean(axis=0), axis=1)
-        np.testing.assert_allclose(
-            [radius.max(), radius.min()], [bdp.sizes[k, 1:].max(), bdp.sizes[k, 1:].min()], rtol=1e-9
-        )
-        np.testing.assert_allclose(
-            cylinder.top_scale / cylinder.bottom_scale, np.mean(bdp.tips[k] / bdp.sizes[k, 1:]), rtol=1e-9
-        )
+        radius, radii = np.linalg.norm(near - near.mean(axis=0), axis=1), bdp.sizes[k, 1:]
+        np.testing.assert_allclose([radius.max(), radius.min()], [radii.max(), radii.min()], rtol=1e-9)
+        assert cylinder.top_scale / cylinder.bottom_scale == pytest.approx(np.mean(bdp.tips[k] / radii), rel=1e-9)
 
 
 UNIT = arrays(np.float64, 4, elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1)
@@ -148,10 +144,7 @@ def test_the_world_is_upright_in_the_root_frame() -> None:
 def test_a_cameras_frame_agrees_with_its_projection(q: Floats, translation: Floats) -> None:
     """x_camera = R x_world + t, so the frame's transform takes x_camera back to x_world."""
     rotation = Rotation.from_quat(q).as_matrix()
-    info = CameraInfo(
-        frame=0, captured_ns=0, viewer="7", name="cam", size=(4, 4), matrix=[1.0] * 9, distortions=[],
-        rotation=rotation.ravel().tolist(), translation=translation.tolist(),
-    )  # fmt: skip
+    info = built(CameraInfo, viewer="7", rotation=rotation.ravel().tolist(), translation=translation.tolist())
     camera = read_back(fixed_transforms([info], timestamp(0)))[1]
     assert (camera.parent_frame_id, camera.child_frame_id) == ("world", "viewer/7")
     point = np.array([0.3, -1.2, 2.0])

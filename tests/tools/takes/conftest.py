@@ -19,7 +19,7 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def arms(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """The same film tracked forwards only, and both ways."""
-    folder = tmp_path_factory.mktemp("arms")
+    folder = tmp_path_factory.mktemp("takes")
     return forward_take(folder / "forward"), both_ways_take(folder / "both")

@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
-import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 import zenocap
 from tests.support.arms_takes import arms_rig
 from tests.support.command import zenocap as command
-from tests.tools.takes.verify.test_verify import changed, totals, with_message
+from tests.tools.takes.verify.test_verify import altering, changed, totals
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
@@ -125,12 +124,7 @@ def test_both_directions_are_recomputed_to_equal_bytes(takes: tuple[Path, Path],
     assert not found.failed
     assert found.equal[KEY] == len(read_poses(takes[1]).frames)
     frame = int(read_poses(takes[1]).frames[20])
-
-    def change(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.BothWaysPose) and received.message.frame == frame:
-            return with_message(received, msgspec.structs.replace(received.message, position=(0.0, 1.0, 9.0)))
-        return received
-
+    change = altering(m.BothWaysPose, frame, lambda _: {"position": (0.0, 1.0, 9.0)})
     found = verify([changed(takes[1], tmp_path / "changed.mcap", change)])
     assert totals(found)[1] == found.different[KEY] == 1
     assert found.first is not None

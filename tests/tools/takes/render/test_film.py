@@ -81,25 +81,18 @@ def test_the_same_take_gives_the_same_picture(take: Path, tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) -> None:
     for output, wishes, text in (
-        (
-            tmp_path / "a.gif",
-            RenderOptions(),
-            r"a\.gif: allowed: a file name that ends in \.mp4, \.webm, \.webp, \.png, \.jpg",
-        ),
-        (tmp_path / "a.png", RenderOptions(shot=Shot("7")), r"--view '7': allowed: front, .*, or a viewer: 1"),
-        (tmp_path / "a.png", RenderOptions(Bound(12), Bound(15)), "lost in every selected frame"),
-        (tmp_path / "a.png", RenderOptions(Bound(99)), "leave no frame: allowed: frames 0 to 29"),
+        ("a.gif", RenderOptions(), r"a\.gif: allowed: a file name that ends in \.mp4, \.webm, \.webp, \.png, \.jpg"),
+        ("a.png", RenderOptions(shot=Shot("7")), r"--view '7': allowed: front, .*, or a viewer: 1"),
+        ("a.png", RenderOptions(Bound(12), Bound(15)), "lost in every selected frame"),
+        ("a.png", RenderOptions(Bound(99)), "leave no frame: allowed: frames 0 to 29"),
+        ("/dev/null/a.png", RenderOptions(size=SMALL), "cannot be written"),
+        ("/proc/a.mp4", RenderOptions(size=SMALL), r"proc/a\.mp4: cannot be written"),
     ):
         with pytest.raises(UserError, match=text):
-            render(take, output, wishes)
+            render(take, tmp_path / output, wishes)
     with pytest.raises(UserError, match="no MCAP file"):
         render(Path(__file__), tmp_path / "a.png", RenderOptions())
-    (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(UserError, match="cannot be written"):
-        render(take, tmp_path / "file" / "a.png", RenderOptions(size=SMALL))
-    with pytest.raises(UserError, match=r"proc/a\.mp4: cannot be written"):
-        render(take, Path("/proc/a.mp4"), RenderOptions(size=SMALL))
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

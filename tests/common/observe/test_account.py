@@ -32,11 +32,13 @@ def pose(second: float = 0) -> Envelope:
     return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(0), int(second * SECOND))
 
 
-def health(second: float, poses: int | None, process: int = 1, late_ns: int = 0, *, ended: bool = False) -> Envelope:
-    """Health of a process that has sent this number of poses; None: of one of an earlier version."""
+def health(
+    second: float, poses: int | None, process: int = 1, late_ns: int = 0, *, ended: bool = False, **others: int
+) -> Envelope:
+    """Health of a process that has sent these numbers of poses and others; None: of one of an earlier version."""
     meter = Meter(*INTEGRATOR, process=process)
     meter.counts.update({ENDED: 1} if ended else {})
-    sent, at_ns = {} if poses is None else {"universal_bap": poses}, int(second * SECOND)
+    sent, at_ns = others if poses is None else others | {"universal_bap": poses}, int(second * SECOND)
     now = meter.report(at_ns, at_ns, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None)
     if poses is None:
         now = structs.replace(now, counts={name: count for name, count in now.counts.items() if name != PROCESS})
@@ -76,18 +78,7 @@ def test_a_message_that_was_sent_and_does_not_arrive_is_missing() -> None:
 
 def test_each_topic_is_counted_by_itself() -> None:
     """A health that does not arrive hides no pose, and is hidden by none."""
-    first, last = (
-        Envelope(
-            "zenocap/studio/integrator/main/health", HEALTH,
-            Meter(*INTEGRATOR, process=1).report(
-                second * SECOND, 0, Phase.RUNNING, "", Counters(0, {}, {}, sent={"universal_bap": poses, "health": second}),
-                None,
-            ),
-            second * SECOND,
-        )
-        for second, poses in ((1, 0), (3, 1))
-    )  # fmt: skip
-    lines = account(first, pose(), last).lines()
+    lines = account(health(1, 0, health=1), pose(), health(3, 1, health=3)).lines()
     assert lines[INTEGRATOR, "health"].missing == 1
     assert lines[INTEGRATOR, "universal_bap"].missing == 0
 
@@ -149,9 +140,8 @@ def test_the_account_is_kept_in_the_metadata_of_a_take() -> None:
     found.dropped = 3
     again = read_account(found.metadata())
     assert again is not None
-    assert (again.lines(), again.missing, again.end_ns, again.dropped) == (
-        found.lines(), found.missing, found.end_ns, 3,
-    )  # fmt: skip
+    assert again.lines() == found.lines()
+    assert (again.missing, again.end_ns, again.dropped) == (found.missing, found.end_ns, 3)
     assert read_account({}) is None
     assert read_account(found.metadata() | {"viewer 1": "7"}) is None
 
@@ -214,9 +204,8 @@ def publish(bus: LocalBus, poses: int, seconds: int = 3) -> None:
 
 @pytest.mark.parametrize(("lost", "expected"), [(range(0), 0), (range(3, 5), 2), (range(8, 12), 4)])
 def test_a_log_reports_what_the_network_lost(network: LocalNetwork, tmp_path: Path, lost: range, expected: int) -> None:
-    bus = network.bus()
+    bus, reader = network.bus(), network.bus()
     bus.declare_alive("integrator", "main")
-    reader = network.bus()
     Lossy(reader, lost)
     log = Log(reader, Recording(tmp_path / "take.mcap", rig="studio", start_ns=0), whole_rig=True)
     control = LogControl(network.bus(), lambda: log, log)

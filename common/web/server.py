@@ -23,9 +23,8 @@ from websockets.http11 import Request, Response
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
-from zenocap.common.web.content import Answer, PageContent
+from zenocap.common.web.content import OFFERED_PATH, Answer, OfferedFiles, PageContent
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
-from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
 from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
     HANDSHAKE_TIMEOUT_S,

@@ -1,6 +1,6 @@
 """Messages that were sent, that arrived at a log, and that did not."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -62,18 +62,34 @@ def poses(found: Account) -> Line | None:
     return lines.get((INTEGRATOR, "universal_bap"))
 
 
-def missing(*events: Envelope | Alive) -> int:
-    line = poses(account(*events))
-    return 0 if line is None else line.missing
+STARTED = (BEGINS, health(1, 100), health(2, 103))
+AGAIN = (health(8, 50, process=2), health(9, 51, process=2))
+CUT = [health(60 + k, 10 + k, process) for k in (0, 1) for process in (1, 2)]  # both sides of a network, until one ends
+REPLAYED = [health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103))]
 
 
-def test_everything_that_arrives_is_not_missing() -> None:
-    assert missing(BEGINS, pose(), health(1, 100), pose(), pose(), health(2, 102), health(3, 102)) == 0
+@pytest.mark.parametrize(
+    ("events", "expected"),
+    [
+        pytest.param((BEGINS, pose(), health(1, 100), pose(), pose(), health(2, 102), health(3, 102)), 0, id="all arrive"),
+        pytest.param((BEGINS, health(1, 100), pose(), health(2, 102)), 1, id="one does not arrive"),
+        pytest.param((BEGINS, health(1, 100), pose(), health(2, 102), health(3, 104)), 3, id="three do not arrive"),
+        pytest.param((BEGINS, REPLAYED[0], pose(), REPLAYED[1]), 0, id="healths of a replay do not say what was sent"),
+        pytest.param(STARTED, 3, id="one process"),
+        pytest.param((*STARTED, ENDS, BEGINS, *AGAIN), 4, id="a process that starts again has lost nothing"),
+        pytest.param((*STARTED, *AGAIN), 4, id="killed, and its token still there"),
+        pytest.param((BEGINS, *CUT[:2], pose(), *CUT[2:]), 0, id="two processes of one name lose nothing"),
+    ],
+)
+def test_a_message_that_was_sent_and_does_not_arrive_is_missing(events: Sequence[Envelope | Alive], expected: int) -> None:
+    found = account(*events)
+    line = poses(found)
+    assert (0 if line is None else line.missing) == found.missing == expected
 
 
-def test_a_message_that_was_sent_and_does_not_arrive_is_missing() -> None:
-    assert missing(BEGINS, health(1, 100), pose(), health(2, 102)) == 1
-    assert missing(BEGINS, health(1, 100), pose(), health(2, 102), health(3, 104)) == 3
+def test_a_health_without_the_count_is_of_an_earlier_version() -> None:
+    found = account(BEGINS, health(1, None), pose(), health(2, None))
+    assert (found.missing, found.lines()) == (0, {})
 
 
 def test_each_topic_is_counted_by_itself() -> None:
@@ -83,56 +99,38 @@ def test_each_topic_is_counted_by_itself() -> None:
     assert lines[INTEGRATOR, "universal_bap"].missing == 0
 
 
-def test_healths_of_a_replay_do_not_say_what_was_sent() -> None:
-    early, late = (health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103)))
-    assert missing(BEGINS, early, pose(), late) == 0
+KILLED = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))
+SET_BACK = (health(100, 0), pose(100.5), pose(20), health(23, 0, process=2, ended=True))
+SET_TWICE = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000, 3, ended=True))
 
 
-def test_what_was_sent_before_the_first_health_was_sent_without_a_log() -> None:
-    found = poses(account(BEGINS, pose(5), health(5, 5000), health(6, 5001)))
-    assert found == Line(5001, 1, 1, 4999, ((6 * SECOND, 6 * SECOND),))
-
-
-def test_a_process_that_starts_again_has_lost_nothing() -> None:
-    before = (BEGINS, health(1, 100), health(2, 103))
-    assert missing(*before) == 3
-    assert missing(*before, ENDS, BEGINS, health(8, 50, process=2), health(9, 51, process=2)) == 4
-    assert missing(*before, health(8, 50, process=2), health(9, 51, process=2)) == 4  # killed, and its token still there
-
-
-def test_a_process_that_ended_by_itself_leaves_nothing_unknown() -> None:
-    ended = (health(1, 0), pose(1), health(2, 2, ended=True))
-    found = poses(account(*ended, health(8, 5, process=2), health(9, 5, process=2, ended=True)))
-    assert found == Line(7, 1, 6, 0, ())
-
-
-def test_what_a_killed_process_sent_last_is_unknown() -> None:
-    killed = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))
-    assert poses(account(*killed)) == Line(2, 1, 1, 0, ((2 * SECOND, 3 * SECOND),))
-    again = health(8, 5, process=2), pose(8), health(9, 6, process=2, ended=True)
-    assert poses(account(*killed, *again)) == Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),))
-
-
-def test_an_unknown_time_is_divided_where_the_clock_was_set_back() -> None:
-    found = poses(account(health(100, 0), pose(100.5), pose(20), health(23, 0, process=2, ended=True)))
-    assert found is not None
-    assert found.unknown == ((100 * SECOND, 101 * SECOND + SECOND // 2), (19 * SECOND, 23 * SECOND))  # within a second
-
-
-def test_a_clock_that_is_set_ends_no_process() -> None:
-    events = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000, 3, ended=True))
-    assert poses(account(*events)) == Line(3, 2, 1, 0, ())
-
-
-def test_two_processes_of_one_name_lose_nothing() -> None:
-    """As both sides of a network that was cut, until the younger one ends."""
-    one, other = (tuple(health(60 + k, 10 + k, process) for k in (0, 1)) for process in (1, 2))
-    assert missing(BEGINS, one[0], other[0], pose(), one[1], other[1]) == 0
-
-
-def test_a_health_without_the_count_is_of_an_earlier_version() -> None:
-    found = account(BEGINS, health(1, None), pose(), health(2, None))
-    assert (found.missing, found.lines()) == (0, {})
+@pytest.mark.parametrize(
+    ("events", "expected"),
+    [
+        pytest.param(
+            (BEGINS, pose(5), health(5, 5000), health(6, 5001)), Line(5001, 1, 1, 4999, ((6 * SECOND, 6 * SECOND),)),
+            id="what was sent before the first health was sent without a log",
+        ),
+        pytest.param(
+            (health(1, 0), pose(1), health(2, 2, ended=True), health(8, 5, process=2), health(9, 5, process=2, ended=True)),
+            Line(7, 1, 6, 0, ()), id="a process that ended by itself leaves nothing unknown",
+        ),
+        pytest.param(
+            KILLED, Line(2, 1, 1, 0, ((2 * SECOND, 3 * SECOND),)), id="what a killed process sent last is unknown"
+        ),
+        pytest.param(
+            (*KILLED, health(8, 5, process=2), pose(8), health(9, 6, process=2, ended=True)),
+            Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),)), id="and until the next process",
+        ),
+        pytest.param(
+            SET_BACK, Line(2, 2, 0, 0, ((100 * SECOND, 101 * SECOND + SECOND // 2), (19 * SECOND, 23 * SECOND))),
+            id="an unknown time is divided where the clock was set back, within a second",
+        ),
+        pytest.param(SET_TWICE, Line(3, 2, 1, 0, ()), id="a clock that is set ends no process"),
+    ],
+)  # fmt: skip
+def test_what_is_known_of_a_process(events: Sequence[Envelope | Alive], expected: Line) -> None:
+    assert poses(account(*events)) == expected
 
 
 def test_the_account_is_kept_in_the_metadata_of_a_take() -> None:

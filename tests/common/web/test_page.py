@@ -95,8 +95,10 @@ def test_a_notice_is_for_the_pages_that_are_open() -> None:
 
 
 def test_openings_count_how_often_a_first_page_opens() -> None:
-    async def act(connection: ClientConnection) -> None:
-        await updates_until(connection, "value")
+    async def act(first: ClientConnection) -> None:
+        await updates_until(first, "value")
+        async with connect(socket_of(page.address), compression=None) as second:
+            await updates_until(second, "value")
 
     with served() as page:
         for number in range(1, 3):

@@ -189,16 +189,15 @@ def test_a_page_that_is_behind_gets_the_latest_pose_next(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_pages_beyond_the_maximum_are_refused(tmp_path: Path) -> None:
-    async def many(connection: ClientConnection) -> int:
+    async def many(connection: ClientConnection) -> tuple[int | None, str | None]:
         others = [await connect(socket_of(animator.address), compression=None) for _ in range(MAX_PAGES)]
         await others[-1].wait_closed()
-        code = others[-1].close_code
         for other in others:
             await other.close()
-        return code or 0
+        return others[-1].close_code, others[-1].close_reason
 
     with stand_in(tmp_path) as animator:
-        assert talk(animator.address, many) == 1013
+        assert talk(animator.address, many) == (1013, f"{MAX_PAGES} pages are open already")
 
 
 def test_a_port_in_use_is_one_clear_error() -> None:

@@ -1,5 +1,6 @@
-"""Exports in joint conventions: names, units, places; missing points."""
+"""Exported points: joint conventions, joints of the spine, missing points, confidence of limbs."""
 
+import csv
 import json
 from pathlib import Path
 
@@ -9,11 +10,11 @@ import pytest
 
 import zenocap
 from tests.support.command import zenocap as run
-from tests.support.export_takes import BODY, LOST, tracked_poses
+from tests.support.export_takes import BODY, LIMBS, LOST, UNSURE, tracked_poses
 from tests.support.places import GOLDEN
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, points_of
+from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, limb_of, points_of
 from zenocap.common.body.keypoints import keypoints
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.errors import UserError
@@ -166,3 +167,47 @@ def test_an_unknown_convention_is_an_error_of_the_python_interface(tmp_path: Pat
         take.poses(joints="body25")  # type: ignore[arg-type]  # that is the test
     with pytest.raises(UserError, match=r"a\.trc: joints 'body25': allowed: zenocap, isb, coco, halpe"):
         take.export(tmp_path / "a.trc", joints="body25")  # type: ignore[arg-type]  # that is the test
+
+
+def test_csv_has_a_column_for_each_limb_and_names_the_lost_ones(tracked: Path, tmp_path: Path) -> None:
+    export(tracked, tmp_path / "take.csv", ExportOptions("csv"))
+    with (tmp_path / "take.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for number, row in enumerate(rows):
+        assert float(row["confidence.left_arm"]) == (0.2 if number == UNSURE else 0.9)
+        assert row["lost"] == {UNSURE: "left_arm", LOST: "person"}.get(number, "")
+    assert rows[UNSURE]["LWrist.x_m"] != ""
+
+
+@pytest.mark.parametrize("joints", CONVENTIONS)
+def test_points_of_an_uncertain_limb_are_blank_where_asked_for(tracked: Path, tmp_path: Path, joints: Convention) -> None:
+    output = tmp_path / "take.trc"
+    export(tracked, output, ExportOptions("trc", joints=joints, min_confidence=0.5))
+    found = read_trc(output)
+    arm = [k for k, name in enumerate(found.names) if limb_of(name) == "left_arm"]
+    assert len(arm) == 2
+    missing = np.isnan(found.points).any(axis=2)
+    expected = np.zeros_like(missing)
+    expected[UNSURE, arm] = expected[LOST] = True
+    np.testing.assert_array_equal(missing, expected)
+
+
+def test_c3d_marks_points_of_an_uncertain_limb_as_missing(tracked: Path, tmp_path: Path) -> None:
+    export(tracked, tmp_path / "take.c3d", ExportOptions("c3d", min_confidence=0.5))
+    residuals = ezc3d.c3d(str(tmp_path / "take.c3d"))["data"]["meta_points"]["residuals"][0]
+    assert np.count_nonzero(residuals[:, UNSURE] < 0) == 2
+
+
+def test_every_limb_has_points_in_every_convention() -> None:
+    for joints in CONVENTIONS:
+        limbs = [limb_of(point.name) for point in points_of(joints, FOURTEEN_PARTS)]
+        assert set(limbs) - {None} == set(LIMBS)
+        assert limbs.count("right_arm") == limbs.count("left_arm") == 2
+        assert limbs.count("right_leg") == limbs.count("left_leg")
+
+
+def test_python_gives_the_confidence_of_takes_that_state_it(tracked: Path, two_view: Path) -> None:
+    poses = zenocap.open_take(tracked).poses()
+    assert set(poses.limbs) == set(LIMBS)
+    assert poses.limbs["left_arm"][UNSURE] == 0.2
+    assert zenocap.open_take(two_view).poses().limbs == {}

@@ -64,8 +64,7 @@ def remove(labels: Labels, id: int) -> Labels:
 
 
 def rename_person(labels: Labels, source: Path, person: str) -> Labels:
-    """Set the person of all labels of a take.  Raises UserError."""
-    person = checked_text("person", person)
+    """Set the person, a checked text, of all labels of a take."""
     changed: Labels = tuple(one for one in labels if not same(one.row.source, source))
     for one in labels:
         if same(one.row.source, source):

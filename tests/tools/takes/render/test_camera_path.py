@@ -14,7 +14,6 @@ from zenocap.tools.takes.render.camera_path import (
     Shot,
     camera_path,
     framing_camera,
-    moved_camera,
     turned_camera,
     undistorted_camera,
 )
@@ -64,12 +63,6 @@ def test_turning_the_camera_equals_turning_the_world_the_other_way() -> None:
     np.testing.assert_allclose(
         turned_camera(camera, middle, turn).project(middle + (points - middle) @ about.T), camera.project(points), atol=1e-6
     )
-
-
-def test_a_moved_camera_sees_moved_points_at_the_same_pixels() -> None:
-    camera = framing_camera(0.3, 0.2, np.array([[-1.0, 0, -1], [1, 2, 1]]), (640, 360))
-    points, by = np.array([[0.1, 1.0, 0.2]]), np.array([3.0, 0.0, -2.0])
-    np.testing.assert_allclose(moved_camera(camera, by).project(points + by), camera.project(points), atol=1e-9)
 
 
 def test_the_view_of_a_rigs_camera_is_scaled_about_the_centre() -> None:

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from zenocap.tools.takes.render.floor import between
-from zenocap.tools.takes.render.rasterizer import develop, fill
+from zenocap.tools.takes.render.rasterizer import fill
 
 SIZE = 24
 CORNERS = arrays(np.float32, (9, 2), elements=st.floats(-10, SIZE + 10, width=32))
@@ -52,17 +51,3 @@ def test_triangles_behind_the_camera_are_left_out() -> None:
         row,
     )  # fmt: skip
     assert not out.any()
-
-
-def test_interpolation_is_bilinear_and_clamped_at_the_border() -> None:
-    image = np.array([[0, 1], [2, 3]], dtype=np.float32)
-    assert between(image, 0.5, 0.5) == 1.5
-    np.testing.assert_allclose([between(image, -5, 0), between(image, 9, 9)], [0, 3], atol=0.01)
-
-
-def test_light_is_converted_by_the_table() -> None:
-    out = np.full((1, 3, 3), 7, dtype=np.uint8)
-    region = np.array([0, 0, 1, 0], dtype=np.int32)
-    table = np.array([0, 100, 255], dtype=np.uint8)
-    develop(np.array([[[-1, 0, 0.5], [1, 2, 0.2], [1, 1, 1]]], dtype=np.float32), table, region, out)
-    assert out.tolist() == [[[0, 0, 100], [255, 255, 0], [7, 7, 7]]]  # the last one is outside of the region

@@ -17,7 +17,7 @@ from zenocap.common import messages as m
 from zenocap.common import topics
 from zenocap.common.arrays import Floats
 from zenocap.common.recording.reader import TakeReader
-from zenocap.tools.judge.evidence import TakeEvidence
+from zenocap.tools.judge.evidence import TakeEvidence, evidence_of
 from zenocap.tools.judge.features import FEATURES, Stretch, stretches_of
 from zenocap.tools.judge.parameters import (
     CLEAR_SHARE,
@@ -111,10 +111,7 @@ def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
 
 def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
-    evidence = TakeEvidence()
-    for received in TakeReader(path).envelopes(USED):
-        evidence.add(received.message)
-    return evidence
+    return evidence_of(received.message for received in TakeReader(path).envelopes(USED))
 
 
 def verdict_in(path: Path) -> m.Verdict:

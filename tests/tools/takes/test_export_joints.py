@@ -47,17 +47,28 @@ def points_in(path: Path) -> tuple[list[str], Floats]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("joints", CONVENTIONS)
-@pytest.mark.parametrize("to", ["trc", "c3d", "csv"])
-def test_every_format_has_the_points_of_the_convention(joints: Convention, to: str, tracked: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "to", ["trc", "c3d", "csv", *(pytest.param(to, marks=pytest.mark.nightly) for to in ("parquet", "npz"))]
+)
+@pytest.mark.parametrize("spine", [False, pytest.param(True, marks=pytest.mark.nightly)])
+def test_every_format_has_the_points_of_the_convention(
+    joints: Convention, to: str, spine: bool, tracked: Path, tmp_path: Path
+) -> None:
+    """And the joints of the spine after them, against the frames of the parts."""
     path = tmp_path / f"a.{to}"
-    status, _, err = run("export", tracked, "-o", path, "--joints", joints)
+    status, _, err = run("export", tracked, "-o", path, "--joints", joints, *(["--spine"] if spine else []))
     assert (status, "left out" in err) == (0, False)
     body = keypoints(joints, FOURTEEN_PARTS, BODY)
-    expected = np.array([body.at(pose) for pose in tracked_poses()])
+    joints_at = [FOURTEEN_PARTS.index[part] for part in ("pelvis", "chest", "neck_column", "head") if spine]
+    expected = np.array(
+        [[*body.at(pose), *part_frames(FOURTEEN_PARTS, BODY, pose)[joints_at, :, 3]] for pose in tracked_poses()]
+    )
     expected[LOST] = np.nan
     names, points = points_in(path)
-    assert names == list(body.names)
+    assert names == [*body.names, *(SPINE_NAMES if spine else ())]
     np.testing.assert_allclose(points, expected, atol=2e-6)
+    if to == "npz":
+        assert json.loads(str(np.load(path)["metadata"]))["spine"] is spine
 
 
 def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -> None:
@@ -68,30 +79,7 @@ def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -
     assert (described["Spine"], described["UpperNeck"]) == ("spine Spine, share", "spine UpperNeck, measured")
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("joints", CONVENTIONS)
-@pytest.mark.parametrize("to", ["trc", "c3d", "csv", "parquet", "npz"])
-def test_joints_of_the_spine_follow_the_points_of_the_convention(
-    joints: Convention, to: str, tracked: Path, tmp_path: Path
-) -> None:
-    """Against the frames of the parts."""
-    path = tmp_path / f"a.{to}"
-    status, _, err = run("export", tracked, "-o", path, "--joints", joints, "--spine")
-    assert (status, "left out" in err) == (0, False)
-    names, points = points_in(path)
-    if to == "npz":
-        assert json.loads(str(np.load(path)["metadata"]))["spine"] is True
-    assert names == [*keypoints(joints, FOURTEEN_PARTS, BODY).names, *SPINE_NAMES]
-    for row, pose in enumerate(tracked_poses()):
-        at = dict(zip(FOURTEEN_PARTS.parts, part_frames(FOURTEEN_PARTS, BODY, pose)[:, :, 3], strict=True))
-        expected = [at["pelvis"], at["chest"], at["neck_column"], at["head"]]
-        if row == LOST:
-            assert np.isnan(points[row, -4:]).all()
-        else:
-            np.testing.assert_allclose(points[row, -4:], expected, atol=2e-6)
-
-
-@pytest.mark.parametrize("to", ["trc", "c3d", "csv"])
+@pytest.mark.parametrize("to", ["trc", "c3d", "csv", "bvh"])
 @pytest.mark.parametrize("take", ["two_view", "tracked"])
 def test_the_default_is_zenocaps_convention_byte_for_byte(
     to: str, take: str, tmp_path: Path, request: pytest.FixtureRequest

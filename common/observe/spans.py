@@ -111,8 +111,9 @@ class SpanReader:
         seen = self._near("seen", pose.captured_ns)
         if not seen:
             return None
+        found = "silhouette" if source == "tracker" else "silhouette and position"
         parts = [
-            Span(f"viewer {viewer}", "silhouette" if source == "tracker" else "silhouette and position", *_times(one))
+            Span(f"viewer {viewer}", found, one.captured_ns, max(one.captured_ns, one.received_ns))
             for viewer, one in seen.items()
         ]
         end_ns = self._received_ns(event)
@@ -150,7 +151,3 @@ class SpanReader:
                 if abs(nearest.captured_ns - captured_ns) <= MATCH_NS:
                     found[viewer] = nearest
         return found
-
-
-def _times(one: _Seen) -> tuple[int, int]:
-    return one.captured_ns, max(one.captured_ns, one.received_ns)

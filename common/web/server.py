@@ -15,7 +15,7 @@ from http import HTTPStatus
 from typing import Any, Generic, cast
 from urllib.parse import parse_qs, urlsplit
 
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -121,7 +121,7 @@ class PageServer(Generic[C]):
             logger=self._websockets_logger(),
             create_connection=cast("type[ServerConnection]", self._connection),
         ) as server:
-            self._port = _port(server)
+            self._port = int(next(iter(server.sockets)).getsockname()[1])
             self._started.set()
             await self._ended.wait()
 
@@ -238,10 +238,6 @@ async def _send(connection: ServerConnection, page: PageQueue) -> None:
             await connection.send(await page.take(), text=True)
     except ConnectionClosed:
         return
-
-
-def _port(server: Server) -> int:
-    return int(next(iter(server.sockets)).getsockname()[1])
 
 
 def _text(status: HTTPStatus, text: str) -> Response:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 from zenocap.common.errors import UserError
@@ -83,12 +84,11 @@ def find(labels: Labels, id: int) -> Label:
 
 def overlaps(labels: Labels) -> list[tuple[Label, Label]]:
     """Pairs of labels of one take that overlap; rows without begin or end reach to the end of the take."""
-    pairs = []
-    for k, one in enumerate(labels):
-        for other in labels[k + 1 :]:
-            if same(one.row.source, other.row.source) and _shared_s(one.row, other.row) > EXACT_S:
-                pairs.append((one, other))
-    return pairs
+    return [
+        (one, other)
+        for one, other in combinations(labels, 2)
+        if same(one.row.source, other.row.source) and _shared_s(one.row, other.row) > EXACT_S
+    ]
 
 
 def checked_text(key: str, text: str) -> str:

@@ -239,7 +239,7 @@ def test_a_log_in_parts_reports_what_was_lost_within_and_between_them(network: L
         while (event := reader.receive()) is not None:
             log.handle(event)
     end = log.close()
-    assert parts.number == 4
+    assert parts.number >= 4  # and one for each second that it takes
     assert (end.missing, end.lost) == (6, 6)
     whole = Account()
     for number, path in enumerate(sorted(tmp_path.glob("*.mcap"), key=lambda path: take_account(path).start_ns)):

@@ -87,12 +87,9 @@ class Account:
     """
 
     def __init__(
-        self,
-        senders: Mapping[ServiceKey, Sender] | None = None,
-        end_ns: int = 0,
-        steps: Iterable[Span] = (),
+        self, senders: Mapping[ServiceKey, Sender] | None = None, end_ns: int = 0, steps: Iterable[Span] = (),
         dropped: int = 0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.senders = dict(senders or {})
         self.steps = list(steps)
         self._lives = sum(len(sender.lives) for sender in self.senders.values())
@@ -207,11 +204,9 @@ def read_account(metadata: Mapping[str, str]) -> Account | None:
     senders = {}
     try:
         for name, text in metadata.items():
-            match name.split(" "):
-                case service, id:
-                    senders[service, id] = msgspec.json.decode(text, type=Sender)
-                case _:
-                    pass
+            service, space, id = name.partition(" ")
+            if space and " " not in id:
+                senders[service, id] = msgspec.json.decode(text, type=Sender)
         steps = msgspec.json.decode(metadata["steps"], type=list[Span])
         return Account(senders, int(metadata["end_ns"]), steps, int(metadata["dropped"]))
     except (KeyError, ValueError, msgspec.MsgspecError):

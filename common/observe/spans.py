@@ -9,19 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
 from zenocap.common.conversion import Bap, is_lost
-from zenocap.common.messages import (
-    Assignment,
-    BothWaysPose,
-    Health,
-    Message,
-    PartialBap,
-    Sighting,
-    Silhouette,
-    TrackerPose,
-    UniversalBap,
-)
 from zenocap.common.observe.bodies import Source, source_of
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at, offset_in, to_integrator_ns
 
@@ -58,10 +48,10 @@ class _Seen:
     received_ns: int
 
 
-def live_pose(message: Message) -> tuple[Source, Bap] | None:
+def live_pose(message: m.Message) -> tuple[Source, Bap] | None:
     """A pose and its source; None for other messages, and for poses of a second pass, which are of the same frame sets."""
     source = source_of(message)
-    if source is None or isinstance(message, BothWaysPose) or not isinstance(message, UniversalBap | TrackerPose):
+    if source is None or isinstance(message, m.BothWaysPose) or not isinstance(message, m.UniversalBap | m.TrackerPose):
         return None
     return source, message
 
@@ -90,14 +80,14 @@ class SpanReader:
         match event:
             case RoundTrip():
                 self._trips = observe(self._trips, event)
-            case Envelope(message=Health(service="viewer", id=id) as health):
+            case Envelope(message=m.Health(service="viewer", id=id) as health):
                 if id in self._offsets or len(self._offsets) < MOST_VIEWERS:
                     self._offsets[id] = offset_in(health)
-            case Envelope(message=Silhouette(viewer=viewer) | Sighting(viewer=viewer) as message):
+            case Envelope(message=m.Silhouette(viewer=viewer) | m.Sighting(viewer=viewer) as message):
                 self._add("seen", viewer, to_integrator_ns(message.captured_ns, self._offsets.get(viewer)), event)
-            case Envelope(message=Assignment() as message):
+            case Envelope(message=m.Assignment() as message):
                 self._add("assigned", "", message.captured_ns, event)
-            case Envelope(message=PartialBap(viewer=viewer) as message):
+            case Envelope(message=m.PartialBap(viewer=viewer) as message):
                 self._add("limbs", viewer, to_integrator_ns(message.captured_ns, self._offsets.get(viewer)), event)
             case Envelope():
                 posed = live_pose(event.message)
@@ -121,8 +111,9 @@ class SpanReader:
         seen = self._near("seen", pose.captured_ns)
         if not seen:
             return None
+        found = "silhouette" if source == "tracker" else "silhouette and position"
         parts = [
-            Span(f"viewer {viewer}", "silhouette" if source == "tracker" else "silhouette and position", *_times(one))
+            Span(f"viewer {viewer}", found, one.captured_ns, max(one.captured_ns, one.received_ns))
             for viewer, one in seen.items()
         ]
         end_ns = self._received_ns(event)
@@ -160,7 +151,3 @@ class SpanReader:
                 if abs(nearest.captured_ns - captured_ns) <= MATCH_NS:
                     found[viewer] = nearest
         return found
-
-
-def _times(one: _Seen) -> tuple[int, int]:
-    return one.captured_ns, max(one.captured_ns, one.received_ns)

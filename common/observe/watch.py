@@ -19,17 +19,9 @@ class Watch:
     """A reader of each rig, with presence and the clock of its integrator; it publishes nothing."""
 
     def __init__(
-        self,
-        options: ZenohOptions,
-        name: str,
-        rigs: Collection[str],
-        topics: Sequence[Topic],
-        stopped: Callable[[], bool],
-        *,
-        every: bool = False,
-        clock: bool = False,
-        admitted: Callable[[Collection[str]], Sequence[str]] = sorted,
-    ) -> None:
+        self, options: ZenohOptions, name: str, rigs: Collection[str], topics: Sequence[Topic], stopped: Callable[[], bool],
+        *, every: bool = False, clock: bool = False, admitted: Callable[[Collection[str]], Sequence[str]] = sorted,
+    ) -> None:  # fmt: skip
         """Open the connection.  Raises BusError, and ValueError for a bad name.
 
         name: of the program.  rigs: empty for all that are found on the network.  every: receive each message of LATEST

@@ -24,14 +24,13 @@ FAILURES = {"steps failed": "step_errors", "messages could not be sent": "unsend
 
 
 class SessionMember(Generic[Setup, State, F]):
-    """One service of a session."""
+    """One service of a session.  runner: handles its events."""
 
     def __init__(self, service: Service[Setup, State, F], network: LocalNetwork) -> None:
-        self.key: ServiceKey = (service.name, service.id)
         self._service = service
         self._ahead: deque[tuple[F, tuple[State, Sequence[Message]] | Exception]] = deque()  # of frames still to feed
-        self._runner = Runner(replace(service, step=self._step), network.bus(), network.clock)
-        self._runner.subscribe()
+        self.runner = Runner(replace(service, step=self._step), network.bus(), network.clock)
+        self.runner.subscribe()
 
     def ahead(self, frames: Iterator[F]) -> Iterator[F]:
         """The frames, each to be fed once and in order; stepped when they are asked for, in any thread.
@@ -41,31 +40,24 @@ class SessionMember(Generic[Setup, State, F]):
         alone = all(one.topic is FRAME_RATE for one in self._service.subscriptions)
         return self._stepped_ahead(frames) if alone else frames
 
-    def feed(self, frame: F) -> None:
-        self._runner.handle(frame)
-
     def drain(self) -> bool:
         """Handle all messages, and at once what the service postpones; whether there were any."""
         any_event = False
-        while (event := self._runner.bus.receive(0.0)) is not None:
+        while (event := self.runner.bus.receive(0.0)) is not None:
             any_event = True
             if not isinstance(event, RoundTrip):
-                self._runner.handle(event)
-            while self._runner.pending:
-                self._runner.handle(Tick(self._runner.clock.now_ns()))
+                self.runner.handle(event)
+            while self.runner.pending:
+                self.runner.handle(Tick(self.runner.clock.now_ns()))
         return any_event
-
-    def report(self) -> None:
-        """Publish the input trace since the last report."""
-        self._runner.report_handled()
 
     def describe(self) -> str:
         """State in words."""
-        return self._service.describe(self._runner.state)
+        return self._service.describe(self.runner.state)
 
     def counts(self) -> Mapping[str, int]:
         """Counters of the loop and of the step."""
-        return self._runner.meter.counts | dict(self._service.count(self._runner.state))
+        return self.runner.meter.counts | dict(self._service.count(self.runner.state))
 
     def _stepped_ahead(self, frames: Iterator[F]) -> Iterator[F]:
         state = self._service.initial()
@@ -96,6 +88,7 @@ class Session(Generic[F]):
         """rig: its name.  services: in the order in which they handle waiting messages.  recorded: topics to return."""
         self._network, self._clock = LocalNetwork(rig, clock), clock
         self._members = {(one.name, one.id): SessionMember(one, self._network) for one in services}
+        self._viewers_first = sorted(self._members, key=lambda key: key[0] != "viewer")  # stable
         self._recorder, self._bus = self._network.bus(), self._network.bus()
         for topic in recorded:
             self._recorder.subscribe(topic, every=True)
@@ -116,7 +109,7 @@ class Session(Generic[F]):
         self._clock.set(max(frame.captured_ns for frame in frames.values()))
         for (name, id), member in self._members.items():
             if name == "viewer" and id in frames:
-                member.feed(frames[id])
+                member.runner.handle(frames[id])
         return self._settled()
 
     def replay(self, recorded: Envelope) -> Sequence[Envelope]:
@@ -127,9 +120,9 @@ class Session(Generic[F]):
 
     def report(self, service: ServiceKey | None = None) -> Sequence[Envelope]:
         """Input traces since the last report, of one service, or of all: the viewers first."""
-        for key in sorted(self._members, key=lambda key: key[0] != "viewer"):  # stable
+        for key in self._viewers_first:
             if service in (None, key):
-                self._members[key].report()
+                self._members[key].runner.report_handled()
         return self._taken()
 
     def describe(self, service: ServiceKey) -> str:
@@ -138,8 +131,7 @@ class Session(Generic[F]):
 
     def states(self) -> dict[str, str]:
         """State of each service in words, by its title, the viewers first."""
-        keys = sorted(self._members, key=lambda key: key[0] != "viewer")
-        return {title(key): self._members[key].describe() for key in keys}
+        return {title(key): self._members[key].describe() for key in self._viewers_first}
 
     def failures(self) -> dict[str, int]:
         """Number of failures by kind: steps that raised, messages that could not be published, failed frame sets."""

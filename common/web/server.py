@@ -17,7 +17,7 @@ from http import HTTPStatus
 from typing import Any, Generic, cast
 from urllib.parse import parse_qs, urlsplit
 
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -25,9 +25,8 @@ from websockets.http11 import Request, Response
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
-from zenocap.common.web.content import Answer, PageContent
+from zenocap.common.web.content import OFFERED_PATH, Answer, OfferedFiles, PageContent
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
-from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
 from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
     HANDSHAKE_TIMEOUT_S,
@@ -124,7 +123,7 @@ class PageServer(Generic[C]):
             logger=self._websockets_logger(),
             create_connection=cast("type[ServerConnection]", self._connection),
         ) as server:
-            self._port = _port(server)
+            self._port = int(next(iter(server.sockets)).getsockname()[1])
             self._started.set()
             await self._ended.wait()
 
@@ -241,10 +240,6 @@ async def _send(connection: ServerConnection, page: PageQueue) -> None:
             await connection.send(await page.take(), text=True)
     except ConnectionClosed:
         return
-
-
-def _port(server: Server) -> int:
-    return int(next(iter(server.sockets)).getsockname()[1])
 
 
 def _text(status: HTTPStatus, text: str) -> Response:

@@ -13,21 +13,9 @@ from zenocap.common.body.kinematics import part_frames
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
+from zenocap.tools.judge import parameters
 from zenocap.tools.judge.evidence import PoseRow, TakeBody, TakeEvidence
 from zenocap.tools.judge.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
-from zenocap.tools.judge.parameters import (
-    APART_NOISE_M,
-    FAST_LIMB,
-    FAST_TRUNK,
-    LIMIT_RAD,
-    LONGEST_STEP_S,
-    MIN_AREA,
-    MOST_APART_M,
-    MOST_DISAGREEMENT_M,
-    MOST_SHAKING,
-    PERSON_AREA,
-    SAMPLE_NS,
-)
 
 MOTION = ("jump", "shaking", "passes", "limits")
 
@@ -65,14 +53,14 @@ def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures
             except ValueError:  # damaged, or of another size
                 continue
             views[viewer] = view_sample(small[viewer], reduced_mask(mask, small[viewer]), points)
-            outline = outline_of(cameras[viewer], mask, 0.0) if posed and views[viewer].area > MIN_AREA else None
+            outline = outline_of(cameras[viewer], mask, 0.0) if posed and views[viewer].area > parameters.MIN_AREA else None
             if outline is not None:
                 outlines[viewer] = outline
-        captured_ns = number * SAMPLE_NS if sample.pose_ns is None else sample.pose_ns
+        captured_ns = number * parameters.SAMPLE_NS if sample.pose_ns is None else sample.pose_ns
         found.append(SampleFigures(captured_ns, False, posed, views, _apart(cameras, outlines, baselines)))
     usual = _usual_areas(found)
     return [
-        replace(one, seen=any(view.area > PERSON_AREA * usual[viewer] for viewer, view in one.views.items()))
+        replace(one, seen=any(view.area > parameters.PERSON_AREA * usual[viewer] for viewer, view in one.views.items()))
         for one in found
     ]
 
@@ -83,8 +71,8 @@ def _usual_areas(samples: Sequence[SampleFigures]) -> dict[str, float]:
     for sample in samples:
         for viewer, view in sample.views.items():
             if sample.posed or viewer not in areas:
-                areas[viewer].append(view.area if sample.posed else MIN_AREA)
-    return {viewer: max(MIN_AREA, float(np.median(values))) for viewer, values in areas.items()}
+                areas[viewer].append(view.area if sample.posed else parameters.MIN_AREA)
+    return {viewer: max(parameters.MIN_AREA, float(np.median(values))) for viewer, values in areas.items()}
 
 
 def _apart(
@@ -110,8 +98,8 @@ def _apart(
         apart = np.abs(ends[0] - ends[1])
         if np.isfinite(apart).any():
             pixel_rad = max(2.0 / float(cameras[name].matrix[0, 0] + cameras[name].matrix[1, 1]) for name in (one, other))
-            apart_m = min(MOST_APART_M, distance * float(np.nanmean(apart)))
-            found[one, other] = apart_m, apart_m / (APART_NOISE_M + distance * pixel_rad)
+            apart_m = min(parameters.MOST_APART_M, distance * float(np.nanmean(apart)))
+            found[one, other] = apart_m, apart_m / (parameters.APART_NOISE_M + distance * pixel_rad)
     return found
 
 
@@ -130,27 +118,27 @@ def motion_figures(evidence: TakeEvidence, body: TakeBody, times: Ints, rows: Se
     out = np.full((len(rows), len(MOTION)), np.nan)
     ends = np.full((len(rows), len(body.anatomy.parts), 3), np.nan)
     limits = body.anatomy.limits[body.order]
+    low, high = limits[:, 0] + parameters.LIMIT_RAD, limits[:, 1] - parameters.LIMIT_RAD
     single = np.array([len(joint.axes) == 1 for joint in body.anatomy.joints for _ in joint.axes])[body.order]
     for k, row in enumerate(rows):
         if row.lost:
             continue
         ends[k] = _ends(body, body.pose(row))
-        beyond = (row.angles > limits[:, 1] - LIMIT_RAD) | (~single & (row.angles < limits[:, 0] + LIMIT_RAD))
-        out[k, 3] = np.mean(beyond)
+        out[k, 3] = np.mean((row.angles > high) | (~single & (row.angles < low)))
         ahead = evidence.forward.get(int(times[k]))
         if evidence.both and ahead is not None and not ahead.lost:
             apart = np.linalg.norm(_ends(body, body.pose(ahead)) - ends[k], axis=1)
-            out[k, 2] = min(MOST_DISAGREEMENT_M, float(np.mean(apart)))
+            out[k, 2] = min(parameters.MOST_DISAGREEMENT_M, float(np.mean(apart)))
     steps_s = np.diff(times) / 1e9
     if len(rows) > 1:
         velocity = np.diff(ends, axis=0) / np.maximum(steps_s, 1e-3)[:, None, None]
-        velocity[steps_s > LONGEST_STEP_S] = np.nan
+        velocity[steps_s > parameters.LONGEST_STEP_S] = np.nan
         speed = np.linalg.norm(velocity, axis=2)
         known = np.isfinite(speed).all(axis=1)
-        fast: Bools = (speed[:, 0] > FAST_TRUNK) | (speed.max(axis=1) > FAST_LIMB)
+        fast: Bools = (speed[:, 0] > parameters.FAST_TRUNK) | (speed.max(axis=1) > parameters.FAST_LIMB)
         out[1:, 0] = np.where(known, fast, np.nan)
         change = np.linalg.norm(np.diff(velocity, axis=0), axis=2).mean(axis=1)
-        out[2:, 1] = np.minimum(change, MOST_SHAKING)
+        out[2:, 1] = np.minimum(change, parameters.MOST_SHAKING)
     return out
 
 

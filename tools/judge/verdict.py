@@ -14,19 +14,10 @@ from typing import Literal
 import numpy as np
 
 from zenocap.common import messages as m
+from zenocap.common import topics
 from zenocap.common.arrays import Floats
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.topics import (
-    BOTH_WAYS_POSE,
-    CAMERA,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-    VERDICT,
-)
-from zenocap.tools.judge.evidence import TakeEvidence
+from zenocap.tools.judge.evidence import TakeEvidence, evidence_of
 from zenocap.tools.judge.features import FEATURES, Stretch, stretches_of
 from zenocap.tools.judge.parameters import (
     CLEAR_SHARE,
@@ -42,7 +33,10 @@ from zenocap.tools.judge.parameters import (
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
 from zenocap.tools.judge.view_lag import view_lags
 
-USED = (CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, UNIVERSAL_BDP, UNIVERSAL_BAP)  # topics
+USED = (
+    topics.CAMERA, topics.SILHOUETTE, topics.TRACKER_BDP, topics.TRACKER_POSE, topics.BOTH_WAYS_POSE, topics.UNIVERSAL_BDP,
+    topics.UNIVERSAL_BAP,
+)  # fmt: skip
 ROUND = 4  # decimals of a stored error, m: 0.1 mm
 EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
 KINDS = ("both-ways", "one-pass", "two-view", "poses-only")  # of evidence; each has coefficients of its own
@@ -73,16 +67,11 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     parts = []
     for one, error, found in zip(stretches, errors.tolist(), kinds, strict=True):
         own = rating_of(kind, [one], error)
-        parts.append(
-            m.VerdictStretch(
-                start_ns=one.start_ns,
-                end_ns=one.end_ns,
-                rating=own,
-                error=error,
-                lost=round(one.without_pose, 3),
-                reasons=[] if own == "good" else found,
-            )
-        )
+        part = m.VerdictStretch(
+            start_ns=one.start_ns, end_ns=one.end_ns, rating=own, error=error, lost=round(one.without_pose, 3),
+            reasons=[] if own == "good" else found,
+        )  # fmt: skip
+        parts.append(part)
     return m.Verdict(
         frame=frame, captured_ns=last_ns, rating=rating, error=round(float(errors.mean()), ROUND), evidence=kind,
         reasons=reasons, stretches=parts,
@@ -122,16 +111,13 @@ def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
 
 def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
-    evidence = TakeEvidence()
-    for received in TakeReader(path).envelopes(USED):
-        evidence.add(received.message)
-    return evidence
+    return evidence_of(received.message for received in TakeReader(path).envelopes(USED))
 
 
 def verdict_in(path: Path) -> m.Verdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
     evidence = TakeEvidence()
-    for received in TakeReader(path).envelopes((*USED, VERDICT)):
+    for received in TakeReader(path).envelopes((*USED, topics.VERDICT)):
         if isinstance(received.message, m.Verdict):
             return received.message
         evidence.add(received.message)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
 from zenocap.common.formats.pose_track import Bound, inside
@@ -75,37 +75,33 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) 
     estimated, known = ~np.isnan(distance), ~np.isnan(expected).any(axis=2)
     if not estimated.any():
         raise UserError("no frame in common with an estimate: check --from, --until and --offset")
-    world_to_pelvis = _world_to_pelvis(truth, kept)
-    own = np.einsum("fij,fnj->fni", world_to_pelvis, difference)
+    own = np.einsum("fij,fnj->fni", _world_to_pelvis(truth, kept), difference)
     with np.errstate(invalid="ignore"):
         shape = own - np.nanmean(np.where(estimated[..., None], own, np.nan), axis=0, keepdims=True)
     lost = np.count_nonzero(known & ~estimated) + np.count_nonzero(distance > LOST_M)
     millimetres = 1e3 * distance[estimated]
+    per_joint_mm = {
+        name: 1e3 * float(distance[estimated[:, k], k].mean()) for k, name in enumerate(names) if estimated[:, k].any()
+    }
     return Accuracy(
-        frames=len(kept),
-        joints=len(names),
-        mpjpe_mm=float(millimetres.mean()),
+        frames=len(kept), joints=len(names), mpjpe_mm=float(millimetres.mean()),
         rmse_mm=float(np.sqrt((millimetres**2).mean())),
         shape_mm=1e3 * float(np.sqrt((np.linalg.norm(shape, axis=2)[estimated] ** 2).mean())),
-        median_mm=float(np.median(millimetres)),
-        lost_pct=100.0 * float(lost) / float(np.count_nonzero(known)),
-        per_joint_mm={
-            name: 1e3 * float(distance[estimated[:, k], k].mean()) for k, name in enumerate(names) if estimated[:, k].any()
-        },
-    )
+        median_mm=float(np.median(millimetres)), lost_pct=100.0 * float(lost) / float(np.count_nonzero(known)),
+        per_joint_mm=per_joint_mm,
+    )  # fmt: skip
 
 
-def _kept(truth: Trajectories, selection: ScoredFrames) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _kept(truth: Trajectories, selection: ScoredFrames) -> Ints:
     """Rows of the truth to score: inside the selection, and with a pelvis frame."""
     frames = truth.frames
     wanted = (frames % selection.every == 0) & inside(frames, truth.times_s, selection.first, selection.last)
     for name in PELVIS:
         wanted &= ~np.isnan(truth.points[:, truth.names.index(name)]).any(axis=1)
-    rows: np.ndarray[tuple[int], np.dtype[np.int64]] = np.flatnonzero(wanted)
-    return rows
+    return np.flatnonzero(wanted)
 
 
-def _world_to_pelvis(truth: Trajectories, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> Floats:
+def _world_to_pelvis(truth: Trajectories, rows: Ints) -> Floats:
     """(frames, 3, 3): rows X to the person's left, Y up along the torso, Z to the front."""
     left, right, neck = (truth.points[rows, truth.names.index(name)] for name in PELVIS)
     x = (left - right) / np.linalg.norm(left - right, axis=1, keepdims=True)

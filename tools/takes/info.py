@@ -133,19 +133,7 @@ def info(
         cut=take.cut,
         library=take.library,
         chunks=chunk_counts(path),
-        channels=tuple(
-            ChannelStatistics(
-                key=key,
-                schema=schema,
-                encoding=encoding,
-                messages=one.messages,
-                bytes=one.bytes,
-                rate=one.rate(),
-                gap_s=one.gap_ns / 1e9,
-                gap_at_s=(one.gap_at_ns - start_ns) / 1e9,
-            )
-            for (key, schema, encoding), one in sorted(tally.channels.items())
-        ),
+        channels=tuple(one.statistics(*channel, start_ns) for channel, one in sorted(tally.channels.items())),
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,
         height_ratio=tally.height_ratio,
@@ -171,9 +159,8 @@ def _account(tally: "_Tally", stored: Mapping[str, str]) -> Iterator[AccountLine
     refused = refused_of(account, {key: one.messages for (key, *_), one in tally.channels.items()})
     for ((service, id), topic), line in account.lines().items():
         more = refused[(service, id), topic]
-        yield AccountLine(
-            service, id, topic, line.sent, line.seen - more, more, line.missing, line.unlogged, line.unknown
-        )  # fmt: skip
+        recorded = line.seen - more
+        yield AccountLine(service, id, topic, line.sent, recorded, more, line.missing, line.unlogged, line.unknown)
 
 
 def _parameters(path: Path, take: TakeReader) -> dict[str, int]:

@@ -64,12 +64,8 @@ def _head(info: Info) -> Iterator[str]:
 def _two_view(info: Info) -> Iterator[str]:
     if info.pairs:
         pairs = info.pairs
-        parts = [
-            f"{pairs.instants} frame sets",
-            f"{pairs.complete} with all viewers",
-            f"{pairs.one_viewer} with one viewer",
-        ]
-        yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale viewer"]))
+        counts = f"{pairs.instants} frame sets, {pairs.complete} with all viewers, {pairs.one_viewer} with one viewer"
+        yield _line("pairs", f"{counts}, {pairs.stale} with a stale viewer")
     if info.height_ratio is not None:
         yield _line("heights", f"{info.height_ratio - 1:+.1%} in the side view, compared with the front view")
 
@@ -162,18 +158,11 @@ def _channels(channels: Sequence[ChannelStatistics]) -> Iterator[str]:
         if stem and stem != above:
             rows.append((stem, "", "", "", "", "", ""))
         above = stem
+        name = f"  {channel.key.removeprefix(stem)}" if stem else channel.key
+        times = (f"{channel.rate:.1f}", f"{channel.gap_s:.3f}", f"{channel.gap_at_s:.1f}")
+        schema = f"{'' if channel.encoding == 'msgpack' else channel.encoding} {channel.schema or '-'}".strip()
         several = channel.messages > 1
-        rows.append(
-            (
-                f"  {channel.key.removeprefix(stem)}" if stem else channel.key,
-                str(channel.messages),
-                _size(channel.bytes),
-                f"{channel.rate:.1f}" if several else "",
-                f"{channel.gap_s:.3f}" if several else "",
-                f"{channel.gap_at_s:.1f}" if several else "",
-                f"{'' if channel.encoding == 'msgpack' else channel.encoding} {channel.schema or '-'}".strip(),
-            )
-        )
+        rows.append((name, str(channel.messages), _size(channel.bytes), *(times if several else ("", "", "")), schema))
     yield from _table(rows, right=(1, 2, 3, 4, 5))
     yield "gap: longest time between two messages; at: time since the start."
 
@@ -209,10 +198,7 @@ def _table(rows: Sequence[tuple[str, ...]], right: tuple[int, ...]) -> Iterator[
     rows = [tuple(printable(cell) for cell in row) for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
-        cells = [
-            f"{cell:>{width}}" if k in right else f"{cell:{width}}"
-            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ]
+        cells = (cell.rjust(widths[k]) if k in right else cell.ljust(widths[k]) for k, cell in enumerate(row))
         yield "  ".join(cells).rstrip()
 
 

@@ -51,13 +51,13 @@ Mass is not known and not scaled: set it in scale.xml before you compute forces.
 """
 
 
-def write_opensim(
-    folder: Path, track: PoseTrack, model: Path, *, take: str, smoothing: str = "none", min_confidence: float = 0.0
-) -> tuple[str, ...]:
+def export(folder: Path, request: ExportRequest) -> tuple[str, ...]:
     """Write the folder, completely or not at all; return the names of the points that the model has no body for.
 
     Rows without a pose are left out.  Raises UserError, also for a folder that is not empty, and OSError.
     """
+    track, model = request.track, request.model
+    assert model is not None, "checked before"
     if track.anatomy is not FOURTEEN_PARTS:
         allowed = f"takes with the body {FOURTEEN_PARTS.name}, of zenocap track"
         raise UserError(f"{folder}: the take's body {track.anatomy.name} has no pelvis and feet: allowed: {allowed}")
@@ -67,8 +67,9 @@ def write_opensim(
         raise UserError(f"{folder}: the person is lost in every frame: no row to write")
     generic = read_model(model)
     markers = markers_of(generic, model)
-    motion = _of_markers(points(track, min_confidence), markers)
-    body = _of_markers(body_points(track), markers)
+    motion = _of_markers(points(track, request.min_confidence), markers)
+    whole = body_points(track)
+    body = _of_markers(whole, markers)
     times_s = float(motion.times_s[0]), float(motion.times_s[-1])
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
@@ -81,7 +82,7 @@ def write_opensim(
             FILES["markers"]: marker_set({name: markers[name] for name in motion.names}),
             FILES["scale"]: scale_setup(generic, markers, FILES["body_trc"], FILES),
             FILES["inverse_kinematics"]: ik_setup(motion.names, times_s, FILES),
-            README: TEXT.format(take=take, model=f"{generic.name} ({model.name})", smoothing=smoothing),
+            README: TEXT.format(take=request.take, model=f"{generic.name} ({model.name})", smoothing=request.smoothing),
         }
         for name, text in texts.items():
             (unfinished / name).write_text(text, encoding="utf-8", newline="\n")
@@ -89,7 +90,7 @@ def write_opensim(
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
-    return tuple(name for name in body_points(track).names if name not in markers)
+    return tuple(name for name in whole.names if name not in markers)
 
 
 def points(track: PoseTrack, min_confidence: float = 0.0) -> Trajectories:
@@ -129,12 +130,3 @@ def _of_markers(data: Trajectories, markers: Container[str]) -> Trajectories:
     kept = [k for k, name in enumerate(data.names) if name in markers]
     names = tuple(data.names[k] for k in kept)
     return Trajectories(names, data.frames, data.times_s, data.points[:, kept], data.rate)
-
-
-def export(folder: Path, request: ExportRequest) -> tuple[str, ...]:
-    """For `zenocap export`: points that the model lacks."""
-    assert request.model is not None, "checked before"
-    return write_opensim(
-        folder, request.track, request.model, take=request.take, smoothing=request.smoothing,
-        min_confidence=request.min_confidence,
-    )  # fmt: skip

@@ -45,11 +45,9 @@ MEDIA_TYPES = {PRIOR_FILE: "application/octet-stream", POSTURES_FILE: "applicati
 
 
 def retrack(
-    source: Path,
-    rig: RecordedRig,
-    open_take: Callable[[], Recording],
+    source: Path, rig: RecordedRig, open_take: Callable[[], Recording],
     on_message: Callable[[m.Message], None] = lambda _: None,
-) -> Recording:
+) -> Recording:  # fmt: skip
     """Write the take that the tracker and the recognizer of `rig` make of the silhouettes of the take `source`.
 
     on_message: gets every message of the tracker and the recognizer, in order.  Raises UserError, RecordingError, and

@@ -30,7 +30,6 @@ class ServiceHealth:
 @dataclass
 class HealthTally:
     reports: int = 0
-    state: str = ""
     offset_ns: int = 0
     error_ns: int = 0
     memory_bytes: int = 0
@@ -39,7 +38,6 @@ class HealthTally:
 
     def add(self, health: m.Health) -> None:
         self.reports += 1
-        self.state = health.state
         self.memory_bytes = max(self.memory_bytes, health.memory_bytes)
         if abs(health.clock_offset_ns) >= abs(self.offset_ns):
             self.offset_ns, self.error_ns = health.clock_offset_ns, health.clock_error_ns
@@ -48,9 +46,10 @@ class HealthTally:
         self.last = health
 
     def health(self, service: str, id: str) -> ServiceHealth:
-        counts = self.before + Counter({} if self.last is None else self.last.counts)
+        assert self.last is not None, "one is made for the first health"
+        counts = self.before + Counter(self.last.counts)
         return ServiceHealth(
-            service=service, id=id, reports=self.reports, state=self.state, clock_offset_ms=self.offset_ns / 1e6,
+            service=service, id=id, reports=self.reports, state=self.last.state, clock_offset_ms=self.offset_ns / 1e6,
             clock_error_ms=self.error_ns / 1e6, memory_mb=self.memory_bytes / 1e6,
             counts={name: count for name, count in sorted(counts.items()) if name != PROCESS},
         )  # fmt: skip

@@ -49,9 +49,11 @@ class ChannelTally:
         self.bytes += size
         self.first_ns, self.last_ns = min(self.first_ns, log_ns), max(self.last_ns, log_ns)
 
-    def rate(self) -> float:
-        span_ns = self.last_ns - self.first_ns
-        return (self.messages - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+    def statistics(self, key: str, schema: str, encoding: str, start_ns: int) -> ChannelStatistics:
+        """start_ns: of the take."""
+        span_ns, gap_s, gap_at_s = self.last_ns - self.first_ns, self.gap_ns / 1e9, (self.gap_at_ns - start_ns) / 1e9
+        rate = (self.messages - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+        return ChannelStatistics(key, schema, encoding, self.messages, self.bytes, rate, gap_s, gap_at_s)
 
 
 @dataclass(frozen=True)

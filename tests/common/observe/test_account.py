@@ -1,6 +1,6 @@
 """Messages that were sent, that arrived at a log, and that did not."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -32,11 +32,13 @@ def pose(second: float = 0) -> Envelope:
     return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(0), int(second * SECOND))
 
 
-def health(second: float, poses: int | None, process: int = 1, late_ns: int = 0, *, ended: bool = False) -> Envelope:
-    """Health of a process that has sent this number of poses; None: of one of an earlier version."""
+def health(
+    second: float, poses: int | None, process: int = 1, late_ns: int = 0, *, ended: bool = False, **others: int
+) -> Envelope:
+    """Health of a process that has sent these numbers of poses and others; None: of one of an earlier version."""
     meter = Meter(*INTEGRATOR, process=process)
     meter.counts.update({ENDED: 1} if ended else {})
-    sent, at_ns = {} if poses is None else {"universal_bap": poses}, int(second * SECOND)
+    sent, at_ns = others if poses is None else others | {"universal_bap": poses}, int(second * SECOND)
     now = meter.report(at_ns, at_ns, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None)
     if poses is None:
         now = structs.replace(now, counts={name: count for name, count in now.counts.items() if name != PROCESS})
@@ -60,83 +62,29 @@ def poses(found: Account) -> Line | None:
     return lines.get((INTEGRATOR, "universal_bap"))
 
 
-def missing(*events: Envelope | Alive) -> int:
-    line = poses(account(*events))
-    return 0 if line is None else line.missing
+STARTED = (BEGINS, health(1, 100), health(2, 103))
+AGAIN = (health(8, 50, process=2), health(9, 51, process=2))
+CUT = [health(60 + k, 10 + k, process) for k in (0, 1) for process in (1, 2)]  # both sides of a network, until one ends
+REPLAYED = [health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103))]
 
 
-def test_everything_that_arrives_is_not_missing() -> None:
-    assert missing(BEGINS, pose(), health(1, 100), pose(), pose(), health(2, 102), health(3, 102)) == 0
-
-
-def test_a_message_that_was_sent_and_does_not_arrive_is_missing() -> None:
-    assert missing(BEGINS, health(1, 100), pose(), health(2, 102)) == 1
-    assert missing(BEGINS, health(1, 100), pose(), health(2, 102), health(3, 104)) == 3
-
-
-def test_each_topic_is_counted_by_itself() -> None:
-    """A health that does not arrive hides no pose, and is hidden by none."""
-    first, last = (
-        Envelope(
-            "zenocap/studio/integrator/main/health", HEALTH,
-            Meter(*INTEGRATOR, process=1).report(
-                second * SECOND, 0, Phase.RUNNING, "", Counters(0, {}, {}, sent={"universal_bap": poses, "health": second}),
-                None,
-            ),
-            second * SECOND,
-        )
-        for second, poses in ((1, 0), (3, 1))
-    )  # fmt: skip
-    lines = account(first, pose(), last).lines()
-    assert lines[INTEGRATOR, "health"].missing == 1
-    assert lines[INTEGRATOR, "universal_bap"].missing == 0
-
-
-def test_healths_of_a_replay_do_not_say_what_was_sent() -> None:
-    early, late = (health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103)))
-    assert missing(BEGINS, early, pose(), late) == 0
-
-
-def test_what_was_sent_before_the_first_health_was_sent_without_a_log() -> None:
-    found = poses(account(BEGINS, pose(5), health(5, 5000), health(6, 5001)))
-    assert found == Line(5001, 1, 1, 4999, ((6 * SECOND, 6 * SECOND),))
-
-
-def test_a_process_that_starts_again_has_lost_nothing() -> None:
-    before = (BEGINS, health(1, 100), health(2, 103))
-    assert missing(*before) == 3
-    assert missing(*before, ENDS, BEGINS, health(8, 50, process=2), health(9, 51, process=2)) == 4
-    assert missing(*before, health(8, 50, process=2), health(9, 51, process=2)) == 4  # killed, and its token still there
-
-
-def test_a_process_that_ended_by_itself_leaves_nothing_unknown() -> None:
-    ended = (health(1, 0), pose(1), health(2, 2, ended=True))
-    found = poses(account(*ended, health(8, 5, process=2), health(9, 5, process=2, ended=True)))
-    assert found == Line(7, 1, 6, 0, ())
-
-
-def test_what_a_killed_process_sent_last_is_unknown() -> None:
-    killed = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))
-    assert poses(account(*killed)) == Line(2, 1, 1, 0, ((2 * SECOND, 3 * SECOND),))
-    again = health(8, 5, process=2), pose(8), health(9, 6, process=2, ended=True)
-    assert poses(account(*killed, *again)) == Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),))
-
-
-def test_an_unknown_time_is_divided_where_the_clock_was_set_back() -> None:
-    found = poses(account(health(100, 0), pose(100.5), pose(20), health(23, 0, process=2, ended=True)))
-    assert found is not None
-    assert found.unknown == ((100 * SECOND, 101 * SECOND + SECOND // 2), (19 * SECOND, 23 * SECOND))  # within a second
-
-
-def test_a_clock_that_is_set_ends_no_process() -> None:
-    events = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000, 3, ended=True))
-    assert poses(account(*events)) == Line(3, 2, 1, 0, ())
-
-
-def test_two_processes_of_one_name_lose_nothing() -> None:
-    """As both sides of a network that was cut, until the younger one ends."""
-    one, other = (tuple(health(60 + k, 10 + k, process) for k in (0, 1)) for process in (1, 2))
-    assert missing(BEGINS, one[0], other[0], pose(), one[1], other[1]) == 0
+@pytest.mark.parametrize(
+    ("events", "expected"),
+    [
+        pytest.param((BEGINS, pose(), health(1, 100), pose(), pose(), health(2, 102), health(3, 102)), 0, id="all arrive"),
+        pytest.param((BEGINS, health(1, 100), pose(), health(2, 102)), 1, id="one does not arrive"),
+        pytest.param((BEGINS, health(1, 100), pose(), health(2, 102), health(3, 104)), 3, id="three do not arrive"),
+        pytest.param((BEGINS, REPLAYED[0], pose(), REPLAYED[1]), 0, id="healths of a replay do not say what was sent"),
+        pytest.param(STARTED, 3, id="one process"),
+        pytest.param((*STARTED, ENDS, BEGINS, *AGAIN), 4, id="a process that starts again has lost nothing"),
+        pytest.param((*STARTED, *AGAIN), 4, id="killed, and its token still there"),
+        pytest.param((BEGINS, *CUT[:2], pose(), *CUT[2:]), 0, id="two processes of one name lose nothing"),
+    ],
+)
+def test_a_message_that_was_sent_and_does_not_arrive_is_missing(events: Sequence[Envelope | Alive], expected: int) -> None:
+    found = account(*events)
+    line = poses(found)
+    assert (0 if line is None else line.missing) == found.missing == expected
 
 
 def test_a_health_without_the_count_is_of_an_earlier_version() -> None:
@@ -144,14 +92,54 @@ def test_a_health_without_the_count_is_of_an_earlier_version() -> None:
     assert (found.missing, found.lines()) == (0, {})
 
 
+def test_each_topic_is_counted_by_itself() -> None:
+    """A health that does not arrive hides no pose, and is hidden by none."""
+    lines = account(health(1, 0, health=1), pose(), health(3, 1, health=3)).lines()
+    assert lines[INTEGRATOR, "health"].missing == 1
+    assert lines[INTEGRATOR, "universal_bap"].missing == 0
+
+
+KILLED = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))
+SET_BACK = (health(100, 0), pose(100.5), pose(20), health(23, 0, process=2, ended=True))
+SET_TWICE = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000, 3, ended=True))
+
+
+@pytest.mark.parametrize(
+    ("events", "expected"),
+    [
+        pytest.param(
+            (BEGINS, pose(5), health(5, 5000), health(6, 5001)), Line(5001, 1, 1, 4999, ((6 * SECOND, 6 * SECOND),)),
+            id="what was sent before the first health was sent without a log",
+        ),
+        pytest.param(
+            (health(1, 0), pose(1), health(2, 2, ended=True), health(8, 5, process=2), health(9, 5, process=2, ended=True)),
+            Line(7, 1, 6, 0, ()), id="a process that ended by itself leaves nothing unknown",
+        ),
+        pytest.param(
+            KILLED, Line(2, 1, 1, 0, ((2 * SECOND, 3 * SECOND),)), id="what a killed process sent last is unknown"
+        ),
+        pytest.param(
+            (*KILLED, health(8, 5, process=2), pose(8), health(9, 6, process=2, ended=True)),
+            Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),)), id="and until the next process",
+        ),
+        pytest.param(
+            SET_BACK, Line(2, 2, 0, 0, ((100 * SECOND, 101 * SECOND + SECOND // 2), (19 * SECOND, 23 * SECOND))),
+            id="an unknown time is divided where the clock was set back, within a second",
+        ),
+        pytest.param(SET_TWICE, Line(3, 2, 1, 0, ()), id="a clock that is set ends no process"),
+    ],
+)  # fmt: skip
+def test_what_is_known_of_a_process(events: Sequence[Envelope | Alive], expected: Line) -> None:
+    assert poses(account(*events)) == expected
+
+
 def test_the_account_is_kept_in_the_metadata_of_a_take() -> None:
     found = account(health(100, 7), pose(100), pose(20), health(23, 5, process=2), pose(24), health(25, 9, process=2))
     found.dropped = 3
     again = read_account(found.metadata())
     assert again is not None
-    assert (again.lines(), again.missing, again.end_ns, again.dropped) == (
-        found.lines(), found.missing, found.end_ns, 3,
-    )  # fmt: skip
+    assert again.lines() == found.lines()
+    assert (again.missing, again.end_ns, again.dropped) == (found.missing, found.end_ns, 3)
     assert read_account({}) is None
     assert read_account(found.metadata() | {"viewer 1": "7"}) is None
 
@@ -214,9 +202,8 @@ def publish(bus: LocalBus, poses: int, seconds: int = 3) -> None:
 
 @pytest.mark.parametrize(("lost", "expected"), [(range(0), 0), (range(3, 5), 2), (range(8, 12), 4)])
 def test_a_log_reports_what_the_network_lost(network: LocalNetwork, tmp_path: Path, lost: range, expected: int) -> None:
-    bus = network.bus()
+    bus, reader = network.bus(), network.bus()
     bus.declare_alive("integrator", "main")
-    reader = network.bus()
     Lossy(reader, lost)
     log = Log(reader, Recording(tmp_path / "take.mcap", rig="studio", start_ns=0), whole_rig=True)
     control = LogControl(network.bus(), lambda: log, log)
@@ -252,7 +239,7 @@ def test_a_log_in_parts_reports_what_was_lost_within_and_between_them(network: L
         while (event := reader.receive()) is not None:
             log.handle(event)
     end = log.close()
-    assert parts.number == 4
+    assert parts.number >= 4  # and one for each second that it takes
     assert (end.missing, end.lost) == (6, 6)
     whole = Account()
     for number, path in enumerate(sorted(tmp_path.glob("*.mcap"), key=lambda path: take_account(path).start_ns)):

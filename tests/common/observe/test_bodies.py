@@ -5,6 +5,7 @@ import pytest
 from msgspec import structs
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp
@@ -17,11 +18,8 @@ def body(anatomy: Anatomy) -> m.Body:
 
 
 def tracked(frame: int, kind: type[m.TrackerPose] = m.TrackerPose, *, lost: bool = False) -> m.TrackerPose:
-    more = {"backward": {}} if kind is m.BothWaysPose else {}
-    return kind(
-        frame=frame, captured_ns=7, position=(0.1, 1.0, 0.2), angles={"right_elbow.x": 0.5}, position_spread=(0, 0, 0),
-        spread={}, likelihood=0.0, effective=1.0, lost=lost, views=["1"], lost_limbs=["right_arm"], **more,
-    )  # fmt: skip
+    pose = built(m.TrackerPose, frame=frame, angles={"right_elbow.x": 0.5}, lost=lost, lost_limbs=["right_arm"])
+    return m.BothWaysPose(**structs.asdict(pose), backward={}) if kind is m.BothWaysPose else pose
 
 
 def test_a_pose_has_the_last_body_of_its_source() -> None:

@@ -3,6 +3,7 @@
 import pytest
 from msgspec import structs
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope, RoundTrip
 from zenocap.common.observe.spans import SpanReader
@@ -18,16 +19,11 @@ def at(message: m.Message, received_ns: int) -> Envelope:
 
 
 def silhouette(viewer: str, captured_ns: int, received_ns: int) -> Envelope:
-    message = m.Silhouette(frame=1, captured_ns=captured_ns, viewer=viewer, size=(8, 8), region=(0, 0, 0, 0), data=b"")
-    return at(message, received_ns)
+    return at(built(m.Silhouette, captured_ns=captured_ns, viewer=viewer), received_ns)
 
 
-def pose(captured_ns: int, received_ns: int, lost: bool = False) -> Envelope:
-    message = m.TrackerPose(
-        frame=7, captured_ns=captured_ns, position=(0.0, 0.0, 0.0), angles={}, position_spread=(0.0, 0.0, 0.0),
-        spread={}, likelihood=0.0, effective=40.0, lost=lost, views=["1"],
-    )  # fmt: skip
-    return at(message, received_ns)
+def pose(captured_ns: int, received_ns: int) -> Envelope:
+    return at(built(m.TrackerPose, captured_ns=captured_ns), received_ns)
 
 
 def with_clock(reader: SpanReader, offset_ns: int = 0) -> SpanReader:
@@ -98,8 +94,8 @@ def test_a_replayed_pose_has_no_spans(late_ns):
 def test_without_a_clock_or_silhouettes_there_are_no_spans():
     unknown = SpanReader("rig", 1)
     unknown.receive(silhouette("1", START_NS, START_NS + MS))
-    assert unknown.receive(pose(START_NS, START_NS + 2 * MS)) is None
-    assert with_clock(SpanReader("rig", 1)).receive(pose(START_NS, START_NS + 2 * MS)) is None
+    for reader in (unknown, with_clock(SpanReader("rig", 1))):
+        assert reader.receive(pose(START_NS, START_NS + 2 * MS)) is None
 
 
 def test_names_from_the_network_are_kept_up_to_a_limit():

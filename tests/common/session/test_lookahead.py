@@ -63,13 +63,12 @@ def test_an_iterator_is_advanced_by_one_thread_at_a_time() -> None:
         assert [next(source) for _ in range(1000)] == list(range(1, 1001))
 
 
-def interrupted() -> None:
-    with Lookahead(3) as lookahead:
-        next(lookahead.ahead(numbers(1000)))
-        raise KeyboardInterrupt
-
-
 def test_threads_end_with_the_context_even_after_an_interruption() -> None:
+    def interrupted() -> None:
+        with Lookahead(3) as lookahead:
+            next(lookahead.ahead(numbers(1000)))
+            raise KeyboardInterrupt
+
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("lookahead")]
@@ -83,19 +82,15 @@ def test_no_threads_for_one_job_and_none_below_one() -> None:
         Lookahead(0)
 
 
-def test_thread_limits_are_restored() -> None:
-    before = cv2.getNumThreads(), numba.get_num_threads()
-    with limited_threads(1):
-        assert (cv2.getNumThreads(), numba.get_num_threads()) == (1, 1)
-    assert (cv2.getNumThreads(), numba.get_num_threads()) == before
-
-
-def test_threads_ahead_have_the_number_of_threads_of_their_context() -> None:
-    def numbers() -> Iterator[int]:
+def test_thread_limits_hold_in_the_threads_ahead_and_are_restored() -> None:
+    def limit() -> Iterator[int]:
         yield numba.get_num_threads()
 
+    before = cv2.getNumThreads(), numba.get_num_threads()
     with limited_threads(1), Lookahead(2) as lookahead:
-        assert list(lookahead.ahead(numbers())) == [1]
+        assert (cv2.getNumThreads(), numba.get_num_threads()) == (1, 1)
+        assert list(lookahead.ahead(limit())) == [1]
+    assert (cv2.getNumThreads(), numba.get_num_threads()) == before
 
 
 def test_an_iterator_may_consume_another_one_of_the_same_threads() -> None:

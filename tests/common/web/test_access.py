@@ -13,7 +13,6 @@ from pathlib import Path
 import msgspec
 import pytest
 from websockets.asyncio.client import ClientConnection
-from websockets.exceptions import InvalidStatus
 
 from tests.common.web.test_server import fetched, talk, updates_until
 from tests.support.animator_stand_in import stand_in
@@ -132,13 +131,6 @@ def test_other_methods_than_get_are_refused(tmp_path: Path) -> None:
         assert not one.recv(4096).startswith(b"HTTP/1.1 200")
 
 
-def test_pages_of_origins_that_the_rig_allows_may_connect(tmp_path: Path) -> None:
-    with stand_in(tmp_path, origins=["https://rig.example"]) as animator:
-        assert talk(animator.address, hello, origin="https://rig.example")
-        with pytest.raises(InvalidStatus, match="403"):
-            talk(animator.address, hello, origin="https://evil.example")
-
-
 @pytest.mark.parametrize("origin", ["rig.example", "https://rig.example/page", "null", ""])
 def test_an_origin_that_is_none_is_an_error_of_the_rig_file(origin: str) -> None:
     with pytest.raises(msgspec.ValidationError, match="origins"):
@@ -158,8 +150,6 @@ def test_the_recording_is_started_or_stopped_at_most_once_a_second(tmp_path: Pat
 
     clock = ManualClock(10**18)
     with stand_in(tmp_path, clock) as animator:
-        assert (
-            talk(animator.address, ask)
-            == "refused: the recording was started or stopped less than a second ago; try it again"
-        )
+        refused = talk(animator.address, ask)
+        assert refused == "refused: the recording was started or stopped less than a second ago; try it again"
         assert [request.what for request in animator.bridge.requests()] == ["record", "stop_recording"]

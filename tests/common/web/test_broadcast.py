@@ -2,16 +2,12 @@
 
 import asyncio
 import json
-from collections.abc import Callable
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, PageQueue
-from zenocap.common.web.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
-
-FEEDS = ("live", "take")
+from zenocap.common.web.parameters import MAX_UNACKNOWLEDGED
 
 
 def update(key: str, number: int) -> EncodedUpdate:
@@ -23,8 +19,8 @@ def taken(page: PageQueue) -> list[int] | None:
     return list(json.loads(asyncio.run(page.take()))) if page.ready.is_set() else None
 
 
-def new_broadcaster(on_first_page: Callable[[], None] = lambda: None) -> Broadcaster:
-    return Broadcaster(asyncio.new_event_loop(), on_first_page, FEEDS)
+def new_broadcaster() -> Broadcaster:
+    return Broadcaster(asyncio.new_event_loop(), lambda: None, ("live", "take"))
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 99)), min_size=1))
@@ -76,25 +72,3 @@ def test_a_page_that_opens_or_changes_its_feed_gets_the_latest_updates() -> None
     assert taken(page) == [2, 7]
     broadcaster.select_feed(page, "take")
     assert taken(page) == [9]
-
-
-def test_the_callback_is_called_whenever_a_first_page_opens() -> None:
-    opened: list[int] = []
-    broadcaster = new_broadcaster(lambda: opened.append(1))
-    first, second = PageQueue("live"), PageQueue("live")
-    broadcaster.add(first)
-    broadcaster.add(second)
-    assert len(opened) == 1
-    broadcaster.remove(first)
-    broadcaster.remove(second)
-    broadcaster.add(first)
-    assert len(opened) == 2
-
-
-def test_pages_beyond_the_maximum_are_refused() -> None:
-    broadcaster = new_broadcaster()
-    for _ in range(MAX_PAGES):
-        broadcaster.add(PageQueue("live"))
-    with pytest.raises(ValueError, match=f"{MAX_PAGES} pages are open already"):
-        broadcaster.add(PageQueue("live"))
-    assert broadcaster.pages == MAX_PAGES

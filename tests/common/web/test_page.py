@@ -50,17 +50,19 @@ def served(woken: list[int] | None = None) -> Iterator[Page[Command]]:
         page.close()
 
 
-def test_commands_wait_in_their_order_unless_they_are_answered_directly() -> None:
-    async def act(connection: ClientConnection) -> None:
-        for number in range(3):
-            await connection.send(f'{{"type":"count","number":{number}}}')
-        await connection.send('{"type":"now","number":7}')
-        while {"type": "value", "number": 7} not in await updates_until(connection, "value"):
-            pass
+async def send_counts_and_now(connection: ClientConnection) -> None:
+    """Send three commands that wait, and one whose answer is awaited."""
+    for number in range(3):
+        await connection.send(f'{{"type":"count","number":{number}}}')
+    await connection.send('{"type":"now","number":7}')
+    while {"type": "value", "number": 7} not in await updates_until(connection, "value"):
+        pass
 
+
+def test_commands_wait_in_their_order_unless_they_are_answered_directly() -> None:
     woken: list[int] = []
     with served(woken) as page:
-        talk(page.address, act)
+        talk(page.address, send_counts_and_now)
         assert list(page.commands()) == [Count(0), Count(1), Count(2)]
         assert list(page.commands()) == []
         assert len(woken) == 4  # a page has opened, and three commands wait
@@ -93,8 +95,10 @@ def test_a_notice_is_for_the_pages_that_are_open() -> None:
 
 
 def test_openings_count_how_often_a_first_page_opens() -> None:
-    async def act(connection: ClientConnection) -> None:
-        await updates_until(connection, "value")
+    async def act(first: ClientConnection) -> None:
+        await updates_until(first, "value")
+        async with connect(socket_of(page.address), compression=None) as second:
+            await updates_until(second, "value")
 
     with served() as page:
         for number in range(1, 3):
@@ -109,17 +113,11 @@ def test_a_page_runs_until_it_is_stopped() -> None:
     handled: list[Command] = []
     turns: list[int] = []
 
-    async def act(connection: ClientConnection) -> None:
-        await connection.send('{"type":"count","number":5}')
-        await connection.send('{"type":"now","number":7}')
-        while {"type": "value", "number": 7} not in await updates_until(connection, "value"):
-            pass
-
     def turn() -> bool:
         turns.append(1)
         return False
 
     with served() as page:
-        talk(page.address, act)
+        talk(page.address, send_counts_and_now)
         page.run(lambda: len(turns) >= 3, handled.append, turn, 0.001)
-    assert handled == [Count(5)]
+    assert handled == [Count(0), Count(1), Count(2)]

@@ -1,18 +1,18 @@
 """Tracking both ways: forward poses stay, the better ones are the default."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import cv2
-import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import zenocap
-from tests.support.arms_takes import arms_rig, both_ways_take, forward_take
+from tests.support.arms_takes import arms_rig
 from tests.support.command import zenocap as command
-from tests.tools.takes.verify.test_verify import changed, totals, with_message
+from tests.tools.takes.verify.test_verify import altering, changed, totals
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
@@ -36,13 +36,6 @@ from zenocap.tools.takes.track import TrackedFrameSet, frame_sets_again, track
 from zenocap.tools.takes.verify.recompute import verify
 
 KEY = "zenocap/demo/tracker/both_ways"
-
-
-@pytest.fixture(scope="module")
-def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The same film tracked forwards only, and both ways."""
-    folder = tmp_path_factory.mktemp("takes")
-    return forward_take(folder / "forward"), both_ways_take(folder / "both")
 
 
 @pytest.mark.nightly
@@ -131,12 +124,7 @@ def test_both_directions_are_recomputed_to_equal_bytes(takes: tuple[Path, Path],
     assert not found.failed
     assert found.equal[KEY] == len(read_poses(takes[1]).frames)
     frame = int(read_poses(takes[1]).frames[20])
-
-    def change(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.BothWaysPose) and received.message.frame == frame:
-            return with_message(received, msgspec.structs.replace(received.message, position=(0.0, 1.0, 9.0)))
-        return received
-
+    change = altering(m.BothWaysPose, frame, lambda _: {"position": (0.0, 1.0, 9.0)})
     found = verify([changed(takes[1], tmp_path / "changed.mcap", change)])
     assert totals(found)[1] == found.different[KEY] == 1
     assert found.first is not None
@@ -160,20 +148,12 @@ def test_the_take_does_not_depend_on_the_number_of_cores(takes: tuple[Path, Path
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
-def test_an_interrupted_second_pass_leaves_the_take_of_the_forward_pass(
-    takes: tuple[Path, Path], tmp_path: Path, activity: str
+@pytest.mark.parametrize(("options", "both_ways"), [({}, True), ({"both_ways": False}, False)])
+def test_python_tracks_both_ways_unless_told_otherwise(
+    takes: tuple[Path, Path], tmp_path: Path, options: dict[str, bool], both_ways: bool
 ) -> None:
-    def interrupt(now: str, done: int, _: int) -> None:
-        if now == activity and done == 20:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        track_both_ways(arms_rig(), tmp_path / "a.mcap", watch=interrupt)
-    assert (tmp_path / "a.mcap").read_bytes() == takes[0].read_bytes()
-    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
-    assert "both ways   no: tracked in one pass" in lines_of(info(tmp_path / "a.mcap"))
-    assert not zenocap.open_take(tmp_path / "a.mcap").both_ways
+    assert zenocap.track(arms_rig(), tmp_path / "a.mcap", **options).both_ways is both_ways
+    assert (tmp_path / "a.mcap").read_bytes() == takes[both_ways].read_bytes()
 
 
 def full(_: int) -> None:
@@ -182,21 +162,27 @@ def full(_: int) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
-def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
-    takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, activity: str
+@pytest.mark.parametrize("cause", ["interrupted", "full disk"])
+def test_a_second_pass_that_ends_early_leaves_the_take_of_the_forward_pass(
+    takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cause: str, activity: str
 ) -> None:
-    def fill(now: str, done: int, _: int) -> None:
+    def end(now: str, done: int, _: int) -> None:
         if now == activity and done == 20:
+            if cause == "interrupted":
+                raise KeyboardInterrupt
             monkeypatch.setattr("zenocap.common.recording.writer.os.fsync", full)
 
-    result = track_both_ways(arms_rig(), tmp_path / "a.mcap", watch=fill)
-    (problem,) = result.problems
-    assert "second pass: " in problem
-    assert "No space left on device" in problem
-    assert problem.endswith("the poses are those of the forward pass")
-    assert not result.both_ways
+    with pytest.raises(KeyboardInterrupt) if cause == "interrupted" else nullcontext():
+        result = track_both_ways(arms_rig(), tmp_path / "a.mcap", watch=end)
+        (problem,) = result.problems
+        assert "second pass: " in problem
+        assert "No space left on device" in problem
+        assert problem.endswith("the poses are those of the forward pass")
+        assert not result.both_ways
     assert (tmp_path / "a.mcap").read_bytes() == takes[0].read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+    assert "both ways   no: tracked in one pass" in lines_of(info(tmp_path / "a.mcap"))
+    assert not zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
 @pytest.mark.nightly
@@ -319,14 +305,6 @@ def test_an_interrupted_command_names_what_it_leaves(
     assert ("interrupted" in out + err) is (words is not None)
     assert (words or "").format(path) in out + err
     assert path.exists() is (words is not None)
-
-
-@pytest.mark.nightly
-def test_python_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, Path], tmp_path: Path) -> None:
-    assert zenocap.track(arms_rig(), tmp_path / "a.mcap").both_ways
-    assert (tmp_path / "a.mcap").read_bytes() == takes[1].read_bytes()
-    assert not zenocap.track(arms_rig(), tmp_path / "b.mcap", both_ways=False).both_ways
-    assert (tmp_path / "b.mcap").read_bytes() == takes[0].read_bytes()
 
 
 @pytest.mark.slow

@@ -23,16 +23,10 @@ def moved(truth: Trajectories, by: object) -> Trajectories:
     return replace(truth, points=truth.points + np.asarray(by))
 
 
-def test_a_perfect_track_has_no_error() -> None:
-    found = accuracy(walking(), walking(), ALL)
-    assert (found.mpjpe_mm, found.rmse_mm, found.shape_mm, found.lost_pct) == (0, 0, 0, 0)
-
-
 def test_error_of_a_shifted_track_equals_the_shift() -> None:
-    found = accuracy(moved(walking(), [0.03, 0.0, 0.04]), walking(), ALL)
-    assert found.mpjpe_mm == pytest.approx(50.0)
-    assert found.rmse_mm == pytest.approx(50.0)
-    assert found.lost_pct == 0
+    same, shifted = (accuracy(moved(walking(), shift), walking(), ALL) for shift in ([0, 0, 0], [0.03, 0.0, 0.04]))
+    assert (same.mpjpe_mm, same.rmse_mm, same.shape_mm, same.lost_pct) == (0, 0, 0, 0)
+    assert (shifted.mpjpe_mm, shifted.rmse_mm, shifted.lost_pct) == (pytest.approx(50.0), pytest.approx(50.0), 0)
 
 
 def test_constant_offset_in_the_body_frame_causes_no_shape_error() -> None:
@@ -100,21 +94,23 @@ def filmed(count: int, rate: float, step: int = 1, first: int = 0) -> Trajectori
     return Trajectories(("Hip",), frames, frames / rate, np.zeros((len(frames), 1, 3)), rate / step)
 
 
-def test_frames_of_equal_numbers_at_equal_times_need_no_note() -> None:
-    assert pairing_note(filmed(100, 30.0), filmed(100, 29.97), 1, 0) == ""
-    assert pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 2, 0) == ""
-    assert pairing_note(filmed(120, 30.0, first=20), filmed(100, 30.0), 1, 20) == ""
-
-
-def test_a_video_of_half_the_rate_has_other_times() -> None:
-    for every in (1, 2):
-        assert "last 3.27 s in the take and 1.63 s in the truth" in pairing_note(
-            filmed(99, 30.0), filmed(200, 60.0), every, 0
-        )
-
-
-def test_a_take_of_every_second_frame_needs_the_option() -> None:
-    assert "give --every 2" in pairing_note(filmed(100, 60.0, step=2), filmed(100, 60.0), 1, 0)
+@pytest.mark.parametrize(
+    ("take", "truth", "every", "offset", "note"),
+    [
+        (filmed(100, 30.0), filmed(100, 29.97), 1, 0, None),
+        (filmed(100, 60.0, step=2), filmed(100, 60.0), 2, 0, None),
+        (filmed(120, 30.0, first=20), filmed(100, 30.0), 1, 20, None),
+        (filmed(99, 30.0), filmed(200, 60.0), 1, 0, "last 3.27 s in the take and 1.63 s in the truth"),
+        (filmed(99, 30.0), filmed(200, 60.0), 2, 0, "last 3.27 s in the take and 1.63 s in the truth"),
+        (filmed(100, 60.0, step=2), filmed(100, 60.0), 1, 0, "give --every 2"),
+    ],
+    ids=["equal", "every second", "offset", "half the rate", "half the rate, every second", "every second, not given"],
+)
+def test_frames_of_equal_numbers_at_other_times_need_a_note(
+    take: Trajectories, truth: Trajectories, every: int, offset: int, note: str | None
+) -> None:
+    found = pairing_note(take, truth, every, offset)
+    assert found == "" if note is None else note in found
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

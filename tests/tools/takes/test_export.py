@@ -3,6 +3,7 @@
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import ezc3d
@@ -15,6 +16,7 @@ from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_tables import read_csv
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.command import zenocap
+from tests.support.export_takes import COUNT, FIRST, MISSING
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
 from zenocap.common.arrays import Floats
@@ -31,13 +33,8 @@ from zenocap.tools.takes.track import track
 
 CLIP = CLIPS / "walk2"
 SOME: tuple[str, ...] = ("trc", "bvh", "c3d", "csv")
-LOST, FIRST, COUNT = (7, 8, 9), 4, 40
-
-
-@pytest.fixture(scope="module")
-def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    messages = messages_of_track(moving(COUNT, first=FIRST, lost=LOST, rate=30.0))
-    return write_take(tmp_path_factory.mktemp("takes") / "take.mcap", messages)
+needs_usd = pytest.mark.skipif(find_spec("pxr") is None, reason="usd-core is not installed: pip install 'zenocap[usd]'")
+POINTS = "has no points: allowed in trc, c3d, csv, parquet, npz"
 
 
 def centres(path: Path, to: str) -> Floats:
@@ -57,33 +54,33 @@ def centres(path: Path, to: str) -> Floats:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("to", SOME)
-def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: str, take: Path, tmp_path: Path) -> None:
-    assert zenocap("export", take, "--to", to, "-o", tmp_path / "a.x")[0] == 0
+def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: str, two_view: Path, tmp_path: Path) -> None:
+    assert zenocap("export", two_view, "--to", to, "-o", tmp_path / "a.x")[0] == 0
     found = centres(tmp_path / "a.x", to)
-    expected = read_poses(take).trajectories().points
+    expected = read_poses(two_view).trajectories().points
     if to in ("bvh", "c3d"):
         assert len(found) == FIRST + COUNT
         found = found[FIRST:]
     if to == "bvh":
-        found[list(LOST)] = np.nan
+        found[list(MISSING)] = np.nan
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("to", SOME)
-def test_frame_range_is_exported_at_another_rate(to: str, take: Path, tmp_path: Path) -> None:
+def test_frame_range_is_exported_at_another_rate(to: str, two_view: Path, tmp_path: Path) -> None:
     arguments = ("--from", "0.5s", "--until", "30", "--fps", "20", "--axes", "z-up", "-o", tmp_path / "a.x")
-    status, out, _ = zenocap("export", take, "--to", to, *arguments)
+    status, out, _ = zenocap("export", two_view, "--to", to, *arguments)
     assert status == 0
     assert f"11 frames, 10 to 20, 20/s, {FORMATS.row(to).unit}, z-up" in out  # 0.5 s to 1.0 s
     assert len(centres(tmp_path / "a.x", to)) == 11
 
 
 @pytest.mark.slow
-def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path) -> None:
-    export(take, tmp_path / "a.trc", ExportOptions("trc"))
+def test_exported_frame_range_keeps_its_frame_numbers(two_view: Path, tmp_path: Path) -> None:
+    export(two_view, tmp_path / "a.trc", ExportOptions("trc"))
     for to in ("bvh", "c3d"):
-        status, out, _ = zenocap("export", take, "--to", to, "-o", tmp_path / "a.x", "--from", "20", "--until", "25")
+        status, out, _ = zenocap("export", two_view, "--to", to, "-o", tmp_path / "a.x", "--from", "20", "--until", "25")
         assert (status, "6 frames, 20 to 25" in out) == (0, True)
         np.testing.assert_allclose(centres(tmp_path / "a.x", to), read_trc(tmp_path / "a.trc").points[16:22], atol=1e-5)
 
@@ -115,60 +112,82 @@ def test_smoothing_comes_before_the_selection_of_frames(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("value", "status", "error"),
-    [
-        ("six", 2, "allowed: a frequency in Hz, such as 6, or off"),
-        ("0", 1, "smooth = 0 Hz: allowed: 0.1 to 13.5, 0.45 of the 30 frames/s"),
-        ("20", 1, "smooth = 20 Hz: allowed: 0.1 to 13.5"),
-        ("nan", 1, "smooth = nan Hz: allowed: "),
-    ],
-)
-def test_a_wrong_frequency_is_one_line(value: str, status: int, error: str, take: Path, tmp_path: Path) -> None:
-    found, _, text = zenocap("export", take, "-o", tmp_path / "a.trc", "--smooth", value)
-    assert found == status
-    assert error in text
-    assert not (tmp_path / "a.trc").exists()
-
-
-@pytest.mark.slow
-def test_frames_without_a_pose_are_reported(take: Path, tmp_path: Path) -> None:
-    assert "3 frames without pose: blank" in zenocap("export", take, "--to", "csv", "-o", tmp_path / "a.csv")[2]
-    assert (
-        "7 frames without pose: last pose repeated" in zenocap("export", take, "--to", "bvh", "-o", tmp_path / "a.bvh")[2]
-    )
+def test_frames_without_a_pose_are_reported(two_view: Path, tmp_path: Path) -> None:
+    for name, words in (("a.csv", "3 frames without pose: blank"), ("a.bvh", "7 frames without pose: last pose repeated")):
+        assert words in zenocap("export", two_view, "-o", tmp_path / name)[2]
 
 
 @pytest.mark.parametrize("to", SOME)
-def test_two_exports_give_equal_bytes(to: str, take: Path, tmp_path: Path) -> None:
+def test_two_exports_give_equal_bytes(to: str, two_view: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        export(take, tmp_path / name / f"x.{to}", ExportOptions(to, fps=50))
+        export(two_view, tmp_path / name / f"x.{to}", ExportOptions(to, fps=50))
     assert (tmp_path / "a" / f"x.{to}").read_bytes() == (tmp_path / "b" / f"x.{to}").read_bytes()
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "status", "error"),
     [
-        ("--from", "-1"), ("--from", "2m"), ("--until", "1e3"), ("--fps", "0"), ("--axes", "up"), ("--joints", "body25"),
-        ("--min-confidence", "1.5"),
+        ("-o a.csv --from -1", 2, "--from"),
+        ("-o a.csv --from 2m", 2, "--from"),
+        ("-o a.csv --until 1e3", 2, "--until"),
+        ("-o a.csv --fps 0", 2, "--fps"),
+        ("-o a.csv --axes up", 2, "--axes"),
+        ("-o a.csv --joints body25", 2, "--joints"),
+        ("-o a.csv --min-confidence 1.5", 2, "--min-confidence"),
+        ("-o a.trc --smooth six", 2, "allowed: a frequency in Hz, such as 6, or off"),
+        ("-o a.trc --smooth 0", 1, "smooth = 0 Hz: allowed: 0.1 to 13.5, 0.45 of the 30 frames/s"),
+        ("-o a.trc --smooth 20", 1, "smooth = 20 Hz: allowed: 0.1 to 13.5"),
+        ("-o a.trc --smooth nan", 1, "smooth = nan Hz: allowed: "),
+        ("-o a.csv --from 100", 1, "frames 4 to 43"),
+        ("-o a.glb --from 11 --until 12", 1, "the person is lost in every frame: no pose to hold"),
+        ("-o a.glb --units cm", 1, "a.glb: units cm, axes y-up: allowed in glb: units m, axes y-up"),
+        ("-o a.glb --axes unity", 1, "a.glb: units m, axes unity: allowed in glb: units m, axes y-up"),
+        ("-o a.mot --axes z-up", 1, "axes z-up: allowed in mot: units m, axes y-up, opensim"),
+        ("-o a.mot --units mm", 1, "units mm, axes y-up: allowed in mot: units m, axes y-up, opensim"),
+        ("-o a.bvh --bones vrm", 1, "a.bvh: bones vrm: allowed in glb, usd"),
+        ("-o a.x --to usd", 1, "a.x: suffix '.x': allowed in usd: .usd, .usda, .usdc, .usdz"),
+        ("-o a.bvh --joints halpe", 1, f"a.bvh: joints halpe: bvh {POINTS}"),
+        ("-o a.mot --joints halpe", 1, f"a.mot: joints halpe: mot {POINTS}"),
+        ("-o a.glb --joints coco", 1, f"a.glb: joints coco: glb {POINTS}"),
+        ("-o a.bvh --spine", 1, f"a.bvh: spine: bvh {POINTS}"),
+        ("-o a.mot --spine", 1, f"a.mot: spine: mot {POINTS}"),
+        ("-o a.glb --spine", 1, f"a.glb: spine: glb {POINTS}"),
+        ("-o a.bvh --min-confidence 0.5", 1, "bvh has no points to leave out: allowed in trc, c3d, csv, parquet, npz"),
+        ("-o a.trc --min-confidence 0.9", 1, "the take states none: allowed with takes of the tracker"),
+        ("-o /dev/null/a.csv", 1, "/dev/null/a.csv: cannot be written"),
+        ("-o /proc/a.glb", 1, "/proc/a.glb: cannot be written"),
+        pytest.param("-o /proc/a.usda", 1, "/proc/a.usda: cannot be written", marks=[pytest.mark.slow, needs_usd]),
+        pytest.param("-o /proc/a.usdz", 1, "/proc/a.usdz: cannot be written", marks=[pytest.mark.slow, needs_usd]),
     ],
-)  # fmt: skip
-def test_wrong_usage_is_status_2(arguments: tuple[str, str], take: Path, tmp_path: Path) -> None:
-    status, _, err = zenocap("export", take, "--to", "csv", "-o", tmp_path / "a.csv", *arguments)
-    assert status == 2
-    assert arguments[0] in err
+)
+def test_what_cannot_be_exported_is_refused_in_one_line(
+    arguments: str, status: int, error: str, two_view: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found, out, text = zenocap("export", two_view, *arguments.split())
+    assert (found, out) == (status, "")
+    assert error in text
+    assert status == 2 or text.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_empty_frame_range_is_a_one_line_error(take: Path, tmp_path: Path) -> None:
-    status, _, err = zenocap("export", take, "--to", "csv", "-o", tmp_path / "a.csv", "--from", "100")
-    assert (status, err.count("\n")) == (1, 1)
-    assert "frames 4 to 43" in err
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("a.mot", "a.mot: the person is lost in every frame: no row to write"),
+        ("a.glb", "lost in every frame: no pose to hold"),
+    ],
+)
+def test_a_take_without_poses_is_refused(name: str, error: str, tmp_path: Path) -> None:
+    empty = write_take(tmp_path / "empty.mcap", messages_of_track(moving(3, lost=(0, 1, 2))))
+    status, _, text = zenocap("export", empty, "-o", tmp_path / name)
+    assert (status, text.count("\n"), error in text) == (1, 1, True)
+    assert not (tmp_path / name).exists()
 
 
-def test_intact_part_of_a_truncated_take_is_exported(take: Path, tmp_path: Path) -> None:
-    data = take.read_bytes()
+def test_intact_part_of_a_truncated_take_is_exported(two_view: Path, tmp_path: Path) -> None:
+    data = two_view.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: int(0.75 * len(data))])
     status, out, err = zenocap("export", tmp_path / "cut.mcap", "--to", "bvh", "-o", tmp_path / "a.bvh")
     assert status == 3
@@ -188,19 +207,13 @@ def files_no_longer_than(limit: int) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("to", SOME)
-def test_full_disk_keeps_the_previous_file_and_leaves_no_partial_one(to: str, take: Path, tmp_path: Path) -> None:
+def test_full_disk_keeps_the_previous_file_and_leaves_no_partial_one(to: str, two_view: Path, tmp_path: Path) -> None:
     output = tmp_path / f"a.{to}"
     output.write_text("before")
     with files_no_longer_than(4096), pytest.raises(UserError, match=rf"a\.{to}: cannot be written"):
-        export(take, output, ExportOptions(to))
+        export(two_view, output, ExportOptions(to))
     assert [path.name for path in tmp_path.iterdir()] == [output.name]
     assert output.read_text() == "before"
-
-
-def test_output_folder_that_cannot_be_created_is_an_error(take: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="cannot be written"):
-        export(take, tmp_path / "file" / "a.csv", ExportOptions("csv"))
 
 
 def test_interrupted_writer_leaves_no_file(tmp_path: Path) -> None:
@@ -232,11 +245,11 @@ def test_tracked_take_round_trips_through_bvh(method: str, read_bvh: Callable[[P
 
 @pytest.mark.slow
 @pytest.mark.parametrize("to", ["parquet", "npz", "mot", "c3d"])
-def test_files_say_how_they_were_smoothed(to: str, take: Path, tmp_path: Path) -> None:
+def test_files_say_how_they_were_smoothed(to: str, two_view: Path, tmp_path: Path) -> None:
     if to == "parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
     path = tmp_path / f"a.{to}"
-    status, _, err = zenocap("export", take, "-o", path, "--smooth", 6)
+    status, _, err = zenocap("export", two_view, "-o", path, "--smooth", 6)
     assert status == 0
     assert "too short to smooth, unchanged: stretches " in err  # random poses jump: every stretch is short
     text = "Butterworth low-pass, -3 dB at 6 Hz, order 4, forwards and backwards"

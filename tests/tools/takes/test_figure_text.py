@@ -27,18 +27,14 @@ def dots(lines: list[str], view: int) -> np.ndarray:
     return np.array([[char != chr(BRAILLE) for char in line[first : first + COLUMNS]] for line in lines])
 
 
-def test_all_lines_are_as_long_as_the_captions() -> None:
-    points = centres()
-    lines = figure(points, facing(points), np.zeros(3))
-    assert len(lines) == ROWS
-    assert {len(line) for line in lines} == {len(captions())}
-
-
 @pytest.mark.parametrize("yaw", [0.0, 0.8, -2.0, np.pi])
 def test_figure_does_not_depend_on_the_yaw_of_the_body(yaw: float) -> None:
     one, other = centres(), centres(yaw)
     hip = other["Hip"] * [1, 0, 1]
-    assert figure(one, facing(one), one["Hip"] * [1, 0, 1]) == figure(other, facing(other), hip)
+    lines = figure(other, facing(other), hip)
+    assert lines == figure(one, facing(one), one["Hip"] * [1, 0, 1])
+    assert len(lines) == ROWS
+    assert {len(line) for line in lines} == {len(captions())}
 
 
 def test_right_arm_is_left_in_the_front_view_and_forward_arm_right_in_the_side_view() -> None:
@@ -48,12 +44,9 @@ def test_right_arm_is_left_in_the_front_view_and_forward_arm_right_in_the_side_v
     sideways = points | {"RElbow": shoulder - 0.3 * x, "RWrist": shoulder - 0.6 * x}
     front = points | {"RElbow": shoulder + 0.3 * z, "RWrist": shoulder + 0.6 * z}
     turn, half = facing(points), COLUMNS // 2
-    view = dots(figure(sideways, turn, origin), 0)
-    assert view[:, : half - 4].any()
-    assert not view[:, half + 4 :].any()
-    view = dots(figure(front, turn, origin), 1)
-    assert view[:, half + 4 :].any()
-    assert not view[:, : half - 4].any()
+    for drawn, number, is_left in ((sideways, 0, True), (front, 1, False)):
+        view = dots(figure(drawn, turn, origin), number)
+        assert (view[:, : half - 4].any(), view[:, half + 4 :].any()) == (is_left, not is_left)
 
 
 def test_unknown_joints_are_not_drawn() -> None:
@@ -77,12 +70,9 @@ def test_pictures_have_the_given_rate_floor_contact_and_time_stamps() -> None:
     assert pictures(data, 5.0, 6.0, 10.0) == []
 
 
-def test_facing_without_a_body_is_the_identity() -> None:
-    np.testing.assert_array_equal(facing({name: np.zeros(3) for name in MARKERS}), np.eye(3))
-
-
-def test_facing_maps_the_left_side_to_plus_x() -> None:
+def test_facing_maps_the_left_side_to_plus_x_and_is_the_identity_without_a_body() -> None:
     turned = np.empty((3, 3))
     vector_to_matrix(np.array([0.0, 1.1, 0.0]), turned)
     points = centres(1.1)
     np.testing.assert_allclose(facing(points) @ turned, np.eye(3), atol=1e-9)
+    np.testing.assert_array_equal(facing({name: np.zeros(3) for name in MARKERS}), np.eye(3))

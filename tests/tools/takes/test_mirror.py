@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import zenocap
-from tests.support.arms_takes import both_ways_take, forward_take, reversed_take
+from tests.support.arms_takes import reversed_take
 from tests.support.command import zenocap as command
 from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
@@ -20,23 +20,11 @@ from zenocap.tools.takes.retrack import retrack, take_like
 from zenocap.tools.takes.verify.recompute import verify
 
 
-def yaws(path: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Times in seconds, and headings in degrees from that of the last pose of the take that is right."""
-    track = read_poses(path, raw=raw).track()
-    return track.times_s, np.degrees(track.angles[:, 0])
-
-
 def away(path: Path, right: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Times, and whether the take faces away from where the right one does."""
-    (times_s, one), (_, other) = yaws(path, raw=raw), yaws(right)
-    return times_s, np.abs((one - other + 180.0) % 360.0 - 180.0) > 90.0
-
-
-@pytest.fixture(scope="module")
-def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Tracked forwards only, and both ways."""
-    folder = tmp_path_factory.mktemp("takes")
-    return forward_take(folder / "forward"), both_ways_take(folder / "both")
+    one, other = read_poses(path, raw=raw).track(), read_poses(right).track()
+    turned_rad = one.angles[:, 0] - other.angles[:, 0]
+    return one.times_s, np.cos(turned_rad) < 0.0
 
 
 @pytest.fixture(scope="module")
@@ -68,13 +56,6 @@ def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -
 
 
 @pytest.mark.nightly
-def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path], wrong: Path) -> None:
-    times_s, is_away = away(wrong, takes[1])
-    assert is_away[times_s < times_s[0] + 4.9].all()
-    assert verify([wrong]).complete
-
-
-@pytest.mark.nightly
 def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     takes: tuple[Path, Path], wrong: Path, tmp_path: Path
 ) -> None:
@@ -87,7 +68,8 @@ def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     assert found.from_s == pytest.approx(from_s, abs=1e-3)
     assert all(done <= total for _, done, total in calls)
     _, is_away = away(tmp_path / "a.mcap", takes[1])
-    assert was_away[times_s < from_s].all()
+    assert was_away[times_s < times_s[0] + 4.9].all()  # the decision at the start holds in both passes
+    assert verify([wrong]).complete
     assert is_away[times_s < from_s - 0.15].all()
     assert not is_away[times_s > from_s + 0.15].any()
     verified = verify([tmp_path / "a.mcap"])
@@ -110,15 +92,11 @@ def test_until_a_time_and_again_from_the_same_one(takes: tuple[Path, Path], wron
     early = times_s < last + 1e-3  # then the feet turn it round at once
     np.testing.assert_array_equal(raw_away[early], ((times_s < first) | (times_s >= last - 1e-3))[early])
     mirror(tmp_path / "a.mcap", tmp_path / "b.mcap", last)
-    assert len(read_setup(Path("b"), _attached(tmp_path / "b.mcap")).tracker.turns) == 2  # not three
+    again = TakeReader(tmp_path / "b.mcap")
+    assert list(again.messages())
+    assert len(read_setup(again.path, again.attachments[SETUP_FILE]).tracker.turns) == 2  # not three
     _, raw_away = away(tmp_path / "b.mcap", takes[1], raw=True)
     assert not raw_away[times_s > first + 0.1].any()
-
-
-def _attached(path: Path) -> bytes:
-    take = TakeReader(path)
-    assert list(take.messages())
-    return take.attachments[SETUP_FILE]
 
 
 @pytest.mark.nightly
@@ -127,11 +105,11 @@ def test_the_command_says_that_the_silhouettes_turn_the_track_back(
 ) -> None:
     path = tmp_path / "right.mcap"
     path.write_bytes(takes[1].read_bytes())
-    status, out, err = command("mirror", path, "--from", f"{yaws(path)[0][0] + 1.0:.3f}s")
+    status, out, err = command("mirror", path, "--from", f"{read_poses(path).track().times_s[0] + 1.0:.3f}s")
     assert "right-mirrored.mcap: " in out + err
     assert (status, "turned back: at " in out + err) == (3, True)
     path.write_bytes(wrong.read_bytes())
-    status, out, err = command("mirror", path, "--from", f"{yaws(path)[0][0] + 1.0:.3f}", "-o", path)
+    status, out, err = command("mirror", path, "--from", f"{read_poses(path).track().times_s[0] + 1.0:.3f}", "-o", path)
     assert (status, "is the take itself: allowed: another file" in out + err) == (1, True)
 
 

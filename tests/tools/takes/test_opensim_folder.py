@@ -1,5 +1,4 @@
 """OpenSim folder: OpenSim scales the model and finds the motion."""
-# ruff: noqa: F401, F811 - fixtures of another file
 
 import re
 import xml.etree.ElementTree as ET
@@ -9,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.support.command import zenocap
+from tests.support.export_takes import LOST, TRACKED
 from tests.support.opensim_models import write_model
 from tests.support.places import ROOT
-from tests.tools.takes.test_export_joints import COUNT, LOST, tracked, two_view
 from zenocap.common.errors import UserError
 from zenocap.common.formats.opensim_model import read_model
 from zenocap.common.formats.take_poses import read_poses
@@ -33,7 +32,7 @@ def test_the_folder_has_what_its_files_name(tracked: Path, model: Path, tmp_path
     assert (status, "note: 1 frames without pose: left out" in err) == (0, True), err
     assert "m, opensim" in out
     motion, body = read_trc(folder / "motion.trc"), read_trc(folder / "body.trc")
-    assert motion.frames.tolist() == [k for k in range(COUNT) if k != LOST]
+    assert motion.frames.tolist() == [k for k in range(TRACKED) if k != LOST]
     names = {marker.get("name") for marker in ET.parse(folder / "markers.xml").iter("Marker")}
     tasks = {task.get("name") for task in ET.parse(folder / "ik.xml").iter("IKMarkerTask")}
     assert names == tasks == set(motion.names) == set(body.names)
@@ -61,9 +60,9 @@ def test_opensim_scales_the_model_and_finds_the_motion(
         assert np.linalg.norm(scaled.parents[child][1]) == pytest.approx(np.linalg.norm(at[near] - at[far]), abs=1e-4)
     (errors,) = Path().glob("*_ik_marker_errors.sto")
     rows = np.array([line.split() for line in errors.read_text().split("marker_error_max\n")[1].splitlines()], dtype=float)
-    assert len(rows) == COUNT - 1
+    assert len(rows) == TRACKED - 1
     assert rows[:, 2].mean() < 0.03  # RMS of the markers, m
-    assert Path("ik.mot").read_text().count("\n") > COUNT
+    assert Path("ik.mot").read_text().count("\n") > TRACKED
 
 
 @pytest.mark.slow

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from zenocap.common import messages as m
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.recording.reader import TakeReader, envelope
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor, AdaptiveBackground, Device, FirstFrames
 from zenocap.common.topics import HANDLED, SILHOUETTE
@@ -29,12 +28,14 @@ from zenocap.tools.takes.verify.recompute import verify
 pytestmark = pytest.mark.slow
 
 
+def with_viewers(rig: Rig, **changes: object) -> Rig:
+    return replace(rig, viewers=tuple(replace(viewer, **changes) for viewer in rig.viewers))
+
+
 @pytest.fixture(scope="module")
 def short_rig() -> Rig:
     """The demo rig with a simulated person who raises both arms once."""
-    rig = demo_rig("two-view")
-    source = Actor("raise-both-arms", 3)
-    return replace(rig, viewers=tuple(replace(viewer, source=source) for viewer in rig.viewers))
+    return with_viewers(demo_rig("two-view"), source=Actor("raise-both-arms", 3))
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +53,13 @@ def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -
 
 
 def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
-    received = list(TakeReader(take).envelopes(invalid="raise"))
-    messages = [found.message for found in received]
+    messages = [received.message for received in TakeReader(take).envelopes(invalid="raise")]
     start = next(message.frame for message in messages if isinstance(message, m.Sighting))
     for viewer in ("1", "2"):
         numbers = [message.frame for message in messages if isinstance(message, m.Sighting) and message.viewer == viewer]
         assert numbers == list(range(start, start + len(numbers)))
-    assert all(found.message.captured_ns >= EPOCH_NS for found in received)
+    assert isinstance(messages[0], m.CameraInfo)
+    assert messages[0].captured_ns == EPOCH_NS == min(message.captured_ns for message in messages)
 
 
 def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
@@ -95,10 +96,7 @@ def test_a_csv_row_has_a_cell_for_every_heading(take: Path, tmp_path: Path) -> N
 
 
 def test_a_take_without_poses_cannot_be_exported(short_rig: Rig, tmp_path: Path) -> None:
-    without_person = replace(
-        short_rig, viewers=tuple(replace(viewer, source=Actor("march", 1), fps=1.0) for viewer in short_rig.viewers)
-    )
-    assert track(without_person, tmp_path / "a.mcap").poses == 0
+    assert track(with_viewers(short_rig, source=Actor("march", 1), fps=1.0), tmp_path / "a.mcap").poses == 0
     with pytest.raises(UserError, match=r"a\.mcap: no universal BDP"):
         read_poses(tmp_path / "a.mcap")
 
@@ -119,10 +117,20 @@ def test_overlay_writes_pictures_and_a_video(short_rig: Rig, tmp_path: Path) -> 
         assert film.streams.video[0].frames == len(seen)
 
 
-def test_live_cameras_and_other_aspect_ratios_are_rejected(short_rig: Rig, tmp_path: Path) -> None:
-    live = replace(short_rig, viewers=tuple(replace(viewer, source=Device(0)) for viewer in short_rig.viewers))
-    with pytest.raises(UserError, match="viewer 1 is a live camera"):
-        track(live, tmp_path / "a.mcap")
+@pytest.mark.parametrize(
+    ("source", "kind", "error"),
+    [(Device(0), UserError, "viewer 1 is a live camera"), (Actor("flying", 0), SourceError, "flying")],
+    ids=["live", "unknown"],
+)
+def test_a_source_that_cannot_be_tracked_is_an_error_and_leaves_no_take(
+    source: Device | Actor, kind: type[UserError], error: str, short_rig: Rig, tmp_path: Path
+) -> None:
+    with pytest.raises(kind, match=error):
+        track(with_viewers(short_rig, source=source), tmp_path / "a.mcap")
+    assert not (tmp_path / "a.mcap").exists()
+
+
+def test_other_aspect_ratios_are_rejected(short_rig: Rig) -> None:
     with pytest.raises(UserError, match=r"size 160x160: allowed: .* such as 160x120"):
         at_working_size(short_rig, (160, 160), None)
 
@@ -130,17 +138,9 @@ def test_live_cameras_and_other_aspect_ratios_are_rejected(short_rig: Rig, tmp_p
 @pytest.mark.parametrize(("fps", "frames"), [(15.0, 40), (7.5, 20), (30.0, 40), (0.1, 1)])
 def test_empty_scene_keeps_its_duration_at_a_lower_rate(short_rig: Rig, fps: float, frames: int) -> None:
     """A faster rate does not add frames: the video has no more."""
-    viewers = tuple(replace(viewer, fps=15.0, background=FirstFrames(40)) for viewer in short_rig.viewers)
-    at_rate = at_working_size(replace(short_rig, viewers=viewers), None, fps)
+    at_rate = at_working_size(with_viewers(short_rig, fps=15.0, background=FirstFrames(40)), None, fps)
     assert [viewer.background for viewer in at_rate.viewers] == [FirstFrames(frames)] * 2
     assert [viewer.fps for viewer in at_rate.viewers] == [fps] * 2
-
-
-def test_source_that_cannot_start_is_an_error_and_leaves_no_take(short_rig: Rig, tmp_path: Path) -> None:
-    wrong = replace(short_rig, viewers=tuple(replace(v, source=Actor("flying", 0)) for v in short_rig.viewers))
-    with pytest.raises(SourceError, match="flying"):
-        track(wrong, tmp_path / "a.mcap")
-    assert not (tmp_path / "a.mcap").exists()
 
 
 @pytest.mark.nightly
@@ -155,19 +155,10 @@ def test_warm_up_reaches_poses_and_compiles_all_kernels() -> None:
     assert all(kernel.signatures for kernel in (draw_floor, darken_floor, light_body, fill, develop))
 
 
-def test_recorded_message_is_decoded_to_an_envelope(take: Path) -> None:
-    first = next(iter(TakeReader(take).messages()))
-    found = envelope(first)
-    assert isinstance(found, Envelope)
-    assert isinstance(found.message, m.CameraInfo)
-    assert found.message.captured_ns == EPOCH_NS
-
-
 def feedback_rig(*, feedback: bool) -> Rig:
     """The demo rig of the tracker, small, with a simulated person who raises both arms once."""
     small = at_working_size(demo_rig(), (160, 120), None)
-    changed = {"source": Actor("raise-both-arms", 3), "background": AdaptiveBackground(), "feedback": feedback}
-    return replace(small, viewers=tuple(replace(viewer, **changed) for viewer in small.viewers))
+    return with_viewers(small, source=Actor("raise-both-arms", 3), background=AdaptiveBackground(), feedback=feedback)
 
 
 def silhouettes(take: Path) -> list[bytes]:

@@ -1,7 +1,7 @@
 """Camera path of a picture or film: fixed, following the person, or turning."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -108,8 +108,7 @@ def framing_camera(azimuth: float, elevation: float, points: Floats, size: tuple
     azimuth, elevation: of the camera seen from the points, radians, from +Z towards +X, and up.
     turned: the camera will turn around the points, which must fit from every side.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    target = 0.5 * (low + high)
+    target = 0.5 * (points.min(axis=0) + points.max(axis=0))
     back = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
     up = np.cross(back, right)
@@ -117,10 +116,15 @@ def framing_camera(azimuth: float, elevation: float, points: Floats, size: tuple
     away = points - target
     if turned:
         reach = np.hypot(away[:, 0], away[:, 2])
-        away = np.concatenate([np.stack([reach * s, away[:, 1], reach * c], axis=1) for s, c in _full_turn()])
+        turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+        sides = zip(np.sin(turns).tolist(), np.cos(turns).tolist(), strict=True)
+        away = np.concatenate([np.stack([reach * s, away[:, 1], reach * c], axis=1) for s, c in sides])
     wanted = np.abs(np.stack([away @ right, away @ up], axis=1)) / (parameters.FILL * half)
     distance = max(float(np.max(wanted.max(axis=1) + away @ back)), parameters.MIN_DISTANCE_M)
-    return _camera(target + distance * back, right, up, back, size)
+    rotation = np.stack([right, -up, -back])
+    focal = min(size) / 2 / np.tan(FIELD_OF_VIEW / 2)
+    matrix = np.array([[focal, 0.0, (size[0] - 1) / 2], [0.0, focal, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
+    return Camera("picture", size, matrix, np.zeros(4), rotation, -rotation @ (target + distance * back))
 
 
 def undistorted_camera(camera: Camera, size: tuple[int, int]) -> Camera:
@@ -135,10 +139,7 @@ def undistorted_camera(camera: Camera, size: tuple[int, int]) -> Camera:
 
 def moved_camera(camera: Camera, by: Floats) -> Camera:
     """Return a camera moved by (3,) metres."""
-    return Camera(
-        camera.name, camera.size, camera.matrix, camera.distortions, camera.rotation,
-        camera.translation - camera.rotation @ by,
-    )  # fmt: skip
+    return replace(camera, translation=camera.translation - camera.rotation @ by)
 
 
 def turned_camera(camera: Camera, centre: Floats, turn: float) -> Camera:
@@ -147,16 +148,4 @@ def turned_camera(camera: Camera, centre: Floats, turn: float) -> Camera:
     rotation_about = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     rotation = camera.rotation @ rotation_about.T
     position = centre + rotation_about @ (camera.centre - centre)
-    return Camera(camera.name, camera.size, camera.matrix, camera.distortions, rotation, -rotation @ position)
-
-
-def _full_turn() -> list[tuple[float, float]]:
-    turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    return list(zip(np.sin(turns).tolist(), np.cos(turns).tolist(), strict=True))
-
-
-def _camera(centre: Floats, right: Floats, up: Floats, back: Floats, size: tuple[int, int]) -> Camera:
-    rotation = np.stack([right, -up, -back])
-    focal = min(size) / 2 / np.tan(FIELD_OF_VIEW / 2)
-    matrix = np.array([[focal, 0.0, (size[0] - 1) / 2], [0.0, focal, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
-    return Camera("picture", size, matrix, np.zeros(4), rotation, -rotation @ centre)
+    return replace(camera, rotation=rotation, translation=-rotation @ position)

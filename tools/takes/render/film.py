@@ -107,8 +107,7 @@ def _picture(
     surfaces = [*(drawing.body(int(row)) for row in chosen), drawing.trail(int(chosen[-1]))]
     image = drawing.scene(0).picture(concatenated([one for one in surfaces if one is not None]))
     if options.captions:
-        first, last = int(chosen[0]), int(chosen[-1])
-        write(image, drawing.caption_of_picture(first, last), THEMES[options.theme])
+        write(image, drawing.caption_of_picture(int(chosen[0]), int(chosen[-1])), THEMES[options.theme])
     with atomic_file(output) as unfinished:
         if not cv2.imwrite(str(unfinished), image):
             raise UserError(f"{output}: cannot be written")
@@ -160,8 +159,7 @@ class Drawing:
 
     def picture(self, row: int) -> Image:
         """Return the picture of one row, (h, w, 3)."""
-        body, trail = self.body(row), self.trail(row)
-        surfaces = [one for one in (body, trail) if one is not None]
+        surfaces = [one for one in (self.body(row), self.trail(row)) if one is not None]
         image = self.scene(row).picture(concatenated(surfaces) if surfaces else None)
         if self._options.captions:
             write(image, self.caption(row), self._theme)
@@ -219,12 +217,8 @@ class Drawing:
         """Return the trails of hands and feet up to a row; None without trails."""
         if self._options.trails_s <= 0:
             return None
-        rows = self._rows_since(row, self._options.trails_s)
-        return trails({name: self._centres[rows, self._names.index(name)] for name in EXTREMITIES})
-
-    def _rows_since(self, row: int, seconds: float) -> slice:
-        first = int(np.searchsorted(self._track.times_s, self._track.times_s[row] - seconds))
-        return slice(first, row + 1)
+        first = int(np.searchsorted(self._track.times_s, self._track.times_s[row] - self._options.trails_s))
+        return trails({name: self._centres[first : row + 1, self._names.index(name)] for name in EXTREMITIES})
 
     def _all_centres(self, track: PoseTrack) -> Floats:
         """Return joint centres (n, markers, 3), metres, NaN while the person is lost."""

@@ -126,9 +126,7 @@ class Scene:
         normals = surface.normals.astype(np.float32)
         fill(fine, near.astype(np.float32), normals, surface.shades, surface.triangles, buffer, row)
         lights, palette = self._theme.lights(self._sun), self._theme.palette()
-        light_body(
-            buffer, row, region, samples, self._eye, lights, palette, depths.values, depths.world_to_map, out
-        )  # fmt: skip
+        light_body(buffer, row, region, samples, self._eye, lights, palette, depths.values, depths.world_to_map, out)
 
     def _region(self, points: Floats, behind: bool) -> Ints32 | None:
         """Return the bounding box (4,) of points (n, 3) in the picture: left, top, right, bottom; None if it is empty.

@@ -57,10 +57,8 @@ def body_surface(anatomy: Anatomy, body: Bdp) -> BodySurface:
         tip = size[1:] if body.tips is None else body.tips[k]
         base = np.zeros(3) if body.bases is None else body.bases[k]
         shade = LEFT if part.startswith("left") else RIGHT if part.startswith("right") else MIDDLE
-        shapes = [
-            (points + base, triangles, own)
-            for points, triangles, own in _shapes(part, size, tip, shade, part in carrying, base)
-        ]
+        own_shapes = _shapes(part, size, tip, shade, part in carrying, base)
+        shapes = [(points + base, triangles, own) for points, triangles, own in own_shapes]
         for points, triangles, own in (*shapes, *_shoulder_bar(anatomy, body, part)):
             normals = _normals(points, triangles)
             surfaces.append(Surface(points, normals, triangles, np.full(len(points), own, dtype=np.uint8)))
@@ -115,15 +113,12 @@ def tube(rows: Floats) -> tuple[Floats, Ints32]:
 def capsule(near: Floats, far: Floats, start: float, end: float, near_cap: float, far_cap: float) -> Floats:
     """Return rows of a `tube`: a wall from `start` to `end` with radii near and far (2,), and round caps beyond them."""
     away = np.linspace(0.5 * np.pi, 0.0, CAP_RINGS, endpoint=False)[1:]
-    below = [(start - near_cap * np.sin(a), *(near * np.cos(a))) for a in (*_ends(), *away)]
+    last = np.radians(88.0)  # the last ring has a radius; the point beyond it closes the cap
+    below = [(start - near_cap * np.sin(a), *(near * np.cos(a))) for a in (last, *away)]
     share = np.linspace(0.0, 1.0, WALL_RINGS if end > start else 1)
     wall = [(start + s * (end - start), *(near + s * (far - near))) for s in share]
-    above = [(end + far_cap * np.sin(a), *(far * np.cos(a))) for a in (*away[::-1], *_ends())]
+    above = [(end + far_cap * np.sin(a), *(far * np.cos(a))) for a in (*away[::-1], last)]
     return np.array([*below, *wall, *above])
-
-
-def _ends() -> tuple[float]:
-    return (np.radians(88.0),)  # the last ring has a radius; the point beyond it closes the cap
 
 
 def _shapes(

@@ -73,13 +73,9 @@ def posture_takes(
 
 
 def generate_takes(
-    folder: Path,
-    method: Method,
-    takes: Sequence[PostureTake],
-    jobs: int,
-    report: Report,
+    folder: Path, method: Method, takes: Sequence[PostureTake], jobs: int, report: Report,
     size: tuple[int, int] | None = None,
-) -> list[GeneratedTake]:
+) -> list[GeneratedTake]:  # fmt: skip
     """Write the takes that do not exist yet, and the manifest of all; return the results of the new ones.
 
     jobs: number of processes.  size: of the images (width, height) px, default by method.  A take without poses is not in

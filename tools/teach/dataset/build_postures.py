@@ -40,13 +40,9 @@ PAUSES_S = (0.4, 2.0)
 
 
 def shipped_model(
-    folder: Path,
-    takes: Sequence[PostureTake],
-    background: Iterable[int],
-    jobs: int,
-    settings: TrainingSettings | None = None,
-    report: Report = no_report,
-) -> PostureModel:
+    folder: Path, takes: Sequence[PostureTake], background: Iterable[int], jobs: int,
+    settings: TrainingSettings | None = None, report: Report = no_report,
+) -> PostureModel:  # fmt: skip
     """Train a model.
 
     folder: of the takes; existing ones are reused.  background: seeds of the people of everyday movement.  Raises as

@@ -7,7 +7,7 @@ cameras for the hybrid tracker, or the true poses.
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 
@@ -33,17 +33,11 @@ from zenocap.tools.takes.track import Tracked, track_frames
 
 Method = Literal["two-view", "two-view-paper", "hybrid-two-view", "hybrid", "truth"]
 
-RIGS = {
-    "two-view": "demo-two-view.toml",
-    "two-view-paper": "demo-two-view.toml",
-    "hybrid-two-view": "demo-two-view.toml",
-    "hybrid": "ring.toml",
-    "truth": "demo-two-view.toml",
-}
+RIGS: dict[Method, str] = dict.fromkeys(get_args(Method), "demo-two-view.toml") | {"hybrid": "ring.toml"}
 SIZE, FPS = (160, 120), 15.0  # [Two-view 5]
 # The feet decide the facing direction.  Measured: at 160 x 120 the tracker faced backwards in 16 of 105 takes (people 108
 # to 111), at 240 x 180 and other people in 17 of 315.
-SIZES = {"two-view": SIZE, "two-view-paper": SIZE, "hybrid-two-view": SIZE, "hybrid": (240, 180), "truth": SIZE}
+SIZES: dict[Method, tuple[int, int]] = dict.fromkeys(get_args(Method), SIZE) | {"hybrid": (240, 180)}
 TRACKED: tuple[Method, ...] = ("hybrid-two-view", "hybrid")  # by the tracker, from silhouettes
 LOGGED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE)
 

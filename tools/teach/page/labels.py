@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 from zenocap.common.errors import UserError
@@ -64,8 +65,7 @@ def remove(labels: Labels, id: int) -> Labels:
 
 
 def rename_person(labels: Labels, source: Path, person: str) -> Labels:
-    """Set the person of all labels of a take.  Raises UserError."""
-    person = checked_text("person", person)
+    """Set the person, a checked text, of all labels of a take."""
     changed: Labels = tuple(one for one in labels if not same(one.row.source, source))
     for one in labels:
         if same(one.row.source, source):
@@ -84,12 +84,11 @@ def find(labels: Labels, id: int) -> Label:
 
 def overlaps(labels: Labels) -> list[tuple[Label, Label]]:
     """Pairs of labels of one take that overlap; rows without begin or end reach to the end of the take."""
-    pairs = []
-    for k, one in enumerate(labels):
-        for other in labels[k + 1 :]:
-            if same(one.row.source, other.row.source) and _shared_s(one.row, other.row) > EXACT_S:
-                pairs.append((one, other))
-    return pairs
+    return [
+        (one, other)
+        for one, other in combinations(labels, 2)
+        if same(one.row.source, other.row.source) and _shared_s(one.row, other.row) > EXACT_S
+    ]
 
 
 def checked_text(key: str, text: str) -> str:

@@ -36,17 +36,10 @@ class TeachingSession:
     """State of the page.  `receive` and `turn` are called by one thread."""
 
     def __init__(
-        self,
-        takes: Sequence[MotionView],
-        file: ManifestFile,
-        person: str,
-        read: training.ReadExamples,
-        publish: Publish,
-        *,
-        suggesting: tuple[str, PostureModel] | None = None,
-        settings: PageSettings | None = None,
+        self, takes: Sequence[MotionView], file: ManifestFile, person: str, read: training.ReadExamples, publish: Publish,
+        *, suggesting: tuple[str, PostureModel] | None = None, settings: PageSettings | None = None,
         live: LiveTrial | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """person: of takes without a label.  suggesting: name and model of the first suggestions.  live: of a rig.
 
         Raises UserError.
@@ -219,12 +212,8 @@ class TeachingSession:
                 name, model = self._suggesting
                 found = suggestions_in(model, take.features(model.features), candidates)
                 guesses = [("", False) if guess is None else (guess.label, guess.known) for guess in found]
-            takes.append(
-                [
-                    pm.Proposal(one.start_s, one.end_s, list(one.limbs), *guess)
-                    for one, guess in zip(candidates, guesses, strict=True)
-                ]
-            )
+            named = zip(candidates, guesses, strict=True)
+            takes.append([pm.Proposal(one.start_s, one.end_s, list(one.limbs), *guess) for one, guess in named])
         self._publish("proposals", pm.ProposalsUpdate(takes, name))
 
     def _publish_labels(self) -> None:

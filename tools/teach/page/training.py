@@ -1,5 +1,6 @@
 """Training from the labels of a page, and the held-out result in words."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -129,10 +130,7 @@ def words(postures: Sequence[PostureRow], held: Sequence[HeldOut], people: int, 
         lines.append(f"{right} of {tested} examples are recognized {how}.")
     else:
         lines.append("Nothing could be tested: every posture has one example only.")
-    confused: dict[tuple[str, str], int] = {}
-    for one in held:
-        if one.answer not in (None, one.posture):
-            confused[one.posture, str(one.answer)] = confused.get((one.posture, str(one.answer)), 0) + 1
+    confused = Counter((one.posture, one.answer) for one in held if one.answer is not None and one.answer != one.posture)
     for (posture, answer), count in sorted(confused.items(), key=lambda pair: (-pair[1], pair[0])):
         lines.append(f"Confused: {posture!r} is taken for {answer!r}, {count} of {of[posture]}.")
     for row in postures:

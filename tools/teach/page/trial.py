@@ -1,5 +1,6 @@
 """Comparison of the postures that a model recognizes in a take with its labels."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -21,10 +22,6 @@ class TakeTrial:
     found: tuple[tuple[PostureAnswer, Verdict], ...]
     missed: tuple[int, ...]
     labels: int
-
-    def count(self, verdict: Verdict) -> int:
-        """Number of results with a verdict."""
-        return sum(one == verdict for _, one in self.found)
 
 
 def compare(
@@ -53,7 +50,8 @@ def compare(
 
 def words(trial: TakeTrial, trained_on: bool) -> list[str]:
     """Lines on a trial.  trained_on: the take was in the training."""
-    right, wrong, unlabelled = (trial.count(verdict) for verdict in ("right", "wrong", "unlabelled"))
+    counts = Counter(verdict for _, verdict in trial.found)
+    right, wrong, unlabelled = counts["right"], counts["wrong"], counts["unlabelled"]
     lines = []
     if trial.labels:
         lines.append(f"{right} of {trial.labels} labels are recognized at their place; {wrong} results are wrong.")

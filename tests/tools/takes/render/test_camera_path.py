@@ -14,7 +14,6 @@ from zenocap.tools.takes.render.camera_path import (
     Shot,
     camera_path,
     framing_camera,
-    moved_camera,
     turned_camera,
     undistorted_camera,
 )
@@ -66,12 +65,6 @@ def test_turning_the_camera_equals_turning_the_world_the_other_way() -> None:
     )
 
 
-def test_a_moved_camera_sees_moved_points_at_the_same_pixels() -> None:
-    camera = framing_camera(0.3, 0.2, np.array([[-1.0, 0, -1], [1, 2, 1]]), (640, 360))
-    points, by = np.array([[0.1, 1.0, 0.2]]), np.array([3.0, 0.0, -2.0])
-    np.testing.assert_allclose(moved_camera(camera, by).project(points + by), camera.project(points), atol=1e-9)
-
-
 def test_the_view_of_a_rigs_camera_is_scaled_about_the_centre() -> None:
     matrix = np.array([[300.0, 0, 170.0], [0, 300.0, 110.0], [0, 0, 1]])
     camera = Camera("cam01", (320, 240), matrix, np.zeros(5), np.diag([1.0, -1, -1]), np.array([0, 1.0, 4.0]))
@@ -103,31 +96,25 @@ def test_the_person_is_in_every_picture_of_every_path(shot: Shot) -> None:
             assert np.hypot(*(ground.middle - centres[row, 0, [0, 2]])) < ground.radius
 
 
-def test_the_view_of_a_viewer_has_its_camera() -> None:
+def test_the_view_of_a_viewer_has_its_camera_and_an_unknown_one_is_an_error() -> None:
     centres, times_s = walk()
     matrix = np.array([[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]])
     camera = Camera("cam01", (320, 240), matrix, np.zeros(5), np.diag([1.0, -1, -1]), np.array([0, 1.0, 9.0]))
     shown, _, sun = camera_path(centres, times_s, Shot("1"), (640, 360), {"1": camera, "2": camera}).at(0)
     np.testing.assert_allclose(shown.centre, camera.centre)
     assert sun[2] > 0  # in front of the person, as the camera is
-    with pytest.raises(ValueError, match=r"or a viewer: 1, 2$"):
-        camera_path(centres, times_s, Shot("3"), (640, 360), {"1": camera, "2": camera})
+    for cameras, text in (({}, ""), ({"1": camera, "2": camera}, ", or a viewer: 1, 2")):
+        with pytest.raises(ValueError, match=f"view 'behind': allowed: front, left, back, right, quarter, top{text}$"):
+            camera_path(centres, times_s, Shot("behind"), (640, 360), cameras)
 
 
 def test_a_following_camera_is_nearer() -> None:
     centres, times_s = walk()
-    far, near = (
-        camera_path(centres, times_s, Shot("front", follows), (640, 360), {}).at(0)[0] for follows in (False, True)
-    )
+    shots = Shot("front", follows=False), Shot("front", follows=True)
+    far, near = (camera_path(centres, times_s, shot, (640, 360), {}).at(0)[0] for shot in shots)
     assert near.centre[2] < 0.7 * far.centre[2]
 
 
 def test_a_single_picture_has_a_fixed_camera() -> None:
     centres, times_s = walk()
     assert not camera_path(centres[:1], times_s[:1], Shot(follows=True, turning=1.0), (640, 360), {}).moving
-
-
-def test_an_unknown_view_is_an_error() -> None:
-    centres, times_s = walk()
-    with pytest.raises(ValueError, match=r"view 'behind': allowed: front, left, back, right, quarter, top$"):
-        camera_path(centres, times_s, Shot("behind"), (640, 360), {})

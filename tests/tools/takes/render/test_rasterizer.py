@@ -6,21 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from zenocap.tools.takes.render.floor import between
-from zenocap.tools.takes.render.rasterizer import develop, fill
+from zenocap.tools.takes.render.rasterizer import fill
 
 SIZE = 24
 CORNERS = arrays(np.float32, (9, 2), elements=st.floats(-10, SIZE + 10, width=32))
 NEAR = arrays(np.float32, (9,), elements=st.floats(0.125, 4, width=32))
 
 
-def inside(corners: np.ndarray, x: int, y: int) -> np.ndarray | None:
-    """Barycentric coordinates of a sample; None outside."""
+def barycentric(corners: np.ndarray, x: int, y: int) -> np.ndarray:
+    """Coordinates of a sample, NaN in a triangle without area."""
     matrix = np.vstack([corners.T.astype(float), np.ones(3)])
-    if abs(np.linalg.det(matrix)) < 1e-6:
-        return None
-    shares = np.linalg.solve(matrix, [x, y, 1.0])
-    return shares if shares.min() >= 0 else None
+    return np.full(3, np.nan) if abs(np.linalg.det(matrix)) < 1e-6 else np.linalg.solve(matrix, [x, y, 1.0])
 
 
 @pytest.mark.nightly
@@ -34,24 +30,16 @@ def test_every_sample_shows_the_nearest_triangle(corners: np.ndarray, near: np.n
     fill(corners, near, normals, shades, triangles, out, row)
     for y in range(0, SIZE, 3):
         for x in range(0, SIZE, 3):
-            found = [(inside(corners[t], x, y), t) for t in triangles]
-            if any(shares is not None and shares.min() < 1e-3 for shares, _ in found):
-                continue  # an edge, where rounding decides
-            depths = [(float(shares @ near[t]), k) for k, (shares, t) in enumerate(found) if shares is not None]
-            if any(shares is None and _almost(corners[t], x, y) for shares, t in found):
-                continue
+            shares = np.array([barycentric(corners[t], x, y) for t in triangles])
+            least = shares.min(axis=1)
+            if not (np.abs(least) > 1e-3).all():
+                continue  # at an edge, where rounding decides, or of a triangle without area
+            depths = sorted((float(shares[k] @ near[triangles[k]]), k) for k in np.flatnonzero(least > 0))
             best, shade = max(depths, default=(0.0, 9))
-            if len(depths) > 1 and abs(sorted(depths)[-1][0] - sorted(depths)[-2][0]) < 1e-4:
+            if len(depths) > 1 and depths[-1][0] - depths[-2][0] < 1e-4:
                 continue
             np.testing.assert_allclose(out[y, x, 0], best, rtol=1e-3, atol=1e-5)
             assert row[y, x] == shade
-
-
-def _almost(corners: np.ndarray, x: int, y: int) -> bool:
-    matrix = np.vstack([corners.T.astype(float), np.ones(3)])
-    if abs(np.linalg.det(matrix)) < 1e-6:
-        return True
-    return bool(np.linalg.solve(matrix, [x, y, 1.0]).min() > -1e-3)
 
 
 def test_triangles_behind_the_camera_are_left_out() -> None:
@@ -63,17 +51,3 @@ def test_triangles_behind_the_camera_are_left_out() -> None:
         row,
     )  # fmt: skip
     assert not out.any()
-
-
-def test_interpolation_is_bilinear_and_clamped_at_the_border() -> None:
-    image = np.array([[0, 1], [2, 3]], dtype=np.float32)
-    assert between(image, 0.5, 0.5) == 1.5
-    np.testing.assert_allclose([between(image, -5, 0), between(image, 9, 9)], [0, 3], atol=0.01)
-
-
-def test_light_is_converted_by_the_table() -> None:
-    out = np.full((1, 3, 3), 7, dtype=np.uint8)
-    region = np.array([0, 0, 1, 0], dtype=np.int32)
-    table = np.array([0, 100, 255], dtype=np.uint8)
-    develop(np.array([[[-1, 0, 0.5], [1, 2, 0.2], [1, 1, 1]]], dtype=np.float32), table, region, out)
-    assert out.tolist() == [[[0, 0, 100], [255, 255, 0], [7, 7, 7]]]  # the last one is outside of the region

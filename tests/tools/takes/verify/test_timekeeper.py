@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.services.integrator.test_rate_control import health
+from tests.support.built_messages import silhouette
 from tests.support.moving_balls import mask_of
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
@@ -17,7 +18,6 @@ from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Runner
 from zenocap.common.topics import CAMERA_DELAYS, FRAME_RATE, HANDLED, HEALTH, SILHOUETTE, TRACKER_DETAIL
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.integrator.shell import timekeeper_service
 from zenocap.tools.takes.verify.recompute import verify
 
@@ -84,11 +84,8 @@ def test_estimates_and_corrections_are_recomputed_with_equal_bytes_also_after_a_
             now_ns = S + frame * S // FPS
             one.clock.set(now_ns)
             for k, viewer in enumerate(rig.viewers):
-                region, data = pack(mask_of(viewer.camera, 5.0 + frame / FPS - LATE_S * (k == 1)))
-                seen = m.Silhouette(
-                    frame=frame, captured_ns=now_ns, viewer=viewer.id, size=viewer.camera.size, region=region, data=data
-                )
-                one.viewers.publish(SILHOUETTE, seen)
+                mask = mask_of(viewer.camera, 5.0 + frame / FPS - LATE_S * (k == 1))
+                one.viewers.publish(SILHOUETTE, silhouette(viewer.id, frame, now_ns, mask))
             one.step(report=frame % FPS == FPS - 1)
 
     run(range(48 * FPS))

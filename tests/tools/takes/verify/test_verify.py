@@ -3,8 +3,9 @@
 The take is tracked on this machine: golden takes may come from another type of processor, whose last digits differ.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import pytest
@@ -15,9 +16,10 @@ from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import TakeReader, envelope
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
+from zenocap.common.topics import HANDLED
 from zenocap.tools.takes.verify.recompute import verify
 from zenocap.tools.takes.verify.result import Reason, Verification, difference
 
@@ -25,6 +27,7 @@ pytestmark = pytest.mark.slow
 
 BAP = "zenocap/demo/integrator/bap"
 Change = Callable[[Envelope], Envelope | None]
+M = TypeVar("M", bound=m.Message)
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +41,7 @@ def arms(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def changed(arms: Path, path: Path, change: Change, *, setup: bool = True) -> Path:
     """A copy of the take with every message as `change` returns it; None leaves it out."""
     take = TakeReader(arms)
-    received = [found for recorded in take.messages() if (found := envelope(recorded)) is not None]
+    received = list(take.envelopes())
     files = tuple(Attachment(name, "", data) for name, data in take.attachments.items() if setup or name != SETUP_FILE)
     recording = Recording(path, rig="demo", start_ns=0, attachments=files)
     for each in received:
@@ -56,8 +59,16 @@ def without(arms: Path, folder: Path, dropped: Callable[[m.Message], bool]) -> V
     return verify([changed(arms, path, lambda one: None if dropped(one.message) else one)])
 
 
-def with_message(received: Envelope, message: m.Message) -> Envelope:
-    return Envelope(received.key, received.topic, message, received.received_ns, codec.encode(message))
+def altering(kind: type[M], frame: int, fields: Callable[[M], dict[str, object]]) -> Change:
+    """Other values in some fields of the messages of a type and frame."""
+
+    def change(received: Envelope) -> Envelope:
+        if not isinstance(received.message, kind) or received.message.frame != frame:
+            return received
+        message = msgspec.structs.replace(received.message, **fields(received.message))
+        return Envelope(received.key, received.topic, message, received.received_ns, codec.encode(message))
+
+    return change
 
 
 def totals(found: Verification) -> tuple[int, int, int, int]:
@@ -66,13 +77,7 @@ def totals(found: Verification) -> tuple[int, int, int, int]:
 
 def test_one_changed_angle_is_found_and_named(arms: Path, tmp_path: Path) -> None:
     """A changed pose is the first difference; the viewers that received it publish other messages from there on."""
-
-    def change(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.UniversalBap) and received.message.frame == 70:
-            angles = received.message.angles | {"right_knee.x": 0.25}
-            return with_message(received, msgspec.structs.replace(received.message, angles=angles))
-        return received
-
+    change = altering(m.UniversalBap, 70, lambda one: {"angles": one.angles | {"right_knee.x": 0.25}})
     found = verify([changed(arms, tmp_path / "changed.mcap", change)])
     assert found.different[BAP] >= 1
     assert found.first is not None
@@ -119,7 +124,8 @@ def test_a_missing_input_trace_is_reported(arms: Path, tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 def test_without_the_last_input_trace_the_end_is_not_checked(arms: Path, tmp_path: Path) -> None:
-    last = max(e.message.frame for e in traces_of(arms, "integrator"))
+    traces = (one.message for one in TakeReader(arms).envelopes((HANDLED,)))
+    last = max(trace.frame for trace in traces if trace.service == "integrator")
     found = without(arms, tmp_path, lambda one: isinstance(one, m.Handled) and one.frame >= last)
     assert [str(reason) for reason in found.reasons] == ["published after the last input trace"]
     assert found.unchecked.total() > 0
@@ -134,20 +140,9 @@ def test_a_service_without_input_trace_is_named(arms: Path, tmp_path: Path) -> N
     assert found.unchecked[BAP] == 0
 
 
-def traces_of(arms: Path, service: str) -> Iterator[Envelope]:
-    for recorded in TakeReader(arms).messages():
-        received = envelope(recorded)
-        if received and isinstance(received.message, m.Handled) and received.message.service == service:
-            yield received
-
-
 @pytest.mark.nightly
 def test_numbers_may_differ_by_the_tolerance(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.Sighting) and received.message.present and received.message.frame == 75:
-            return with_message(received, msgspec.structs.replace(received.message, width=received.message.width + 1e-9))
-        return received
-
+    change = altering(m.Sighting, 75, lambda one: {"width": one.width + 1e-9})
     path = changed(arms, tmp_path / "changed.mcap", change)
     assert totals(verify([path]))[1] >= 1
     found = verify([path], tolerance=1e-6)
@@ -170,12 +165,7 @@ def test_a_take_without_messages_is_refused(arms: Path, tmp_path: Path) -> None:
 
 
 def test_an_input_trace_with_unknown_keys_is_reported(arms: Path, tmp_path: Path) -> None:
-    def change(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.Handled) and received.message.frame == 2:
-            return with_message(received, msgspec.structs.replace(received.message, keys=[]))
-        return received
-
-    found = verify([changed(arms, tmp_path / "changed.mcap", change)])
+    found = verify([changed(arms, tmp_path / "changed.mcap", altering(m.Handled, 2, lambda _: {"keys": []}))])
     assert any("its input key 0 of" in reason.text for reason in found.reasons)
 
 
@@ -198,14 +188,9 @@ def test_numbers_names_and_lengths_differ_field_by_field() -> None:
 
 @pytest.mark.nightly
 def test_the_command_reports_equal_different_and_unchecked(arms: Path, tmp_path: Path) -> None:
-    def tampered(received: Envelope) -> Envelope:
-        if isinstance(received.message, m.Assignment) and received.message.frame == 60:
-            return with_message(received, msgspec.structs.replace(received.message, yaw=0.125))
-        return received
-
     status, out, _ = zenocap("verify", arms)
     assert (status, f"{verify([arms]).checked} derived messages recomputed" in out) == (0, True)
-    path = changed(arms, tmp_path / "changed.mcap", tampered)
+    path = changed(arms, tmp_path / "changed.mcap", altering(m.Assignment, 60, lambda _: {"yaw": 0.125}))
     status, out, _ = zenocap("verify", path)
     assert (status, "first difference: zenocap/demo/integrator/assignment, frame 60" in out) == (1, True)
     assert "yaw: logged 0.125, recomputed" in out

@@ -79,10 +79,6 @@ def test_two_processes_write_the_same_bytes_as_one(tmp_path: Path) -> None:
         assert (tmp_path / "one" / one).read_bytes() == (tmp_path / "two" / one).read_bytes()
 
 
-def test_take_path_has_method_person_posture_and_repetition() -> None:
-    assert take_path(Path("acted"), "hybrid", PostureTake(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
-
-
 @pytest.mark.slow
 def test_processes_in_one_folder_use_different_temporary_files(tmp_path: Path) -> None:
     temporary_paths: list[Path] = []
@@ -103,19 +99,11 @@ def test_processes_in_one_folder_use_different_temporary_files(tmp_path: Path) -
     assert len({part for part in temporary_paths if TAKES[0].name in part.name}) == 2
 
 
-def test_people_of_different_seeds_are_different() -> None:
-    assert not set(people(0)) & set(people(1))
-    assert len(people(0)) == len(people(1)) == PEOPLE
-
-
-def test_every_person_performs_every_posture_equally_often() -> None:
-    found = posture_takes(people(0), POSTURES, 2)
-    assert len(found) == len(set(found)) == PEOPLE * len(POSTURES) * 2
-
-
-def test_take_names_and_rooms_are_unique() -> None:
+def test_every_person_performs_every_posture_equally_often_in_takes_and_rooms_of_their_own() -> None:
     found = posture_takes(people(3), POSTURES, 10)
+    assert len({(one.person, one.posture, one.repetition) for one in found}) == PEOPLE * len(POSTURES) * 10 == len(found)
     assert len({one.name for one in found}) == len({one.room for one in found}) == len(found)
+    assert not set(people(0)) & set(people(1))
 
 
 def test_unknown_posture_is_rejected_with_the_allowed_names() -> None:
@@ -123,7 +111,8 @@ def test_unknown_posture_is_rejected_with_the_allowed_names() -> None:
         posture_takes([0], ["handstand"])
 
 
-def test_posture_is_the_last_segment_of_its_timeline() -> None:
+def test_posture_is_the_last_segment_of_its_timeline_and_in_the_name_of_its_take() -> None:
+    assert take_path(Path("acted"), "hybrid", PostureTake(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
     script = PostureTake(4, "squat", 1).timeline()
     assert script.segments[-1].name == "squat"
     assert script.segments[-1].start_s == script.motion_from_s < script.duration_s

@@ -35,15 +35,15 @@ def test_means_and_covariances_are_those_of_the_logarithms(tmp_path: Path) -> No
 
 def test_wrong_files_are_named_with_the_reason(tmp_path: Path) -> None:
     path = tmp_path / "f.csv"
+
+    def refused(text: str) -> None:
+        with pytest.raises(UserError, match=rf"f\.csv: {text}"):
+            statistics(path)
+
     survey(path, header=MEASURES[1:])
-    with pytest.raises(UserError, match=r"f\.csv: no column stature; expected the CSV file of ANSUR II"):
-        statistics(path)
+    refused("no column stature; expected the CSV file of ANSUR II")
     survey(path, 20)
-    with pytest.raises(UserError, match=r"f\.csv: 20 people; at least 28 are needed"):
-        statistics(path)
-    path.write_text(",".join(MEASURES) + "\n" + ",".join(["x"] * len(MEASURES)))
-    with pytest.raises(UserError, match=r"f\.csv: line 2: could not convert"):
-        statistics(path)
-    path.write_text(",".join(MEASURES) + "\n" + ",".join(["0"] * len(MEASURES)))
-    with pytest.raises(UserError, match=r"f\.csv: line 2: a measure is 0 or negative; expected millimetres"):
-        statistics(path)
+    refused("20 people; at least 28 are needed")
+    for value, text in (("x", "could not convert"), ("0", "a measure is 0 or negative; expected millimetres")):
+        path.write_text(",".join(MEASURES) + "\n" + ",".join([value] * len(MEASURES)))
+        refused(f"line 2: {text}")

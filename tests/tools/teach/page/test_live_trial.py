@@ -109,7 +109,7 @@ def test_a_rig_without_poses_is_named(model: PostureModel, monkeypatch: pytest.M
     monkeypatch.setattr(live_trial, "LIVE_SILENT_S", 0.2)
     trial, updates = trial_on(Network())
     trial.start(model)
-    until(lambda: "no poses come from rig demo" in updates[-1].text if updates else False)
+    until(lambda: bool(updates) and "no poses come from rig demo" in updates[-1].text)
     trial.stop()
 
 
@@ -133,7 +133,7 @@ def test_poses_of_another_body_are_named_until_they_fit_again(poses: list[Envelo
     trial.start(model)
     message = poses[0].message
     network.events.put(replace(poses[0], message=structs.replace(message, angles=[*message.angles, 0.0])))
-    until(lambda: "another body model" in updates[-1].text if updates else False)
+    until(lambda: bool(updates) and "another body model" in updates[-1].text)
     network.events.put(poses[1])
     until(lambda: updates[-1].text == "recognizing")
     trial.stop()

@@ -75,6 +75,11 @@ def manifest(tmp_path: Path) -> Path:
     return tmp_path / "examples.csv"
 
 
+@pytest.fixture
+def pages(take: MotionView, manifest: Path) -> Pages:
+    return Pages(take, manifest)
+
+
 def refuse(*_: object) -> None:
     raise OSError(30, "Read-only file system")
 
@@ -85,8 +90,7 @@ def adds(count: int = 9) -> list[pm.AddLabel]:
 
 
 @pytest.mark.nightly
-def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_every_change_is_in_the_file_at_once_and_can_be_undone(pages, take, manifest) -> None:
     assert pages.send(*adds(3)) == ""
     rows = [(row.posture, row.person, row.repetition) for row in read_manifest(manifest)]
     assert rows == [(name, "anna", "1") for name in NAMES]
@@ -139,16 +143,14 @@ def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, man
         (pm.Try(0), "there is no model yet: allowed after Train"),
     ],
 )
-def test_what_cannot_be_done_is_refused_in_one_line(command, words, take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_what_cannot_be_done_is_refused_in_one_line(command, words, pages, manifest) -> None:
     text = pages.send(command)
     assert words in text
     assert "\n" not in text
     assert not manifest.exists()
 
 
-def test_overlapping_labels_are_refused_and_named_and_one_posture_is_not_trained(take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_overlapping_labels_are_refused_and_named_and_one_posture_is_not_trained(pages, manifest) -> None:
     pages.send(pm.AddLabel(0, 4.0, 6.0, "wave"))
     assert "only 'wave' is labelled" in pages.send(pm.Train())
     assert "overlaps 'wave', 4.00 s to 6.00 s" in pages.send(pm.AddLabel(0, 5.5, 7.0, "bow"))
@@ -157,8 +159,7 @@ def test_overlapping_labels_are_refused_and_named_and_one_posture_is_not_trained
     assert [(row.start, row.end) for row in read_manifest(manifest)] == [(4.0, 6.0), (6.0, 7.0)]
 
 
-def test_a_manifest_that_another_program_has_changed_is_read_again_and_not_overwritten(take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_a_manifest_that_another_program_has_changed_is_read_again_and_not_overwritten(pages, take, manifest) -> None:
     pages.send(pm.AddLabel(0, 4.0, 6.0, "wave"))
     other = Pages(take, manifest)
     other.send(pm.AddLabel(0, 8.0, 9.0, "bow"))
@@ -168,8 +169,7 @@ def test_a_manifest_that_another_program_has_changed_is_read_again_and_not_overw
     assert [row.posture for row in read_manifest(manifest)] == ["wave", "bow", "kick"]
 
 
-def test_a_manifest_that_cannot_be_written_leaves_the_labels_as_they_were(take, manifest, monkeypatch) -> None:
-    pages = Pages(take, manifest)
+def test_a_manifest_that_cannot_be_written_leaves_the_labels_as_they_were(pages, monkeypatch) -> None:
     pages.send(pm.AddLabel(0, 4.0, 6.0, "wave"))
     monkeypatch.setattr("zenocap.tools.teach.page.manifest_file.write_manifest", refuse)
     assert "examples.csv: cannot be written: Read-only file system" in pages.send(pm.AddLabel(0, 8.0, 9.0, "bow"))
@@ -187,8 +187,7 @@ def test_a_file_that_is_no_manifest_is_refused(take, manifest) -> None:
 
 
 @pytest.mark.nightly
-def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(pages, take, manifest) -> None:
     pages.send(*adds())
     assert pages.send(pm.Train()) == ""
     assert "wait for its end" in pages.send(pm.Train())
@@ -213,11 +212,9 @@ def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(
 
 
 @pytest.mark.nightly
-def test_a_model_that_cannot_be_written_fails_with_the_reason(take, manifest, monkeypatch) -> None:
-    pages = Pages(take, manifest)
-    pages.send(*adds(4))
+def test_a_model_that_cannot_be_written_fails_with_the_reason(pages, monkeypatch) -> None:
     monkeypatch.setattr("zenocap.tools.teach.page.training.write_model", refuse)
-    pages.send(pm.Train())
+    pages.send(*adds(4), pm.Train())
     failed = pages.wait()
     assert failed.state == "failed"
     assert "examples.postures: cannot be written: Read-only file system" in failed.text
@@ -257,8 +254,7 @@ def test_settings_of_training_are_kept_stated_and_used_again(take, manifest) -> 
 
 
 @pytest.mark.nightly
-def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_examples(take, manifest) -> None:
-    pages = Pages(take, manifest)
+def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_examples(pages, take, manifest) -> None:
     pages.send(*adds(6), pm.Train())
     pages.wait()
     model, further, both = manifest.with_suffix(".postures"), manifest.with_name("b.csv"), manifest.with_name("both.csv")
@@ -272,11 +268,10 @@ def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_e
 
 
 @pytest.mark.nightly
-def test_examples_that_cannot_be_kept_are_a_line_and_the_old_ones_are_deleted(take, manifest, monkeypatch) -> None:
+def test_examples_that_cannot_be_kept_are_a_line_and_the_old_ones_are_deleted(pages, manifest, monkeypatch) -> None:
     store = manifest.with_suffix(".examples")
     store.write_bytes(b"of an earlier model")
     monkeypatch.setattr("zenocap.tools.teach.page.training.write_examples", refuse)
-    pages = Pages(take, manifest)
     pages.send(*adds(4), pm.Train())
     done = pages.wait()
     assert done.state == "done"

@@ -6,8 +6,8 @@ import pytest
 
 from tests.common.web.test_server import TOKEN, fetched
 from tests.support.animator_stand_in import stand_in
-from zenocap.common.web import offered_files as module
-from zenocap.common.web.offered_files import OfferedFiles
+from zenocap.common.web import content
+from zenocap.common.web.content import OfferedFiles
 from zenocap.common.web.parameters import MAX_OFFERED
 
 
@@ -27,7 +27,7 @@ def test_the_latest_files_are_offered(tmp_path: Path) -> None:
 
 
 def test_a_large_file_is_not_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MAX_OFFERED_BYTES", 3)
+    monkeypatch.setattr(content, "MAX_OFFERED_BYTES", 3)
     (tmp_path / "a.mp4").write_text("1234")
     assert OfferedFiles().offer(tmp_path / "a.mp4") == ""
 

@@ -25,11 +25,10 @@ RigOrCameras = Annotated[
         metavar="RIG | NAME=SOURCE...",
         help="Rig file (TOML) with cameras or streams; or the cameras themselves, before they are calibrated; SOURCE "
         "also discover:MACHINE/CAMERA.",
-        show_default=False,
     ),
 ]
 FolderOption = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.", show_default=False)
+    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.")
 ]
 
 

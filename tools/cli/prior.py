@@ -28,8 +28,7 @@ NAMES_SHOWN = 6
 prior = typer.Typer(help="Motion priors, trained on motion capture or takes.", no_args_is_help=True)
 
 Motions = Annotated[
-    list[Path],
-    typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
+    list[Path], typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).")
 ]
 
 
@@ -96,9 +95,7 @@ def train(
 
 
 def info(
-    file: Annotated[
-        str, typer.Argument(metavar="PRIOR", help="A file, or the name of a shipped prior.", show_default=False)
-    ],
+    file: Annotated[str, typer.Argument(metavar="PRIOR", help="A file, or the name of a shipped prior.")],
     as_json: JsonOption = False,
 ) -> None:
     """Show the training data of a prior, its reconstruction error, and its content.

@@ -74,14 +74,10 @@ def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
 
 def recognizer(
     rigs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.", show_default=False
-        ),
+        list[Path], typer.Argument(metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.")
     ],
     model: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.", show_default=False),
+        str | None, typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.")
     ] = None,
     commands: Annotated[
         bool, typer.Option("--commands/--no-commands", help="Whether postures trigger the commands of the rigs.")

@@ -23,10 +23,9 @@ TITLES: dict[str, str] = {
 LEAVE = "left: the same command goes on here"
 StepOption = Literal["cameras", "look", "calibration", "rig", "take"]
 
-Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.")]
 NamedCameras = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.", show_default=False),
+    list[str] | None, typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.")
 ]
 
 

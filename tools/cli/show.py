@@ -21,9 +21,7 @@ MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
 ShownTake = Annotated[
     Path,
     typer.Argument(
-        metavar="TAKE",
-        help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked.",
-        show_default=False,
+        metavar="TAKE", help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked."
     ),
 ]
 

@@ -21,9 +21,7 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 OptionalRig = Annotated[
     Path | None,
     typer.Argument(
-        metavar="[RIG]",
-        help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
-        show_default=False,
+        metavar="[RIG]", help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover."
     ),
 ]
 

@@ -42,7 +42,7 @@ def top(
 
 def health(
     rig: RigPath,
-    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False)],
+    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.")],
     id: Annotated[str, typer.Option("--id", help="Id of the viewer.")] = MAIN,
     within: Annotated[float, typer.Option("--within", min=0.1, max=60.0, help="Seconds that it may take.")] = 5.0,
     *,
@@ -102,7 +102,7 @@ def metrics(
 
 
 def traces(
-    rigs: Annotated[list[Path], typer.Argument(metavar="RIG...", help="Rig files or folders.", show_default=False)],
+    rigs: Annotated[list[Path], typer.Argument(metavar="RIG...", help="Rig files or folders.")],
     endpoint: Annotated[
         str, typer.Option(metavar="URL", help="Collector or tracing program that takes OTLP over HTTP.")
     ] = DEFAULT_ENDPOINT,

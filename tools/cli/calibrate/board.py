@@ -31,7 +31,6 @@ Films = Annotated[
         help="Folder with a video, or a folder of images, for each camera; or the videos; or, in place of a video, its "
         ".corners file of `zenocap calibrate detect`.  With --live: a rig file, or NAME=SOURCE as for `zenocap film`; "
         "default: all cameras of this machine.",
-        show_default=False,
     ),
 ]
 

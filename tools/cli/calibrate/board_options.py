@@ -19,10 +19,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
 
 SquareOption = Annotated[
-    float,
-    typer.Option(
-        metavar="MM", help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.", show_default=False
-    ),
+    float, typer.Option(metavar="MM", help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.")
 ]
 OptionalSquareOption = Annotated[
     float | None,
@@ -30,7 +27,6 @@ OptionalSquareOption = Annotated[
         metavar="MM",
         help="Search a printed board with squares, or tags, of this side (mm) in the films that stay on other machines, "
         "and copy its corners; the other options of the board are those of `zenocap calibrate board`.",
-        show_default=False,
     ),
 ]
 

@@ -28,12 +28,9 @@ def check(
 
 def convert(
     file: Annotated[
-        Path,
-        typer.Argument(
-            help="Calibration: anipose, Pose2Sim or caliscope TOML, OpenCV, EasyMocap, Qualisys.", show_default=False
-        ),
+        Path, typer.Argument(help="Calibration: anipose, Pose2Sim or caliscope TOML, OpenCV, EasyMocap, Qualisys.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File, or folder, to write.", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File, or folder, to write.")],
     layout: Annotated[
         str, typer.Option(metavar="<anipose|caliscope|easymocap|qualisys|ros>", help="Layout to write: see below.")
     ] = "anipose",

@@ -17,9 +17,7 @@ from zenocap.tools.option_groups import option
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration
 
-WalkFolder = Annotated[
-    Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False)
-]
+WalkFolder = Annotated[Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.")]
 
 
 @dataclass(frozen=True)

@@ -55,10 +55,7 @@ def train(
 
 
 def add(
-    model: Annotated[
-        Path,
-        typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.", show_default=False),
-    ],
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.")],
     manifest: ManifestPath,
     output: Annotated[
         Path | None,

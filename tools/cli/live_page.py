@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import parsed_size, rig_at
 from zenocap.tools.option_groups import option
 
@@ -57,7 +58,6 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
     import msgspec
 
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
     from zenocap.tools.cli.show import usual_port
 

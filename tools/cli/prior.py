@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from msgspec import to_builtins
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import RESEARCH, add_command, option
@@ -161,7 +162,6 @@ def _show(path: Path, prior: Prior, as_json: bool) -> None:
 
 def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: JointMap | None) -> TrainingMotion:
     """Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.services.tracker.prior.motions import read_motion
 
     if not path.is_file():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size
 from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ZenohArguments
@@ -56,7 +57,6 @@ def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments
     Examples: `zenocap setup studio`, `zenocap setup studio left=/dev/video0 right=/dev/video2`,
     `zenocap setup studio --status`
     """
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import STEPS, next_step
 
     with one_line_errors():
@@ -83,7 +83,6 @@ def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments
 
 def _first_step(folder: Path, cameras: list[str] | None, given: SetupArguments, zenoh: ZenohArguments) -> Step | None:
     """The step to begin with, None when all are done; given cameras are saved.  Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.network import OPEN, Network
     from zenocap.tools.setup.state import next_step
 
@@ -110,7 +109,6 @@ def _status(folder: Path) -> int:
 
 def _check_reached(folder: Path, step: Step) -> None:
     """Refuse a step whose earlier ones are not done.  Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import STEPS, next_step
 
     reached = next_step(folder)
@@ -152,7 +150,6 @@ def _finished(folder: Path) -> None:
 
 def ask_cameras(folder: Path, size: tuple[int, int], fps: float, network: Network, zenoh: ZenohArguments) -> None:
     """Ask for a name of each camera of this machine and of other machines, and for streams."""
-    from zenocap.common.errors import UserError
     from zenocap.common.runtime.foreign_text import printable
     from zenocap.tools.setup.state import named
 
@@ -177,7 +174,6 @@ def ask_cameras(folder: Path, size: tuple[int, int], fps: float, network: Networ
 
 def _own() -> list[tuple[str, str, str]]:
     """Title, source and suggested name of each camera of this machine."""
-    from zenocap.common.errors import UserError
     from zenocap.common.video.v4l2.listing import found_cameras
 
     try:
@@ -226,7 +222,6 @@ def save_cameras(
     folder: Path, texts: list[str], size: tuple[int, int], fps: float, network: Network, *, new: bool = True
 ) -> None:
     """Write the cameras NAME=SOURCE.  new: refuse to replace earlier ones.  Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import CAMERAS, Cameras, named, write_cameras
 
     pairs = [named(text) for text in texts]

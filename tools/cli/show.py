@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import RawOption, one_line_errors
 from zenocap.tools.option_groups import option
 
@@ -63,7 +64,6 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
     Example: `zenocap show walk.mcap`
     """
     with one_line_errors():
-        from zenocap.common.errors import UserError
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals

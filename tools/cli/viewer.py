@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.services import MAIN
 from zenocap.tools.cli.options import one_line_errors, rig_at
 from zenocap.tools.option_groups import EXPERT, option
@@ -122,7 +123,6 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
 
     Raises UserError.
     """
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.sources import Announced
     from zenocap.services.camera.host_cameras import own_camera
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.services import MAIN, OF_RIGS, file_name
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, RigPath, RigPaths, one_line_errors, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
@@ -122,7 +123,6 @@ def traces(
     """
     from urllib.parse import urlsplit
 
-    from zenocap.common.errors import UserError
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
 

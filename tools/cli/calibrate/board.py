@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import POOR, CalibrationOption, ForceOption, check_new, finish, show, writing
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
@@ -78,7 +79,6 @@ def board(
     `zenocap calibrate board --live left=/dev/video0 right=/dev/video2 --square 35`
     """
     from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.calibration.board_report import report, report_data, verdict
 
     output = given.output

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -66,7 +67,6 @@ class BoardArguments(PatternArguments):
 
     def film_board(self, square_mm: float | None) -> FilmBoard | None:
         """The same for a film query; None without a side.  Raises UserError."""
-        from zenocap.common.errors import UserError
         from zenocap.common.messages import FilmBoard
 
         if square_mm is None:

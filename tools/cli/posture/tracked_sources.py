@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zenocap.common.errors import SourceError, UserError
 from zenocap.tools.cli.options import Method, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -51,8 +52,6 @@ def with_takes(
 
     Raises UserError with all rigs that cannot be tracked.
     """
-    from zenocap.common.errors import UserError
-
     first: dict[Path, int] = {}
     for row in rows:
         if row.is_rig:
@@ -81,7 +80,6 @@ def take_name(manifest: Path, source: Path, method: str) -> str:
 
 
 def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
-    from zenocap.common.errors import SourceError
     from zenocap.tools.takes.track import track
 
     rig = rig_at(source, files=True, method=method)

@@ -64,9 +64,18 @@ def folder(tmp_path: Path) -> Path:
         ("evaluate empty --truth a.trc", 2, ("is a folder", "there is none in it")),
         ("info wlak.mcap", 1, ("no such file", "did you mean walk.mcap?")),
         ("recover nowhere.mcap", 1, ("nowhere.mcap cannot be read: no such file",)),
+        ("up nowhere.toml", 1, ("no such rig",)),
+        ("viewer nowhere.toml --id 1", 1, ("no such rig",)),
+        ("integrator nowhere.toml", 1, ("no such rig",)),
+        ("tracker nowhere.toml", 1, ("no such rig",)),
+        ("info nowhere.mcap", 1, ("no such file",)),
+        ("verify nowhere.mcap", 1, ("cannot be read",)),
+        ("export nowhere.mcap --to csv -o a.csv", 1, ("cannot be read",)),
+        ("evaluate nowhere.mcap --truth a.trc", 1, ("cannot be read",)),
+        ("router -l nonsense", 1, ("PROTOCOL/ADDRESS expected",)),
     ],
 )
-def test_argument_of_the_wrong_type_suggests_the_right_command(
+def test_a_missing_file_and_one_of_the_wrong_type_are_a_line_that_suggests_the_right_command(
     line: str, status: int, words: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)

@@ -44,13 +44,10 @@ def test_a_board_is_written_and_the_next_command_describes_it(tmp_path, options,
         ("--square 40", "error: --square 40: 5 x 7 squares do not fit --paper a4"),
         ("--square nan", "error: --square nan: allowed: the side of a square, 2 to 1000 mm"),
         ("--kind aprilgrid --square 30", "error: --square 30: 6 x 6 tags do not fit --paper a4"),
-        ("--spacing 0.3", "error: --spacing 0.3: allowed: with --kind aprilgrid"),
-        ("--columns 2", "error: --columns 2: allowed: 3 to 40 squares"),
-        ("--dictionary 4x4", "error: --dictionary 4x4: allowed: 4x4_50, "),
-        ("--kind chessboard --columns 7", "error: --columns 7 --rows 9: a chessboard looks the same turned by 180"),
     ],
 )
 def test_wrong_options_are_one_line_and_write_nothing(tmp_path, options, message):
+    """Wrong boards: tests/tools/setup/calibration/test_board.py."""
     assert refused(*COMMAND, "-o", tmp_path / "a.pdf", *options.split()).startswith(message)
     assert not (tmp_path / "a.pdf").exists()
 

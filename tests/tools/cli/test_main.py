@@ -223,7 +223,7 @@ def test_wrong_usage_is_status_2(line: str) -> None:
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
     assert (status, "12 frames, 0 poses" in out, "no pose" in err) == (4, True, True)
-    found = json.loads(printed("info", tmp_path / "a.mcap", "--json"))
+    found = json.loads(zenocap("info", tmp_path / "a.mcap", "--json")[1])
     assert found["messages"] > 2
     assert found["attachments"].keys() == {"studio.toml", "calibration.toml", "parameters.json", "setup.json"}
     assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Silhouette", "zenocap.CameraInfo"}

@@ -16,13 +16,14 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.closable import Closable
 from zenocap.common.conversion import is_lost
+from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import LiveSmoothing, live_smoothing
 from zenocap.common.messages import TrackerPose
 from zenocap.common.observe.bodies import NO_BODIES, Bodies, Posed, posed, source_of
 from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.security import security_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
-from zenocap.tools.service_arguments import security
 
 logger = logging.getLogger(__name__)
 
@@ -138,12 +139,16 @@ def subscribe(
     else:
         one = rig if isinstance(rig, Rig) else load_rig(rig, files=False)
         table, name = one.zenoh, one.name
+        try:
+            security = security_of([one], "reader")
+        except ValueError as error:
+            raise UserError(str(error)) from error
         options = ZenohOptions(
             mode="client" if table.mode == "client" else "peer",
             connect=tuple(connect or table.connect),
             config_file=one.base / table.config if table.config else None,
             multicast_scouting=table.multicast_scouting and not connect,
-            security=security([one], "reader"),
+            security=security,
         )
     return Subscription(ZenohBus.open(options, name, RealClock()), timeout_s, smoothing)
 

@@ -1,7 +1,9 @@
 """`zenocap posture label`: rows of a manifest from a motion, interactive or not; saved names."""
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -36,15 +38,16 @@ def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def answers(monkeypatch: pytest.MonkeyPatch, *lines_typed: str) -> None:
-    remaining = list(lines_typed)
+@pytest.fixture
+def label(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+    """Function of options and answers: the motion is labelled in the terminal, with rows in m.csv; what is printed."""
 
-    def answer(_: str) -> str:
-        if not remaining:
-            raise EOFError
-        return remaining.pop(0)
+    def run(*options: object, answers: Sequence[str]) -> str:
+        remaining = [*answers, EOFError()]
+        monkeypatch.setattr("builtins.input", Mock(side_effect=remaining))
+        return printed("posture", "label", motion, "-o", tmp_path / "m.csv", "--terminal", *options)
 
-    monkeypatch.setattr("builtins.input", answer)
+    return run
 
 
 @pytest.mark.nightly
@@ -58,53 +61,40 @@ def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    manifest = tmp_path / "m.csv"
-    arguments = ("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play", "--terminal")
-    answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
-    output = printed(*arguments)
+def test_answers_become_rows_and_are_not_asked_again(motion: Path, label: Callable[..., str], tmp_path: Path) -> None:
+    manifest, options = tmp_path / "m.csv", ("--person", "anna", "--no-play")
+    output = label(*options, answers=("?", "raise", "s", "b -0.1", "b x", "kick"))
     assert "2 of 3 labelled, 2 rows" in output
     assert "allowed: seconds, such as b -0.2" in output
     rows = read_manifest(manifest)
     assert [(row.posture, row.person, row.repetition) for row in rows] == [("raise", "anna", "1"), ("kick", "anna", "1")]
-    answers(monkeypatch, "squat")
-    assert "1 of 1 labelled, 3 rows" in printed(*arguments)
+    assert "1 of 1 labelled, 3 rows" in label(*options, answers=("squat",))
     assert [row.posture for row in read_manifest(manifest)] == ["raise", "kick", "squat"]
     result = json.loads(zenocap("posture", "label", motion, "-o", manifest, "--json")[1])
     assert result["candidates"] == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("quit_key", ["q", None])
-def test_labels_are_saved_when_the_user_quits(
-    quit_key: str | None, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    manifest = tmp_path / "m.csv"
-    answers(monkeypatch, "raise", *([quit_key] if quit_key else []))
-    output = printed("posture", "label", motion, "-o", manifest, "--no-play", "--terminal")
-    assert "1 of 3 labelled, 1 rows" in output
-    assert [row.posture for row in read_manifest(manifest)] == ["raise"]
+@pytest.mark.parametrize("answers", [("raise", "q"), ("raise",)], ids=["q", "end of the input"])
+def test_labels_are_saved_when_the_user_quits(answers: tuple[str, ...], label: Callable[..., str], tmp_path: Path) -> None:
+    assert "1 of 3 labelled, 1 rows" in label("--no-play", answers=answers)
+    assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == ["raise"]
 
 
 @pytest.mark.slow
-def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answers(monkeypatch, "r", "q")
-    output = printed("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
-    assert output.count("from the front") >= 2
+def test_candidate_is_played_and_repeated_on_request(label: Callable[..., str], tmp_path: Path) -> None:
+    assert label("--speed", 20, answers=("r", "q")).count("from the front") >= 2
     assert not (tmp_path / "m.csv").exists()
 
 
 @pytest.mark.nightly
-def test_guess_of_a_model_is_shown_and_accepted_by_enter(
-    motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_guess_of_a_model_is_shown_and_accepted_by_enter(motion: Path, label: Callable[..., str], tmp_path: Path) -> None:
     model = tmp_path / "mine.postures"
     write_model(model, quick_model())
     found = json.loads(zenocap("posture", "label", motion, "--json", "--model", model)[1])["candidates"]
     guesses = [one["guess"]["label"] for one in found]
     assert set(guesses) <= set(quick_model().labels)
-    answers(monkeypatch, "")
-    zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--model", model, "--no-play", "--terminal")
+    label("--model", model, "--no-play", answers=("",))
     assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == guesses[:1]
     confident = sum(one["guess"]["known"] for one in found)
     zenocap("posture", "label", motion, "-o", tmp_path / "all.csv", "--model", model, "--accept")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from zenocap.common.errors import UserError
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -125,7 +126,6 @@ def security(rigs: list[Rig], member: str, generations: Mapping[str, int] | None
 
     Raises UserError.
     """
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import security_of
 
     try:

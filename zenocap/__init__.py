@@ -31,17 +31,10 @@ __all__ = [
 
 # Loaded on first use: `zenocap --help` and a viewer's process need none of them.
 _HOMES = {
-    "LivePose": "zenocap.live",
-    "Poses": "zenocap.take",
-    "Rig": "zenocap.common.rig.rig",
-    "Subscription": "zenocap.live",
-    "Take": "zenocap.take",
-    "UserError": "zenocap.common.errors",
-    "demo_rig": "zenocap.common.rig.rig",
-    "open_take": "zenocap.take",
-    "subscribe": "zenocap.live",
-    "track": "zenocap.offline",
-}
+    "LivePose": "zenocap.live", "Poses": "zenocap.take", "Rig": "zenocap.common.rig.rig", "Subscription": "zenocap.live",
+    "Take": "zenocap.take", "UserError": "zenocap.common.errors", "demo_rig": "zenocap.common.rig.rig",
+    "open_take": "zenocap.take", "subscribe": "zenocap.live", "track": "zenocap.offline",
+}  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

@@ -6,8 +6,6 @@ from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.closable import Closable
 from zenocap.common.conversion import is_lost
 from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import LiveSmoothing, live_smoothing
@@ -61,7 +60,7 @@ class LivePose:
         return f"<LivePose: frame {self.frame}, navel at ({place}) m, {len(self.joint_names)} joints{lost}>"
 
 
-class Subscription:
+class Subscription(Closable):
     """The poses of a rig as they come: `for pose in subscription` or `async for pose in subscription`.
 
     Iteration ends when the subscription is closed, or `timeout_s` after the last pose.  Use it in a `with` statement: an
@@ -110,12 +109,6 @@ class Subscription:
     def close(self) -> None:
         self._closed = True
         self._bus.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
 
 
 def subscribe(

@@ -1,5 +1,6 @@
 """Offline tracking: `track` turns the videos of a rig into a take."""
 
+import itertools
 import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -77,42 +78,24 @@ def track(
         if isinstance(source, Rig) and cameras is not None:
             raise UserError("cameras: allowed with files or a folder; for a rig: Rig.load(path, cameras=...)")
         rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant, cameras=cameras)
-        rig = decoded_by_hardware(rig) if hardware_decoding else rig
-        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
-    if calibration is None:
-        raise UserError("calibration is missing: a list of videos needs the file of their cameras")
-    videos = [Path(video) for video in source]
-    rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant, cameras)
+    else:
+        if calibration is None:
+            raise UserError("calibration is missing: a list of videos needs the file of their cameras")
+        videos = [Path(video) for video in source]
+        rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant, cameras)
     rig = decoded_by_hardware(rig) if hardware_decoding else rig
-    return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
-
-
-def _tracked(
-    rig: Rig,
-    output: Path,
-    size: tuple[int, int] | None,
-    fps: float | None,
-    height: float | None,
-    overrides: TrackerOverrides,
-    jobs: int | None,
-    progress: Progress | None,
-    both_ways: bool | None,
-) -> Take:
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
-    if height is not None:
-        rig = of_height(rig, height)
-    count = 0
+    rig = rig if height is None else of_height(rig, height)
+    frame_sets, path = itertools.count(1), Path(output)
 
     def on_frame_set(_: TrackedFrameSet) -> None:
-        nonlocal count
-        count += 1
         if progress is not None:
-            progress(count)
+            progress(next(frame_sets))
 
     if has_second_pass(rig, both_ways):
-        result = track_both_ways(rig, output, on_frame_set, jobs=jobs)
+        result = track_both_ways(rig, path, on_frame_set, jobs=jobs)
     else:
-        result = write_take(rig, output, on_frame_set, jobs)
+        result = write_take(rig, path, on_frame_set, jobs)
     for problem in (*result.left_out, *result.problems):
-        logger.warning("%s: %s", output, problem)
-    return open_take(output)
+        logger.warning("%s: %s", path, problem)
+    return open_take(path)

@@ -26,7 +26,6 @@ Urls = Annotated[
         help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine. With "
         "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras. "
         "With --onvif: HOST of each camera; default: those that answer a probe.",
-        show_default=False,
     ),
 ]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import LOSS, RigPath, one_line_errors, rig_at
 from zenocap.tools.option_groups import option
 
@@ -51,7 +52,6 @@ def certs(rig: RigPath, *, given: CertsArguments) -> None:
 
     from rich.console import Console
 
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import needed_members
 
     with one_line_errors():
@@ -81,7 +81,6 @@ def renew_certificates(rig: Rig) -> None:
     if rig.security is None or find_spec("cryptography") is None:
         return
     from zenocap.common.bus.access import ROUTER, Member
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import allowed_members
     from zenocap.tools.setup.certificates.folder import renew_expiring
 
@@ -131,7 +130,6 @@ def _revoke(rig: Rig, folder: Path, names: list[str], days: int) -> None:
 def _chosen(rig: Rig, names: list[str] | tuple[str, ...], option: str) -> tuple[Member, ...]:
     """The members of these names.  Raises UserError."""
     from zenocap.common.bus.access import ROUTER, Member
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import allowed_members
 
     known = {member.name: member for member in (*allowed_members(rig), Member(ROUTER))}
@@ -144,7 +142,6 @@ def _chosen(rig: Rig, names: list[str] | tuple[str, ...], option: str) -> tuple[
 def _hosts(rig: Rig, members: tuple[Member, ...], options: list[str] | tuple[str, ...]) -> dict[Member, tuple[str, ...]]:
     """Hosts of each member: names of this machine, endpoints of the rig, and options.  Raises UserError."""
     from zenocap.common.bus.access import ROUTER
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import host_of
 
     called = ROUTER if rig.zenoh.mode == "client" else "integrator"

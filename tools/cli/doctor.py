@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, RigPath, one_line_errors, rig_at, take_folder
 from zenocap.tools.service_arguments import ZenohArguments
 
@@ -40,7 +41,6 @@ def doctor(
 
     Example: `zenocap doctor studio.toml --service viewer-1`
     """
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.doctor.finding import ok, wrong
 
     try:
@@ -61,7 +61,6 @@ def doctor(
 
 def _member(rig: Rig, service: str | None) -> str:
     """By whose certificate to look: a reader's, or that of the service.  Raises UserError for a service it has not."""
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.security import allowed_members, certificate_file
     from zenocap.tools.setup.doctor.machine_probe import certified
 

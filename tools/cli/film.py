@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, echo, one_line_errors, parsed_size, rig_at
 from zenocap.tools.option_groups import EXPERT, option
@@ -25,11 +26,10 @@ RigOrCameras = Annotated[
         metavar="RIG | NAME=SOURCE...",
         help="Rig file (TOML) with cameras or streams; or the cameras themselves, before they are calibrated; SOURCE "
         "also discover:MACHINE/CAMERA.",
-        show_default=False,
     ),
 ]
 FolderOption = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.", show_default=False)
+    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.")
 ]
 
 
@@ -73,7 +73,6 @@ def film(
     board is searched there, and only its corners are copied.
     """
     with one_line_errors():
-        from zenocap.common.errors import UserError
         from zenocap.tools.record.film.session import lines_of, next_lines, run_film
         from zenocap.tools.setup.cameras.away import write_away
 

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import parsed_size, rig_at
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable
     from zenocap.tools.setup.page.camera import LiveCamera
-    from zenocap.tools.setup.page.page import LivePage, PageMode
+    from zenocap.tools.setup.page.page import PageMode
 
 DEFAULT_PORT = 8090  # beside 8080 of the rig's page
 
@@ -57,7 +58,6 @@ def page_table(host: str, port: int | None, token: str | None) -> PageTable:
 
     import msgspec
 
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
     from zenocap.tools.cli.show import usual_port
 
@@ -81,8 +81,9 @@ def run_page(
     make_mode: of the cameras, and the capture time of the first frame of files, ns.
     """
     from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
     from zenocap.tools.setup.page.camera import LiveCamera, first_epoch_ns
-    from zenocap.tools.setup.page.page import LivePage
+    from zenocap.tools.setup.page.page import LivePage, wait_for_images
     from zenocap.tools.setup.page.parameters import FILE_DELAY_S
     from zenocap.tools.setup.page.sources import live_viewers
 
@@ -93,15 +94,7 @@ def run_page(
     epoch_ns = first_epoch_ns(FILE_DELAY_S)
     cameras = [LiveCamera(viewer, epoch_ns, loop=loop) for viewer in viewers]
     mode = make_mode(cameras, epoch_ns)
-    _serve(LivePage(cameras, table, program, mode), cameras)
-    return mode
-
-
-def _serve(page: LivePage, cameras: Sequence[LiveCamera]) -> None:
-    """Serve the page, with the cameras open, until Ctrl-C or its end.  Raises UserError."""
-    from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.setup.page.page import wait_for_images
-
+    page = LivePage(cameras, table, program, mode)
     with stop_signals() as stopped:
         try:
             page.open()
@@ -115,3 +108,4 @@ def _serve(page: LivePage, cameras: Sequence[LiveCamera]) -> None:
             for camera in cameras:
                 camera.stop()
             page.close()
+    return mode

@@ -13,7 +13,7 @@ from zenocap.tools.cli.options import JsonOption, one_line_errors
 if TYPE_CHECKING:
     from zenocap.common.rig.detectors import Detector
 
-Name = Annotated[str, typer.Argument(help="people, or one of an installed package.", show_default=False)]
+Name = Annotated[str, typer.Argument(help="people, or one of an installed package.")]
 
 models = typer.Typer(help="Model files that are not shipped: the network of `people = true`.", no_args_is_help=True)
 
@@ -27,7 +27,6 @@ def add(
             "--from",
             metavar="FILE",
             help="Wheel of mediapipe (.whl), or the model itself (.tflite), for machines without network.",
-            show_default=False,
         ),
     ] = None,
 ) -> None:

@@ -26,15 +26,13 @@ Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 
 RigPath = Annotated[
-    Path,
-    typer.Argument(metavar="RIG", help="Rig file (TOML), or folder with calibration.toml and videos/.", show_default=False),
+    Path, typer.Argument(metavar="RIG", help="Rig file (TOML), or folder with calibration.toml and videos/.")
 ]
 RigPaths = Annotated[
-    list[Path] | None,
-    typer.Argument(metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.", show_default=False),
+    list[Path] | None, typer.Argument(metavar="[RIG...]", help="Rig files or folders; default: every rig on the network.")
 ]
-TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
-OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
+TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).")]
+OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.")]
 RawOption = Annotated[
     bool, typer.Option("--raw", help="Use the poses of the forward pass, also of a take that was tracked both ways.")
 ]
@@ -45,7 +43,6 @@ JointsOption = Annotated[
         metavar="MAP.toml",
         help="Names of joints or markers in .bvh, .trc and .c3d that are not recognized: a table [joints] with lines such "
         'as RHip = "thigh_r".',
-        show_default=False,
     ),
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Record no take.")]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from msgspec import to_builtins
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, check_folder, check_plot, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import RESEARCH, add_command, option
@@ -28,8 +29,7 @@ NAMES_SHOWN = 6
 prior = typer.Typer(help="Motion priors, trained on motion capture or takes.", no_args_is_help=True)
 
 Motions = Annotated[
-    list[Path],
-    typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
+    list[Path], typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).")
 ]
 
 
@@ -96,9 +96,7 @@ def train(
 
 
 def info(
-    file: Annotated[
-        str, typer.Argument(metavar="PRIOR", help="A file, or the name of a shipped prior.", show_default=False)
-    ],
+    file: Annotated[str, typer.Argument(metavar="PRIOR", help="A file, or the name of a shipped prior.")],
     as_json: JsonOption = False,
 ) -> None:
     """Show the training data of a prior, its reconstruction error, and its content.
@@ -164,7 +162,6 @@ def _show(path: Path, prior: Prior, as_json: bool) -> None:
 
 def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: JointMap | None) -> TrainingMotion:
     """Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.services.tracker.prior.motions import read_motion
 
     if not path.is_file():

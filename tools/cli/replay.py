@@ -17,9 +17,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.record.replay.shell import ReplayOptions
 
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
-Takes = Annotated[
-    list[Path], typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.", show_default=False)
-]
+Takes = Annotated[list[Path], typer.Argument(metavar="TAKE...", help="Takes (MCAP files), played one after another.")]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
 from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import RouterArguments, ServiceArguments, security
@@ -61,7 +62,6 @@ def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
 
     Example: `zenocap tracker studio.toml`
     """
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.methods import method_of, tracker_methods
     from zenocap.services.tracker.shell import run_tracker
 
@@ -74,14 +74,10 @@ def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:
 
 def recognizer(
     rigs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.", show_default=False
-        ),
+        list[Path], typer.Argument(metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.")
     ],
     model: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.", show_default=False),
+        str | None, typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.")
     ] = None,
     commands: Annotated[
         bool, typer.Option("--commands/--no-commands", help="Whether postures trigger the commands of the rigs.")
@@ -112,7 +108,6 @@ def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Ri
 
     Raises UserError.
     """
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.recognizer import RecognizerTable, find_postures, recognizer_spec
     from zenocap.common.rig.table_errors import TableError
 
@@ -150,7 +145,6 @@ def animator(rig: RigPath, *, given: AnimatorArguments, arguments: ServiceArgume
 
     Example: `zenocap animator studio.toml`
     """
-    from zenocap.common.errors import UserError
     from zenocap.services.animator.shell import run_animator
 
     with one_line_errors(), arguments.running("animator") as stopped:
@@ -167,7 +161,6 @@ def _with_page(rig: Rig, given: AnimatorArguments) -> Rig:
 
     import msgspec
 
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.animator import PageTable, open_page_problem
 
     token = token_urlsafe(24) if given.token == "new" else given.token

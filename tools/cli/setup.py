@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, parsed_size
-from zenocap.tools.cli.setup_cameras import ask_cameras, save_cameras
 from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.setup.network import Network
     from zenocap.tools.setup.state import Step
 
 TITLES: dict[str, str] = {
@@ -23,10 +24,9 @@ TITLES: dict[str, str] = {
 LEAVE = "left: the same command goes on here"
 StepOption = Literal["cameras", "look", "calibration", "rig", "take"]
 
-Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(help="Folder of the rig; made by the first step.")]
 NamedCameras = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.", show_default=False),
+    list[str] | None, typer.Argument(metavar="NAME=SOURCE...", help="The cameras, instead of the question for them.")
 ]
 
 
@@ -57,7 +57,6 @@ def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments
     Examples: `zenocap setup studio`, `zenocap setup studio left=/dev/video0 right=/dev/video2`,
     `zenocap setup studio --status`
     """
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import STEPS, next_step
 
     with one_line_errors():
@@ -84,7 +83,6 @@ def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments
 
 def _first_step(folder: Path, cameras: list[str] | None, given: SetupArguments, zenoh: ZenohArguments) -> Step | None:
     """The step to begin with, None when all are done; given cameras are saved.  Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.network import OPEN, Network
     from zenocap.tools.setup.state import next_step
 
@@ -111,7 +109,6 @@ def _status(folder: Path) -> int:
 
 def _check_reached(folder: Path, step: Step) -> None:
     """Refuse a step whose earlier ones are not done.  Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import STEPS, next_step
 
     reached = next_step(folder)
@@ -149,3 +146,89 @@ def _finished(folder: Path) -> None:
         f"look at the take: zenocap show {last}\n"
         f"check the cameras any day, from any take of a walk: zenocap calibrate drift {last}"
     )
+
+
+def ask_cameras(folder: Path, size: tuple[int, int], fps: float, network: Network, zenoh: ZenohArguments) -> None:
+    """Ask for a name of each camera of this machine and of other machines, and for streams."""
+    from zenocap.common.runtime.foreign_text import printable
+    from zenocap.tools.setup.state import named
+
+    chosen: list[str] = []
+    for title, source, suggestion in (*_own(), *_announced(zenoh)):
+        typer.echo(printable(title))
+        taken = [one.partition("=")[0] for one in chosen]
+        default = suggestion if suggestion and suggestion not in taken else f"cam{len(chosen) + 1:02}"
+        name = typer.prompt("its name in the rig, such as left; - leaves it out", default=default)
+        if name != "-":
+            chosen.append(f"{name}={source}")
+    typer.echo("network cameras, as NAME=rtsp://USER:PASSWORD@HOST/STREAM, one a line; an empty line ends")
+    while text := typer.prompt("camera", default="", show_default=False):
+        try:
+            named(text)
+        except UserError as error:
+            typer.echo(f"{error}")
+            continue
+        chosen.append(text)
+    save_cameras(folder, chosen, size, fps, network, new=False)
+
+
+def _own() -> list[tuple[str, str, str]]:
+    """Title, source and suggested name of each camera of this machine."""
+    from zenocap.common.video.v4l2.listing import found_cameras
+
+    try:
+        found = [one for one in found_cameras() if not one.problem]
+    except UserError as error:
+        typer.echo(f"{error}")
+        return []
+    rows = []
+    for camera in found:
+        modes = ", ".join(f"{mode.format} {mode.size[0]}x{mode.size[1]}" for mode in camera.modes[:4])
+        rows.append((f"{camera.name} ({modes}): {camera.source}", camera.source, ""))
+    return rows
+
+
+def _announced(zenoh: ZenohArguments) -> list[tuple[str, str, str]]:
+    """The same of each camera that another machine announces."""
+    import time
+
+    from zenocap.common.bus.protocol import BusError
+    from zenocap.common.bus.zenoh_film import FilmSession
+    from zenocap.common.rig.sources import Announced
+    from zenocap.tools.setup.cameras.hosts import PATIENCE_S, announced, host_problem
+
+    typer.echo("looking for machines on which `zenocap viewer --discover` runs ...")
+    end_s = time.monotonic() + PATIENCE_S
+    try:
+        with FilmSession.open(zenoh.options(), lambda: time.monotonic() > end_s) as session:
+            hosts = announced(session)
+    except BusError as error:
+        typer.echo(f"{error}")
+        return []
+    rows = []
+    for host in hosts:
+        for camera in host.cameras:
+            source = Announced(host.machine, camera.id)
+            problem = host_problem(source, hosts) or (f"in use by {camera.used_by}" if camera.used_by else "")
+            title = f"{host.machine}: {camera.name or camera.id} ({camera.source})"
+            if problem:
+                typer.echo(f"{title}: left out: {problem}")
+            else:
+                rows.append((title, source.text, camera.id if len(camera.id) < 20 else ""))
+    return rows
+
+
+def save_cameras(
+    folder: Path, texts: list[str], size: tuple[int, int], fps: float, network: Network, *, new: bool = True
+) -> None:
+    """Write the cameras NAME=SOURCE.  new: refuse to replace earlier ones.  Raises UserError."""
+    from zenocap.tools.setup.state import CAMERAS, Cameras, named, write_cameras
+
+    pairs = [named(text) for text in texts]
+    sources = dict(pairs)
+    if len(sources) < 2 or len(sources) < len(pairs) or len(set(sources.values())) < len(sources):
+        raise UserError(f"{len(pairs)} camera(s): {', '.join(sources) or 'none'}: allowed: two or more, each once")
+    if new and (folder / CAMERAS).is_file():
+        raise UserError(f"{folder / CAMERAS}: exists already: allowed: another folder, or --again cameras")
+    write_cameras(folder, Cameras(sources, size, fps, network=network))
+    typer.echo(f"written: {folder / CAMERAS}: {', '.join(sources)}")

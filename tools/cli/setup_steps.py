@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, LOSS
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -68,7 +69,6 @@ def look(folder: Path, known: Cameras) -> None:
 
 def calibrate(folder: Path, known: Cameras) -> None:
     """Calibrate in one of three ways; leaves the calibration, or nothing."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import CALIBRATION, check_calibration
 
     output = folder / CALIBRATION

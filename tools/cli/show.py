@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import RawOption, one_line_errors
 from zenocap.tools.option_groups import option
 
@@ -21,9 +22,7 @@ MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
 ShownTake = Annotated[
     Path,
     typer.Argument(
-        metavar="TAKE",
-        help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked.",
-        show_default=False,
+        metavar="TAKE", help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked."
     ),
 ]
 
@@ -65,7 +64,6 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
     Example: `zenocap show walk.mcap`
     """
     with one_line_errors():
-        from zenocap.common.errors import UserError
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals

@@ -21,9 +21,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 RigOrTake = Annotated[
     Path,
     typer.Argument(
-        metavar="RIG",
-        help="Rig file (TOML), folder with calibration.toml and videos/, or a take (MCAP) of live cameras.",
-        show_default=False,
+        metavar="RIG", help="Rig file (TOML), folder with calibration.toml and videos/, or a take (MCAP) of live cameras."
     ),
 ]
 UNITS = {"sound": "ms between windows", "flash": "ms between flashes", "silhouettes": "px between outlines"}

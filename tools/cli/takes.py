@@ -54,9 +54,7 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
 
 
 def verify(
-    takes: Annotated[
-        list[Path], typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.", show_default=False)
-    ],
+    takes: Annotated[list[Path], typer.Argument(metavar="TAKE...", help="A take (MCAP file), or the parts of one.")],
     tolerance: Annotated[
         float,
         typer.Option(
@@ -162,10 +160,7 @@ def seconds(option: str, text: str) -> float:
 def recover(
     take: TakePath,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="File to write; default: TAKE-recovered.mcap.", show_default=False
-        ),
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="File to write; default: TAKE-recovered.mcap.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -25,7 +25,6 @@ Source = Annotated[
         metavar="RIG|VIDEO...",
         help="Rig file (TOML), or folder with calibration.toml and videos/; or the videos of two or more cameras, with "
         "--calibration.",
-        show_default=False,
     ),
 ]
 OutputOption = Annotated[
@@ -36,7 +35,6 @@ OutputOption = Annotated[
         metavar="FILE",
         help="Output file: a take (.mcap), or without keeping the take an export, by a suffix that `zenocap export` knows; "
         "default: NAME.mcap, in this folder.",
-        show_default=False,
     ),
 ]
 INTERRUPTED = {  # by the part of the work

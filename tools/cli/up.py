@@ -8,6 +8,7 @@ from typing import Annotated, Literal, NoReturn
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, FAILED, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
 from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ZenohArguments
@@ -100,7 +101,6 @@ def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) 
         return
     from rich.console import Console
 
-    from zenocap.common.errors import UserError
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.tools.operate.warmup.parts import PARTS
     from zenocap.tools.operate.warmup.processes import cache_problem, compile_parts

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.services import MAIN
 from zenocap.tools.cli.options import one_line_errors, rig_at
 from zenocap.tools.option_groups import EXPERT, option
@@ -21,9 +22,7 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 OptionalRig = Annotated[
     Path | None,
     typer.Argument(
-        metavar="[RIG]",
-        help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
-        show_default=False,
+        metavar="[RIG]", help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover."
     ),
 ]
 
@@ -124,7 +123,6 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
 
     Raises UserError.
     """
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.sources import Announced
     from zenocap.services.camera.host_cameras import own_camera
 

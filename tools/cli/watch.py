@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.services import MAIN, OF_RIGS, file_name
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, RigPath, RigPaths, one_line_errors, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
@@ -42,7 +43,7 @@ def top(
 
 def health(
     rig: RigPath,
-    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.", show_default=False)],
+    service: Annotated[str, typer.Argument(metavar="SERVICE", help=f"One of {', '.join(NAMES)}.")],
     id: Annotated[str, typer.Option("--id", help="Id of the viewer.")] = MAIN,
     within: Annotated[float, typer.Option("--within", min=0.1, max=60.0, help="Seconds that it may take.")] = 5.0,
     *,
@@ -102,7 +103,7 @@ def metrics(
 
 
 def traces(
-    rigs: Annotated[list[Path], typer.Argument(metavar="RIG...", help="Rig files or folders.", show_default=False)],
+    rigs: Annotated[list[Path], typer.Argument(metavar="RIG...", help="Rig files or folders.")],
     endpoint: Annotated[
         str, typer.Option(metavar="URL", help="Collector or tracing program that takes OTLP over HTTP.")
     ] = DEFAULT_ENDPOINT,
@@ -122,7 +123,6 @@ def traces(
     """
     from urllib.parse import urlsplit
 
-    from zenocap.common.errors import UserError
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
 

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +80,7 @@ def run_load(
     written = report(points, found)
     paths = [write(output, "load.json", written), write(output, "load.csv", csv_text(points))]
     if points:
-        paths += _drawn(output / "load.png", lambda path: _draw_points(path, points, quantity), out)
+        paths += _drawn(output / "load.png", out, points, quantity or "rate")
         _print_points(points, found, out)
     _print_written(paths, out)
     lost = any(point.figures.loss > 0 for point in points)
@@ -99,7 +99,7 @@ def run_soak(
     written = report((), soak=found)
     paths = [write(output, "soak.json", written), write(output, "soak.csv", csv_of_soak(found))]
     if found.buckets:
-        paths += _drawn(output / "soak.png", lambda path: _draw_soak(path, found), out)
+        paths += _drawn(output / "soak.png", out, found)
     out.print(soak_table(found))
     for line in soak_lines(found):
         out.print(line, markup=False, highlight=False)
@@ -163,26 +163,17 @@ def _print_points(points: tuple[Measurement, ...], found: Ramp | None, out: Cons
             out.print(line, markup=False, highlight=False)
 
 
-def _draw_points(path: Path, points: tuple[Measurement, ...], quantity: RampQuantity | None) -> None:
-    from zenocap.tools.measure.plot import draw_points
-
-    scaled: RampQuantity = quantity or "rate"
-    draw_points(path, points, LABELS[scaled], lambda plan: value_of(plan, scaled))
-
-
-def _draw_soak(path: Path, found: Soak) -> None:
-    from zenocap.tools.measure.plot import draw_soak
-
-    draw_soak(path, found)
-
-
-def _drawn(path: Path, draw: Callable[[Path], None], out: Console) -> list[Path]:
-    """Draw a plot if matplotlib is installed; return the paths written."""
+def _drawn(path: Path, out: Console, found: Sequence[Measurement] | Soak, quantity: RampQuantity = "rate") -> list[Path]:
+    """Draw a plot if matplotlib is installed; return the paths written.  quantity: on the axis of measurements."""
     try:
-        draw(path)
+        from zenocap.tools.measure.plot import draw_points, draw_soak
     except ModuleNotFoundError as error:
         out.print(f"no picture: {error.name} is missing: pip install 'zenocap[load]'", markup=False, highlight=False)
         return []
+    if isinstance(found, Soak):
+        draw_soak(path, found)
+    else:
+        draw_points(path, found, LABELS[quantity], lambda plan: value_of(plan, quantity))
     return [path]
 
 

@@ -20,7 +20,7 @@ def draw_points(path: Path, points: Sequence[Measurement], label: str, value: Ca
     """Latency against its limit, loss, cores by kind of service, and the histogram of each point.  Raises OSError."""
     ordered = sorted(points, key=lambda point: value(point.plan))
     x = [value(point.plan) for point in ordered]
-    figure, axes = _figure(4)
+    figure, axes = _figure()
     for name, style in (("p50", "o-"), ("p95", "s-"), ("p99", "^-"), ("p99.9", "v:")):
         axes[0].plot(x, [point.figures.latency_ms.get(name, np.nan) for point in ordered], style, label=name)
     axes[0].plot(x, [1e3 * point.plan.period_s for point in ordered], "k_--", label="frame period", linewidth=0.8)
@@ -28,9 +28,15 @@ def draw_points(path: Path, points: Sequence[Measurement], label: str, value: Ca
     axes[1].plot(x, [point.figures.offered_fps for point in ordered], "k_--", label="offered", linewidth=0.8)
     axes[1].plot(x, [point.figures.completed_fps for point in ordered], "o-", label="completed")
     axes[1].set(title="frames of all viewers", xlabel=label, ylabel="frames/s", ylim=(0, None))
-    _costs(axes[2], ordered, x, label)
+    for kind in sorted({cost.key[1] for point in ordered for cost in point.costs}):
+        together = [sum(cost.cores for cost in point.costs if cost.key[1] == kind) for point in ordered]
+        axes[2].plot(x, together, "o-", label=kind)
+    axes[2].plot(x, [point.used.own + point.used.others for point in ordered], "k_--", linewidth=0.8, label="everybody")
+    axes[2].axhline(ordered[0].used.cores, color="grey", linewidth=0.8, label="cores of the machine")
+    axes[2].set(title="cores used", xlabel=label, ylim=(0, None))
     for point, at in zip(ordered, x, strict=True):
-        _histogram(axes[3], point, f"{at:g}")
+        counts = np.array(point.figures.histogram, dtype=float)
+        axes[3].stairs(counts[1:-1] / max(1.0, counts.sum()), EDGES_MS, label=f"{at:g}")
     axes[3].set(title="latencies", xlabel="ms", ylabel="share of the frame sets", xscale="log")
     axes[3].legend(title=label, fontsize=7)
     for other in axes[:3]:
@@ -41,16 +47,13 @@ def draw_points(path: Path, points: Sequence[Measurement], label: str, value: Ca
 def draw_soak(path: Path, soak: Soak) -> None:
     """Memory, handles and threads, latency and loss over time.  Raises OSError."""
     minutes = [bucket.at_s / 60 for bucket in soak.buckets]
-    figure, axes = _figure(4)
-    keys = sorted({key for bucket in soak.buckets for key in bucket.samples})
-    for key in keys:
-        here = [
-            (at, bucket.samples[key]) for at, bucket in zip(minutes, soak.buckets, strict=True) if key in bucket.samples
-        ]
-        times = [at for at, _ in here]
-        axes[0].plot(times, [one.memory_bytes / 1e6 for _, one in here], label=title(key), linewidth=1)
-        axes[1].plot(times, [one.handles for _, one in here], label=title(key), linewidth=1)
-        axes[1].plot(times, [one.threads for _, one in here], ":", linewidth=1)
+    figure, axes = _figure()
+    for key in sorted({key for bucket in soak.buckets for key in bucket.samples}):
+        here = [bucket for bucket in soak.buckets if key in bucket.samples]
+        times, samples = [bucket.at_s / 60 for bucket in here], [bucket.samples[key] for bucket in here]
+        axes[0].plot(times, [one.memory_bytes / 1e6 for one in samples], label=title(key), linewidth=1)
+        axes[1].plot(times, [one.handles for one in samples], label=title(key), linewidth=1)
+        axes[1].plot(times, [one.threads for one in samples], ":", linewidth=1)
     axes[0].set(title="memory", ylabel="MB")
     axes[1].set(title="open files, and threads (dotted)")
     for name in ("p50", "p99", "max"):
@@ -69,21 +72,7 @@ def draw_soak(path: Path, soak: Soak) -> None:
     figure.savefig(path, dpi=DPI)
 
 
-def _figure(count: int) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(11.0, 3.8 * ((count + 1) // 2)), layout="constrained")
-    return figure, [figure.add_subplot((count + 1) // 2, 2, number + 1) for number in range(count)]
-
-
-def _costs(axes: Axes, ordered: Sequence[Measurement], x: Sequence[float], label: str) -> None:
-    kinds = sorted({cost.key[1] for point in ordered for cost in point.costs})
-    for kind in kinds:
-        together = [sum(cost.cores for cost in point.costs if cost.key[1] == kind) for point in ordered]
-        axes.plot(x, together, "o-", label=kind)
-    axes.plot(x, [point.used.own + point.used.others for point in ordered], "k_--", linewidth=0.8, label="everybody")
-    axes.axhline(ordered[0].used.cores, color="grey", linewidth=0.8, label="cores of the machine")
-    axes.set(title="cores used", xlabel=label, ylim=(0, None))
-
-
-def _histogram(axes: Axes, point: Measurement, label: str) -> None:
-    counts = np.array(point.figures.histogram, dtype=float)
-    axes.stairs(counts[1:-1] / max(1.0, counts.sum()), EDGES_MS, label=label)
+def _figure() -> tuple[Figure, list[Axes]]:
+    """A figure with four plots."""
+    figure = Figure(figsize=(11.0, 7.6), layout="constrained")
+    return figure, [figure.add_subplot(2, 2, number) for number in range(1, 5)]

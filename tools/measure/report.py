@@ -40,11 +40,8 @@ def report(points: Sequence[Measurement], ramp: Ramp | None = None, soak: Soak |
     }  # fmt: skip
     if ramp is not None:
         best = ramp.largest_held
-        found["ramp"] = {
-            "what": ramp.quantity,
-            "largest_held": None if best is None else best.plan,
-            "failure": ramp.failure,
-        }
+        largest = None if best is None else best.plan
+        found["ramp"] = {"what": ramp.quantity, "largest_held": largest, "failure": ramp.failure}
     if soak is not None:
         found["soak"] = soak_json(soak)
     return msgspec.json.format(msgspec.json.encode(found), indent=2) + b"\n"
@@ -52,16 +49,10 @@ def report(points: Sequence[Measurement], ramp: Ramp | None = None, soak: Soak |
 
 def point_json(point: Measurement) -> Json:
     return {
-        "plan": point.plan,
-        "seconds": point.seconds,
-        "ready_s": point.ready_s,
-        **figures_json(point.figures),
-        "held": point.held,
-        "bottleneck": point.bottleneck,
-        "cores": point.used,
-        "dropped": point.dropped,
+        "plan": point.plan, "seconds": point.seconds, "ready_s": point.ready_s, **figures_json(point.figures),
+        "held": point.held, "bottleneck": point.bottleneck, "cores": point.used, "dropped": point.dropped,
         "services": [cost_json(cost) for cost in point.costs],
-    }
+    }  # fmt: skip
 
 
 def figures_json(figures: Figures) -> Json:
@@ -94,12 +85,10 @@ def csv_text(points: Sequence[Measurement]) -> str:
     writer.writerow(COLUMNS)
     for point in points:
         plan, found = point.plan, point.figures
+        percentiles = (("", found.latency_ms), ("view_", found.view_ms), ("skew_", found.skew_ms))
         row = {
-            **vars(plan),
-            **vars(found),
-            **{f"{name}_ms": value for name, value in found.latency_ms.items()},
-            **{f"view_{name}_ms": value for name, value in found.view_ms.items()},
-            **{f"skew_{name}_ms": value for name, value in found.skew_ms.items()},
+            **vars(plan), **vars(found),
+            **{f"{of}{name}_ms": value for of, named in percentiles for name, value in named.items()},
             "width": plan.size[0], "height": plan.size[1], "seconds": point.seconds, "held": point.held,
             "cores_own": point.used.own, "cores_others": point.used.others, "cores": point.used.cores,
             "memory_mb": sum(cost.memory_bytes for cost in point.costs) / 1e6, "dropped": point.dropped,

@@ -147,13 +147,9 @@ def costs(
 def _with_health(cost: Cost, reports: Sequence[Health]) -> Cost:
     first, last = reports[0].counts, reports[-1].counts
     lost = {name: last.get(name, 0) - first.get(name, 0) for name in OF_LOAD}
-    return replace(
-        cost,
-        busy=sum(health.busy for health in reports) / len(reports),
-        rate=sum(health.rate for health in reports) / len(reports),
-        stages_ms=dict(reports[-1].stages_ms),
-        lost={name: count for name, count in lost.items() if count > 0},
-    )
+    busy, rate = (sum(values) / len(reports) for values in ([one.busy for one in reports], [one.rate for one in reports]))
+    lost = {name: count for name, count in lost.items() if count > 0}
+    return replace(cost, busy=busy, rate=rate, stages_ms=dict(reports[-1].stages_ms), lost=lost)
 
 
 def bottleneck(plan: Plan, figures: Figures, every: Sequence[Cost], used: MachineUse) -> str:

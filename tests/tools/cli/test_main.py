@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from typer.core import TyperCommand, TyperGroup
@@ -18,7 +17,9 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
-from tests.support.command import app, zenocap
+from tests.support.command import app, printed, refused, zenocap
+from tests.support.video_file import write_video
+from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
 from zenocap.tools.cli.main import COMMANDS, program
 from zenocap.tools.option_groups import EXPERT, RESEARCH
@@ -39,19 +40,15 @@ def commands_in(group: TyperGroup, name: str = "") -> Iterator[tuple[str, TyperC
             yield f"{name}{word}", command
 
 
-def write_video(path: Path, count: int = 12, size: tuple[int, int] = SIZE, codec: str = "mp4v") -> None:
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), 15.0, size)
-    for k in range(count):
-        writer.write(np.full((size[1], size[0], 3), 10 * k % 250, dtype=np.uint8))
-    writer.release()
+def grey(count: int = 12, size: tuple[int, int] = SIZE) -> Iterator[Image]:
+    return (np.full((size[1], size[0], 3), 10 * k % 250, dtype=np.uint8) for k in range(count))
 
 
 @pytest.fixture
 def studio(tmp_path: Path) -> Path:
     """A rig file with two short videos."""
-    (tmp_path / "videos").mkdir()
     for name in ("cam01", "cam02"):
-        write_video(tmp_path / "videos" / f"{name}.mp4")
+        write_video(tmp_path / "videos" / f"{name}.mp4", grey(), fps=15)
     text = CALIBRATION.replace("[640.0, 480.0]", "[160.0, 120.0]")
     text = text.replace("[[600.0, 0.0, 319.5], [0.0, 600.0, 239.5]", "[[150.0, 0.0, 79.5], [0.0, 150.0, 59.5]")
     (tmp_path / "calibration.toml").write_text(text)
@@ -67,8 +64,7 @@ def studio(tmp_path: Path) -> Path:
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", [name for name, _ in commands_in(get_command(app))])
 def test_every_command_has_a_help_text_with_an_example(name: str) -> None:
-    status, text, _ = zenocap(*name.split(), "--help")
-    assert status == 0
+    text = printed(*name.split(), "--help")
     assert len(text.split()) > 30
     assert name.startswith("calibrate ") or "Example" in text
 
@@ -76,7 +72,7 @@ def test_every_command_has_a_help_text_with_an_example(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", NETWORKED)
 def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
-    text = zenocap(command, "--help")[1]
+    text = printed(command, "--help")
     for option in ("-e", "--connect", "-l", "--listen", "-c", "--config", "--no-multicast-scouting"):
         assert option in text
     assert ("--mode" in text) == (command != "router")
@@ -84,7 +80,7 @@ def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
 
 @pytest.mark.slow
 def test_the_help_lists_every_command_in_its_group() -> None:
-    groups = re.split(r"╭─ ", zenocap("-h")[1])[2:]
+    groups = re.split(r"╭─ ", printed("-h"))[2:]
     listed = {part.split(" ─")[0]: re.findall(r"^│ ([a-z]+) ", part, re.MULTILINE) for part in groups}
     assert {panel: set(names) for panel, names in listed.items()} == {
         panel: set(names) for panel, names in COMMANDS.items()
@@ -122,8 +118,8 @@ def test_commands_with_many_options_have_them_in_panels() -> None:
 
 @pytest.mark.slow
 def test_the_version_is_printed() -> None:
-    assert "Show the version and exit." in zenocap("--help")[1]
-    assert zenocap("--version")[1].startswith("zenocap 0.")
+    assert "Show the version and exit." in printed("--help")
+    assert printed("--version").startswith("zenocap 0.")
 
 
 @pytest.mark.slow
@@ -168,9 +164,8 @@ threading._shutdown = wait
 threading.Thread(target=time.sleep, args=(600,)).start()
 leave(3)
 """
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], **pipes, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "waiting\n"
         while process.poll() is None:  # a signal just before a wait for a lock does not end it, as of any Python program
@@ -186,10 +181,9 @@ leave(3)
 @pytest.mark.parametrize(("status", "expected"), [(0, 120), (3, 3)])
 def test_output_that_cannot_be_written_is_no_success(status: int, expected: int) -> None:
     code = f"from zenocap.tools.cli.main import leave; print('lost'); leave({status})"
+    environment = os.environ | {"PYTHONUNBUFFERED": ""}
     with open("/dev/full", "w") as full:
-        found = subprocess.run(
-            [sys.executable, "-c", code], stdout=full, env=os.environ | {"PYTHONUNBUFFERED": ""}, check=False
-        )
+        found = subprocess.run([sys.executable, "-c", code], stdout=full, env=environment, check=False)
     assert found.returncode == expected
 
 
@@ -210,30 +204,30 @@ def test_help_imports_no_heavy_modules() -> None:
 
 
 @pytest.mark.nightly
-def test_wrong_usage_is_status_2() -> None:
-    assert zenocap("viewer", "studio.toml")[0] == 2
-    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
-    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--method", "joint")[0] == 2
-    assert zenocap("export", "a.mcap", "-o", "a.fbx")[0] == 2
-    assert zenocap("export", "a.mcap", "--to", "fbx", "-o", "a.fbx")[0] == 2
-    assert zenocap("fly")[0] == 2
+@pytest.mark.parametrize(
+    "line",
+    [
+        "viewer studio.toml",
+        "track studio.toml -o a.mcap --size 160",
+        "track studio.toml -o a.mcap --method joint",
+        "export a.mcap -o a.fbx",
+        "export a.mcap --to fbx -o a.fbx",
+        "fly",
+    ],
+)
+def test_wrong_usage_is_status_2(line: str) -> None:
+    printed(*line.split(), status=2)
 
 
 @pytest.mark.nightly
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
-    assert status == 4
-    assert "12 frames, 0 poses" in out
-    assert "no pose" in err
-    status, out, _ = zenocap("info", tmp_path / "a.mcap", "--json")
-    assert status == 0
-    found = json.loads(out)
+    assert (status, "12 frames, 0 poses" in out, "no pose" in err) == (4, True, True)
+    found = json.loads(zenocap("info", tmp_path / "a.mcap", "--json")[1])
     assert found["messages"] > 2
     assert found["attachments"].keys() == {"studio.toml", "calibration.toml", "parameters.json", "setup.json"}
     assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Silhouette", "zenocap.CameraInfo"}
-    status, _, err = zenocap("export", tmp_path / "a.mcap", "--to", "trc", "-o", tmp_path / "a.trc")
-    assert (status, err.count("\n")) == (1, 1)
-    assert "no T-pose was measured" in err
+    assert "no T-pose was measured" in refused("export", tmp_path / "a.mcap", "--to", "trc", "-o", tmp_path / "a.trc")
 
 
 @pytest.mark.slow
@@ -241,9 +235,7 @@ def test_truncated_take_is_reported(studio: Path, tmp_path: Path) -> None:
     zenocap("track", studio, "-o", tmp_path / "a.mcap")
     data = (tmp_path / "a.mcap").read_bytes()
     (tmp_path / "b.mcap").write_bytes(data[: len(data) // 2])
-    status, _, err = zenocap("info", tmp_path / "b.mcap")
-    assert status == 3
-    assert "cut before its end" in err
+    assert "cut before its end" in printed("info", tmp_path / "b.mcap", status=3)
 
 
 def changed(old: str, new: str) -> Callable[[Path], None]:
@@ -256,22 +248,17 @@ def changed(old: str, new: str) -> Callable[[Path], None]:
 
 
 def cut_video(studio: Path) -> None:
-    path = studio.parent / "videos" / "cam02.mp4"
-    path.write_bytes(b"not a video at all" * 50)
+    (studio.parent / "videos" / "cam02.mp4").write_bytes(b"not a video at all" * 50)
 
 
 def large_video(studio: Path) -> None:
-    write_video(studio.parent / "videos" / "cam02.mp4", size=(320, 200))
+    write_video(studio.parent / "videos" / "cam02.mp4", grey(size=(320, 200)), fps=15)
 
 
-BAD = [
+BAD = [  # what is wrong in a rig file itself: tests/common/rig
     (changed("videos/cam02.mp4", "videos/cam09.mp4"), ("viewer[1].source", "no file", "cam09.mp4")),
     (cut_video, ("cam02.mp4", "not a video that can be decoded")),
     (large_video, ("cam02.mp4", "320 x 200", "160 x 120")),
-    (changed("camera =", "lens =\ncamera ="), ("not TOML",)),
-    (changed('id = "2"', 'id = "2"\nkamera = "x"'), ("viewer[1].kamera", "no such key", "did you mean 'camera'")),
-    (changed('camera = "cam02"', 'camera = "cam07"'), ("viewer[1].camera", "cam07", "cam01")),
-    (changed('id = "2"', 'id = "1"'), ("viewer[1].id = '1'", "viewer[0]")),
     (changed('name = "studio"', 'name = "studio"\nmethod = "joint"'), ("method = 'joint'", "two-view")),
 ]
 
@@ -280,57 +267,29 @@ BAD = [
 @pytest.mark.parametrize(("change", "words"), BAD, ids=[words[0] for _, words in BAD])
 def test_invalid_rig_is_a_one_line_error(change: Callable[[Path], None], words: tuple[str, ...], studio: Path) -> None:
     change(studio)
-    if "method" in words[0]:  # track has an option for it
-        status, _, err = zenocap("up", studio, "--seconds", "1")
-    else:
-        status, _, err = zenocap("track", studio, "-o", studio.parent / "a.mcap")
-    assert status == 1
-    lines = [line for line in err.splitlines() if not line.startswith("note:")]
-    assert len(lines) == 1
-    assert lines[0].startswith("error: ")
-    for word in words:
-        assert word in lines[0]
+    up = "method" in words[0]  # track has an option for it
+    options = ("up", studio, "--seconds", "1") if up else ("track", studio, "-o", studio.parent / "a.mcap")
+    status, _, err = zenocap(*options)
+    (line,) = [line for line in err.splitlines() if not line.startswith("note:")]
+    assert (status, line.startswith("error: ")) == (1, True)
+    assert [word for word in words if word not in line] == []
     assert not (studio.parent / "a.mcap").exists()
 
 
 @pytest.mark.slow
 def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp_path: Path) -> None:
     path = studio.parent / "videos" / "cam02.avi"
-    write_video(path, 60, codec="MJPG")
+    write_video(path, grey(60), fps=15, codec="mjpeg", pixels="yuvj420p")
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
     changed("cam02.mp4", "cam02.avi")(studio)
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
-    assert status == 4
+    assert (status, "frames" in out) == (4, True)
     assert "lost: " in err
     assert "cam02.avi" in err
-    assert "frames" in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("up", "nowhere.toml"), "no such rig"),
-        (("viewer", "nowhere.toml", "--id", "1"), "no such rig"),
-        (("integrator", "nowhere.toml"), "no such rig"),
-        (("tracker", "nowhere.toml"), "no such rig"),
-        (("info", "nowhere.mcap"), "no such file"),
-        (("verify", "nowhere.mcap"), "cannot be read"),
-        (("export", "nowhere.mcap", "--to", "csv", "-o", "a.csv"), "cannot be read"),
-        (("evaluate", "nowhere.mcap", "--truth", "a.trc"), "cannot be read"),
-        (("router", "-l", "nonsense"), "PROTOCOL/ADDRESS expected"),
-    ],
-)
-def test_missing_file_is_a_one_line_error(arguments: tuple[str, ...], words: str) -> None:
-    status, _, err = zenocap(*arguments)
-    assert status == 1
-    assert err.count("\n") == 1
-    assert words in err
 
 
 def test_unknown_viewer_error_lists_the_known_viewers(studio: Path) -> None:
-    status, _, err = zenocap("viewer", studio, "--id", "7")
-    assert status == 1
-    assert "no viewer '7'; there are: 1, 2" in err
+    assert "no viewer '7'; there are: 1, 2" in printed("viewer", studio, "--id", "7", status=1)
 
 
 @pytest.mark.nightly
@@ -338,13 +297,11 @@ def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
     for file in demo_rig("two-view").files:
         (tmp_path / file.name).write_text(file.read_text().replace("actor:demo?seed=4", "actor:raise-both-arms?seed=4"))
     rig = tmp_path / demo_rig_file("two-view").name
-    status, out, _ = zenocap("track", rig, "-o", tmp_path / "one.bvh")
-    assert status == 0
-    assert "the take was temporary" in out
-    assert zenocap("track", rig, "-o", tmp_path / "arms.mcap")[0] == 0
-    assert zenocap("export", tmp_path / "arms.mcap", "-o", tmp_path / "two.bvh")[0] == 0
+    assert "the take was temporary" in printed("track", rig, "-o", tmp_path / "one.bvh")
+    printed("track", rig, "-o", tmp_path / "arms.mcap")
+    printed("export", tmp_path / "arms.mcap", "-o", tmp_path / "two.bvh")
     assert (tmp_path / "one.bvh").read_bytes() == (tmp_path / "two.bvh").read_bytes()
-    assert zenocap("verify", tmp_path / "arms.mcap")[0] == 0
+    printed("verify", tmp_path / "arms.mcap")
 
 
 @pytest.mark.slow

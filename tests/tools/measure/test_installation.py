@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.command import zenocap
+from tests.support.command import printed
 from zenocap.common.errors import UserError
 from zenocap.tools.measure.installation import Installation, checked, demand, flows, highest_rate
 from zenocap.tools.measure.installation_plan import installation_of, lines_of, measured
@@ -76,11 +76,11 @@ def test_measured_loads_are_predicted(plan: Plan, viewer: float, load: float) ->
 
 def test_images_stay_with_their_rig_and_nothing_crosses_routers_without_a_reader() -> None:
     links = {link.name: link.rate for link in demand(replace(LARGE, rigs=4, routers=2), COSTS).links}
-    assert links["router to root: no reader there"] == 0
-    assert links["router to root: health and poses are read there"] > 0
-    assert (
-        links["router to root: health and poses are read there"] < 0.5 * links["router to root: everything is read there"]
+    none, poses, all_ = (
+        links[f"router to root: {what}"]
+        for what in ("no reader there", "health and poses are read there", "everything is read there")
     )
+    assert none == 0 < poses < 0.5 * all_
 
 
 def test_every_camera_sends_silhouettes_and_previews_only_to_those_that_read_them() -> None:
@@ -132,10 +132,9 @@ def test_a_file_that_holds_no_costs_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_command_prints_services_links_and_disk() -> None:
-    status, out, err = zenocap("plan", "--cameras", "24", "--fps", "30", "--size", "640x480", "--cores", "4")
-    assert status == 0, err
+    out = printed("plan", "--cameras", "24", "--fps", "30", "--size", "640x480", "--cores", "4")
     for words in ("viewer", "tracker", "smallest number of cores", "machines of 4 cores", "network to tracker", "an hour"):
         assert words in out
-    found = json.loads(zenocap("plan", "--cameras", "8", "--json")[1])
+    found = json.loads(printed("plan", "--cameras", "8", "--json"))
     assert {one["service"] for one in found["demand"]["services"]} == {"viewer", "integrator", "tracker", "animator"}
-    assert zenocap("plan", "--size", "big")[0] == 1
+    printed("plan", "--size", "big", status=1)

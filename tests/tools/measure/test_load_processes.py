@@ -18,10 +18,13 @@ def services(one: LoadProcesses) -> list[tuple[str, str, str]]:
     return [spec.key for spec in one.specs.values()]
 
 
+ROUTER, TRACKER, REMOTE = ("", "router", "main"), ("load-1", "tracker", "main"), ("tcp/192.0.2.1:7447",)
+
+
 def test_a_rig_has_viewers_and_an_integrator_around_a_router() -> None:
     one = processes(Plan(rigs=2))
     assert services(one) == [
-        ("", "router", "main"),
+        ROUTER,
         ("load-1", "integrator", "main"), ("load-1", "viewer", "1"), ("load-1", "viewer", "2"),
         ("load-2", "integrator", "main"), ("load-2", "viewer", "1"), ("load-2", "viewer", "2"),
     ]  # fmt: skip
@@ -30,28 +33,26 @@ def test_a_rig_has_viewers_and_an_integrator_around_a_router() -> None:
 
 
 def test_a_tracker_runs_when_poses_are_measured() -> None:
-    plan = Plan(viewers=3, method="hybrid")
-    assert ("load-1", "tracker", "main") in services(processes(plan))
-    assert ("load-1", "tracker", "main") not in services(processes(Plan(viewers=3, method="hybrid", until="silhouette")))
+    assert TRACKER in services(processes(Plan(viewers=3, method="hybrid")))
+    assert TRACKER not in services(processes(Plan(viewers=3, method="hybrid", until="silhouette")))
 
 
 def test_a_running_network_needs_no_router() -> None:
-    one = processes(Plan(), ("tcp/192.0.2.1:7447",))
-    assert ("", "router", "main") not in services(one)
-    assert one.own.connect == ("tcp/192.0.2.1:7447",)
+    one = processes(Plan(), REMOTE)
+    assert ROUTER not in services(one)
+    assert one.own.connect == REMOTE
 
 
 def test_the_parts_together_are_the_whole_load() -> None:
-    plan = Plan(subscribers=1)
-    remote = ("tcp/192.0.2.1:7447",)
-    here = services(processes(Plan(subscribers=1, part="viewers"), remote))
-    there = services(processes(Plan(subscribers=1, part="integrators"), remote))
-    assert sorted(here + there) == sorted(services(processes(plan, remote)))
+    viewers, integrators, whole = (
+        services(processes(Plan(subscribers=1, part=part), REMOTE)) for part in ("viewers", "integrators", "all")
+    )
+    assert sorted(viewers + integrators) == sorted(whole)
 
 
 def test_the_measuring_process_is_a_peer_of_the_mesh() -> None:
     one = processes(Plan(mesh=True))
-    assert ("", "router", "main") not in services(one)
+    assert ROUTER not in services(one)
     assert one.own.mode == "peer"
     assert len(one.own.connect) == 3
 

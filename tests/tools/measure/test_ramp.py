@@ -19,35 +19,37 @@ def point(plan: Plan, held: bool, seconds: float = 5.0) -> Measurement:
     return Measurement(plan, found, (cost,), MachineUse(8, 0.5, 0.0), 1.0, seconds, 0)
 
 
-def measure_up_to(limit: float):
+def ramped(what, measure=lambda plan: point(plan, held=True), start=START, stopped=lambda: False):
+    """A ramp, and its points as they were reported."""
+    seen: list[Measurement] = []
+    found = ramp(start, what, measure, stopped, seen.append)
+    assert tuple(seen) == found.points
+    return found
+
+
+def up_to(limit: float):
     return lambda plan: point(plan, plan.rate <= limit)
 
 
 def test_the_largest_load_below_the_first_that_failed_is_found() -> None:
-    seen: list[Measurement] = []
-    found = ramp(START, "rate", measure_up_to(100.0), lambda: False, seen.append)
-    assert tuple(seen) == found.points
+    found = ramped("rate", up_to(100.0))
     assert [p.plan.rate for p in found.points] == [30.0, 60.0, 120.0, 84.9, 100.9, 92.6]
-    assert found.largest_held is not None
-    assert found.largest_held.plan.rate == 92.6
-    assert found.smallest_failed is not None
-    assert found.smallest_failed.plan.rate == 100.9
+    assert (found.largest_held.plan.rate, found.smallest_failed.plan.rate) == (92.6, 100.9)
     held, failed = ramp_lines(found)
     assert held.startswith("held: 2 viewers, 92.6 frames/s")
     assert failed.startswith("not held: 2 viewers, 100.9 frames/s")
 
 
 def test_a_ramp_without_a_held_load_is_reported() -> None:
-    found = ramp(START, "rate", measure_up_to(1.0), lambda: False, lambda _: None)
+    found = ramped("rate", up_to(1.0))
     assert len(found.points) == 1
     assert ramp_lines(found)[0].startswith("not held: even the first load")
 
 
 def test_the_largest_allowed_plan_ends_the_ramp_and_an_impossible_start_is_an_error() -> None:
-    found = ramp(START, "viewers", lambda plan: point(plan, True), lambda: False, lambda _: None)
-    assert [p.plan.viewers for p in found.points] == [2]  # two-view has two
+    assert [p.plan.viewers for p in ramped("viewers").points] == [2]  # two-view has two
     with pytest.raises(PlanError):
-        ramp(replace(START, viewers=4), "rate", lambda plan: point(plan, True), lambda: False, lambda _: None)
+        ramped("rate", start=replace(START, viewers=4))
 
 
 def test_a_load_that_does_not_start_ends_the_ramp_and_keeps_its_results() -> None:
@@ -56,7 +58,7 @@ def test_a_load_that_does_not_start_ends_the_ramp_and_keeps_its_results() -> Non
             raise LoadError("no pose")
         return point(plan, True)
 
-    found = ramp(START, "rigs", measure, lambda: False, lambda _: None)
+    found = ramped("rigs", measure)
     assert [p.plan.rigs for p in found.points] == [1, 2]
     assert found.failure == "rigs 4: no pose"
     assert ramp_lines(found)[-1] == "ended: rigs 4: no pose"
@@ -70,5 +72,4 @@ def test_an_interrupted_measurement_does_not_count() -> None:
         stopping = plan.rate > 30.0
         return point(plan, not stopping, 1.0 if stopping else 5.0)
 
-    found = ramp(START, "rate", measure, lambda: stopping, lambda _: None)
-    assert [p.plan.rate for p in found.points] == [30.0]
+    assert [p.plan.rate for p in ramped("rate", measure, stopped=lambda: stopping).points] == [30.0]

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+import pytest
+
 from tests.support.built_messages import built
 from zenocap.common.messages import Health
 from zenocap.tools.measure.latency import Figures
@@ -38,10 +40,8 @@ def test_a_restarted_process_is_not_compared_with_its_predecessor() -> None:
 
 
 def test_losses_count_within_the_measured_time() -> None:
-    health_messages = {
-        VIEWER: [health(0.5, 0.5, {"dropped_frames": 100}), health(0.5, 0.5, {"dropped_frames": 103, "frames": 9})]
-    }
-    (cost,) = costs({}, {}, health_messages)
+    counts = ({"dropped_frames": 100}, {"dropped_frames": 103, "frames": 9})
+    (cost,) = costs({}, {}, {VIEWER: [health(0.5, 0.5, each) for each in counts]})
     assert cost.lost == {"dropped_frames": 3}
 
 
@@ -53,27 +53,28 @@ def test_a_full_machine_is_the_bottleneck_with_its_largest_user() -> None:
     assert "other processes" in bottleneck(Plan(), LOSING, service_costs, MachineUse(2, 0.3, 1.7))
 
 
-def test_a_busy_loop_is_the_bottleneck() -> None:
-    service_costs = [
-        Cost(VIEWER, 0.5, 0, busy=0.97, stages_ms={"step_frame": 9.0, "result_age": 99.0}),
-        Cost(INTEGRATOR, 0.6, 0),
-    ]
-    words = bottleneck(Plan(), LOSING, service_costs, FREE)
-    assert words == "load-1 viewer 1: its loop is busy 97% of the time, 0.50 cores; longest stage step_frame 9.0 ms"
+BUSY = Cost(VIEWER, 0.5, 0, busy=0.97, stages_ms={"step_frame": 9.0, "result_age": 99.0})
+DROPPING = Cost(VIEWER, 0.1, 0, busy=0.1, lost={"dropped_frames": 3})
 
 
-def test_the_measuring_process_can_be_the_bottleneck() -> None:
-    assert bottleneck(Plan(), LOSING, [Cost(ITSELF, 0.9, 0), Cost(VIEWER, 0.1, 0)], FREE).startswith(
-        "the measuring process"
-    )
-
-
-def test_a_service_that_drops_without_being_busy_was_delayed() -> None:
-    service_costs = [Cost(VIEWER, 0.1, 0, busy=0.1, lost={"dropped_frames": 3}), Cost(INTEGRATOR, 0.2, 0)]
-    assert "load-1 viewer 1, which dropped (frames 3)" in bottleneck(Plan(), LOSING, service_costs, FREE)
-
-
-def test_a_held_load_names_the_service_closest_to_its_limit() -> None:
-    service_costs = [Cost(VIEWER, 0.1, 0, busy=0.1), Cost(INTEGRATOR, 0.2, 0, busy=0.4)]
-    assert bottleneck(Plan(), HELD, service_costs, FREE).startswith("none yet; closest to its limit is load-1 integrator")
-    assert bottleneck(Plan(), HELD, [], FREE) == "unknown: no service reported"
+@pytest.mark.parametrize(
+    ("found", "service_costs", "words"),
+    [
+        pytest.param(
+            LOSING, [BUSY, Cost(INTEGRATOR, 0.6, 0)],
+            "load-1 viewer 1: its loop is busy 97% of the time, 0.50 cores; longest stage step_frame 9.0 ms", id="busy",
+        ),
+        pytest.param(LOSING, [Cost(ITSELF, 0.9, 0), Cost(VIEWER, 0.1, 0)], "the measuring process", id="measuring"),
+        pytest.param(
+            LOSING, [DROPPING, Cost(INTEGRATOR, 0.2, 0)],
+            "load-1 viewer 1, which dropped (frames 3) although its loop is busy 10% only: it was delayed", id="delayed",
+        ),
+        pytest.param(
+            HELD, [Cost(VIEWER, 0.1, 0, busy=0.1), Cost(INTEGRATOR, 0.2, 0, busy=0.4)],
+            "none yet; closest to its limit is load-1 integrator", id="held",
+        ),
+        pytest.param(HELD, [], "unknown: no service reported", id="silent"),
+    ],
+)  # fmt: skip
+def test_the_bottleneck_of_a_free_machine(found: Figures, service_costs: list[Cost], words: str) -> None:
+    assert bottleneck(Plan(), found, service_costs, FREE).startswith(words)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import POOR, CalibrationOption, ForceOption, check_new, finish, show, writing
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
@@ -31,7 +32,6 @@ Films = Annotated[
         help="Folder with a video, or a folder of images, for each camera; or the videos; or, in place of a video, its "
         ".corners file of `zenocap calibrate detect`.  With --live: a rig file, or NAME=SOURCE as for `zenocap film`; "
         "default: all cameras of this machine.",
-        show_default=False,
     ),
 ]
 
@@ -79,7 +79,6 @@ def board(
     `zenocap calibrate board --live left=/dev/video0 right=/dev/video2 --square 35`
     """
     from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.calibration.board_report import report, report_data, verdict
 
     output = given.output
@@ -90,8 +89,7 @@ def board(
         if given.live:
             if given.floor:
                 raise UserError("--floor: allowed: without --live, whose page has a button for it")
-            calibration = LiveCalibration(described, known, expert.delays, output)
-            raise typer.Exit(calibration.run(films or [], images, page.table()))
+            raise typer.Exit(_live(films or [], images, page.table(), described, known, output, delays=expert.delays))
         if not films:
             raise UserError("no videos: allowed: a folder with videos, the videos, or --live")
         result = _calibrated(films, described, known, given.floor or (), delays=expert.delays)
@@ -128,35 +126,27 @@ def write(found: BoardCalibration, output: Path) -> None:
         )
 
 
-@dataclass(frozen=True)
-class LiveCalibration:
-    """A calibration on a page.  lenses: that are known.  delays: whether to estimate them."""
+def _live(
+    texts: Sequence[str], images: ImageArguments, table: PageTable, described: Board, lenses: Mapping[str, Lens] | None,
+    output: Path, *, delays: bool,
+) -> int:  # fmt: skip
+    """Guide and calibrate on a page; returns the exit status, FAILED without a calibration.  Raises UserError."""
+    from zenocap.tools.setup.calibration.board_report import report, verdict
+    from zenocap.tools.setup.page.board_mode import BoardMode
 
-    described: Board
-    lenses: Mapping[str, Lens] | None
-    delays: bool
-    output: Path
+    def written(found: BoardCalibration) -> str:
+        write(found, output)
+        show([*report(found), f"written: {output}"], verdict(found))
+        return str(output)
 
-    def run(self, texts: Sequence[str], images: ImageArguments, table: PageTable) -> int:
-        """Guide and calibrate on a page; returns the exit status, FAILED without a calibration."""
-        from zenocap.tools.setup.calibration.board_report import verdict
-        from zenocap.tools.setup.page.board_mode import BoardMode
+    def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> PageMode:
+        return BoardMode(cameras, described, epoch_ns, written, lenses, delays)
 
-        def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> PageMode:
-            return BoardMode(cameras, self.described, epoch_ns, self._written, self.lenses, self.delays)
-
-        mode = run_page(texts, images, table, "zenocap calibrate board --live", make, loop=False)
-        assert isinstance(mode, BoardMode)
-        mode.close()
-        if mode.result is None:
-            typer.echo("nothing was calibrated", err=True)
-            return FAILED
-        typer.echo(f"next: zenocap calibrate check {self.output}")
-        return POOR if verdict(mode.result)[0] == "poor" else DONE
-
-    def _written(self, found: BoardCalibration) -> str:
-        from zenocap.tools.setup.calibration.board_report import report, verdict
-
-        write(found, self.output)
-        show([*report(found), f"written: {self.output}"], verdict(found))
-        return str(self.output)
+    mode = run_page(texts, images, table, "zenocap calibrate board --live", make, loop=False)
+    assert isinstance(mode, BoardMode)
+    mode.close()
+    if mode.result is None:
+        typer.echo("nothing was calibrated", err=True)
+        return FAILED
+    typer.echo(f"next: zenocap calibrate check {output}")
+    return POOR if verdict(mode.result)[0] == "poor" else DONE

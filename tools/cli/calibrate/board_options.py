@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -19,10 +20,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
 
 SquareOption = Annotated[
-    float,
-    typer.Option(
-        metavar="MM", help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.", show_default=False
-    ),
+    float, typer.Option(metavar="MM", help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.")
 ]
 OptionalSquareOption = Annotated[
     float | None,
@@ -30,7 +28,6 @@ OptionalSquareOption = Annotated[
         metavar="MM",
         help="Search a printed board with squares, or tags, of this side (mm) in the films that stay on other machines, "
         "and copy its corners; the other options of the board are those of `zenocap calibrate board`.",
-        show_default=False,
     ),
 ]
 
@@ -70,7 +67,6 @@ class BoardArguments(PatternArguments):
 
     def film_board(self, square_mm: float | None) -> FilmBoard | None:
         """The same for a film query; None without a side.  Raises UserError."""
-        from zenocap.common.errors import UserError
         from zenocap.common.messages import FilmBoard
 
         if square_mm is None:

@@ -6,8 +6,7 @@ import typer
 
 from zenocap.tools.cli.calibrate.board import board
 from zenocap.tools.cli.calibrate.detect import detect
-from zenocap.tools.cli.calibrate.drift import drift
-from zenocap.tools.cli.calibrate.files import check, convert
+from zenocap.tools.cli.calibrate.files import check, convert, drift
 from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene

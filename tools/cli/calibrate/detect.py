@@ -22,9 +22,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 Films = Annotated[
     list[Path],
     typer.Argument(
-        metavar="FOLDER | VIDEO...",
-        help="Folder with a video, or a folder of images, for each camera; or the videos.",
-        show_default=False,
+        metavar="FOLDER | VIDEO...", help="Folder with a video, or a folder of images, for each camera; or the videos."
     ),
 ]
 

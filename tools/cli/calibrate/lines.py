@@ -151,6 +151,5 @@ def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArgument
     if typed.given:
         raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(typed.given)}")
     path, sources = file_and_cameras(texts, "lines.toml")
-    task = lambda names: LinePoints(names, path, given.output)  # noqa: E731
-    images = ImageArguments(given.live_size, given.fps)
-    run_points(sources, images, page, "zenocap calibrate lines --live", task, given.output)
+    images, program = ImageArguments(given.live_size, given.fps), "zenocap calibrate lines --live"
+    run_points(sources, images, page, program, lambda names: LinePoints(names, path, given.output), given.output)

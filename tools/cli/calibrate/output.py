@@ -18,8 +18,7 @@ LensesOption = Annotated[
     Path,
     typer.Option(
         help="Lenses of the cameras: any calibration, ROS camera_info, OpenCV, or a folder of these; a single lens is "
-        "that of all cameras.",
-        show_default=False,
+        "that of all cameras."
     ),
 ]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]

@@ -25,7 +25,6 @@ FileAndCameras = Annotated[
         help="TOML, as --example prints one.  With --live it need not exist yet, and the page writes it, without its "
         "comments; after it the cameras: a rig file, NAME=SOURCE, where SOURCE may be a camera, stream, video or picture, "
         "or a folder of videos or pictures; default: all cameras of this machine.",
-        show_default=False,
     ),
 ]
 LiveOption = Annotated[

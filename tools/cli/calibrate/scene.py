@@ -107,6 +107,5 @@ def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArgum
     known = given.known()
     if given.as_json:
         raise typer.BadParameter("--json: allowed: without --live")
-    path, sources = file_and_cameras(texts, "points.toml")
-    task = lambda names: ScenePointTask(names, path, given.output, known)  # noqa: E731
-    run_points(sources, images, page, "zenocap calibrate scene --live", task, given.output)
+    (path, sources), program = file_and_cameras(texts, "points.toml"), "zenocap calibrate scene --live"
+    run_points(sources, images, page, program, lambda names: ScenePointTask(names, path, given.output, known), given.output)

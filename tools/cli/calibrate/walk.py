@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -17,9 +18,7 @@ from zenocap.tools.option_groups import option
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration
 
-WalkFolder = Annotated[
-    Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.", show_default=False)
-]
+WalkFolder = Annotated[Path, typer.Argument(help="Folder with videos/, one for each camera, such as `zenocap film` makes.")]
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,6 @@ def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, li
     """Calibrate and write the files; the result, and lines about the beginnings of the videos.  Raises UserError."""
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.common.errors import UserError
     from zenocap.tools.setup.calibration.walk.calibration import calibrated_films
     from zenocap.tools.setup.calibration.walk.films import filmed
     from zenocap.tools.setup.calibration.walk.parameters import STATURES_M

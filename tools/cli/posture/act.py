@@ -31,7 +31,7 @@ class ActArguments:
 
 
 def act(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the takes.", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the takes.")],
     *,
     given: ActArguments,
 ) -> None:

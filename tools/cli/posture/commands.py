@@ -21,9 +21,7 @@ for command in (label, act, train, add, evaluate):
 
 @posture.command()
 def info(
-    model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="A file, or the name of a shipped model.", show_default=False)
-    ],
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A file, or the name of a shipped model.")],
     as_json: JsonOption = False,
 ) -> None:
     """Show the training data of a posture model and its accuracy on held-out people.

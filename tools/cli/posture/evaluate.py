@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, echo, one_line_errors
 from zenocap.tools.cli.posture.report import draw_confusion, outcome_json, outcome_lines, write_confusion
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
@@ -91,7 +92,6 @@ def evaluate(
 
 def _evaluate_streams(manifest: Path, name: str, sources: SourceArguments, given: ValidationArguments) -> None:
     with one_line_errors():
-        from zenocap.common.errors import UserError
         from zenocap.services.recognizer.model_file import find_model, read_model
         from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
 
@@ -118,7 +118,6 @@ def _outcomes(
     examples: list[Example], settings: TrainingSettings, protocol: str, report: Report
 ) -> list[ValidationOutcome]:
     """By every protocol that the examples allow.  Raises UserError where none is."""
-    from zenocap.common.errors import UserError
     from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate
 
     outcomes, refused = [], []

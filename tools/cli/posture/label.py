@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.live_page import page_table
 from zenocap.tools.cli.options import one_line_errors, refuse
 from zenocap.tools.cli.posture.label_options import SHIPPED, LabelArguments, LabelExpert, Sources
@@ -60,7 +61,6 @@ def label(sources: Sources, *, given: LabelArguments, expert: Annotated[LabelExp
 
 def _on_page(sources: Sequence[Path], given: LabelArguments, expert: LabelExpert) -> None:
     """Raises UserError."""
-    from zenocap.common.errors import UserError
     from zenocap.common.formats.file_warnings import grouped_warnings
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.common.rig.rig import load_rig
@@ -119,7 +119,6 @@ def _session(
 
 def _suggesting(name: str | None) -> tuple[str, PostureModel] | None:
     """Name and model that suggests labels.  Raises UserError for a model that was asked for."""
-    from zenocap.common.errors import UserError
     from zenocap.services.recognizer.model_file import find_model, read_model
 
     try:

@@ -13,8 +13,7 @@ from zenocap.tools.cli.options import JointsOption, JsonOption
 from zenocap.tools.option_groups import option
 
 Sources = Annotated[
-    list[Path],
-    typer.Argument(metavar="TAKE...", help="Takes (.mcap), or motion capture (.bvh, .trc, .c3d).", show_default=False),
+    list[Path], typer.Argument(metavar="TAKE...", help="Takes (.mcap), or motion capture (.bvh, .trc, .c3d).")
 ]
 
 SHIPPED = "fifteen"

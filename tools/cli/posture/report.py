@@ -109,26 +109,19 @@ def outcome_lines(outcomes: Sequence[ValidationOutcome]) -> Iterator[str]:
 
 def outcome_json(outcome: ValidationOutcome, names: Sequence[str]) -> dict[str, object]:
     """names: of the examples, for those that were not recognized."""
+    wrong = [
+        {
+            "example": names[answer.example], "posture": outcome.labels[answer.true],
+            "answer": outcome.labels[answer.given],
+            "margin": round(answer.margin, 6) if isfinite(answer.margin) else None,
+        }
+        for answer in outcome.answers if answer.true != answer.given
+    ]  # fmt: skip
     return {
-        "protocol": outcome.protocol,
-        "people": outcome.people,
-        "right": outcome.right,
-        "total": outcome.total,
-        "labels": list(outcome.labels),
-        "correct": outcome.correct.tolist(),
-        "tested": outcome.tested.tolist(),
-        "confusion": outcome.confusion.tolist(),
-        "wrong": [
-            {
-                "example": names[answer.example],
-                "posture": outcome.labels[answer.true],
-                "answer": outcome.labels[answer.given],
-                "margin": round(answer.margin, 6) if isfinite(answer.margin) else None,
-            }
-            for answer in outcome.answers
-            if answer.true != answer.given
-        ],
-    }
+        "protocol": outcome.protocol, "people": outcome.people, "right": outcome.right, "total": outcome.total,
+        "labels": list(outcome.labels), "correct": outcome.correct.tolist(), "tested": outcome.tested.tolist(),
+        "confusion": outcome.confusion.tolist(), "wrong": wrong,
+    }  # fmt: skip
 
 
 def write_confusion(path: Path, outcomes: Sequence[ValidationOutcome]) -> None:

@@ -24,16 +24,12 @@ def read_streams(
     """Sources of a manifest, rigs tracked first, with the labelled postures in each.  Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.common.formats.file_warnings import grouped_warnings
-    from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training import example_files
     from zenocap.services.recognizer.training.examples import BACKGROUND
-    from zenocap.services.recognizer.training.manifest import read_manifest
     from zenocap.services.recognizer.training.stream_evaluation import PostureSpan
-    from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
+    from zenocap.tools.cli.posture.tracked_sources import tracked_rows
 
-    names = None if sources.joints is None else read_joint_map(sources.joints)
-    folder = sources.tracked or manifest.parent / TRACKED
-    rows = with_takes(manifest, read_manifest(manifest), folder, sources.method, report)
+    rows, names = tracked_rows(manifest, sources, report)
     found: dict[Path, tuple[Features, list[PostureSpan]]] = {}
     with grouped_warnings():
         for done, row in enumerate(rows):

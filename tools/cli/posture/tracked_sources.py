@@ -8,9 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zenocap.common.errors import SourceError, UserError
 from zenocap.tools.cli.options import Method, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.formats.joint_map import JointMap
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.training.examples import Example
     from zenocap.services.recognizer.training.manifest import ManifestRow
@@ -27,14 +29,20 @@ def read_examples(
 
     Raises UserError.
     """
-    from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training.example_files import examples_of
+
+    rows, names = tracked_rows(manifest, sources, report)
+    return examples_of(manifest, rows, kind, report, missing, names)
+
+
+def tracked_rows(manifest: Path, sources: SourceArguments, report: Report) -> tuple[list[ManifestRow], JointMap | None]:
+    """The rows of a manifest, its rigs tracked first, and the names of joints.  Raises UserError."""
+    from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training.manifest import read_manifest
 
     names = None if sources.joints is None else read_joint_map(sources.joints)
-    rows = read_manifest(manifest)
-    rows = with_takes(manifest, rows, sources.tracked or manifest.parent / TRACKED, sources.method, report)
-    return examples_of(manifest, rows, kind, report, missing, names)
+    folder = sources.tracked or manifest.parent / TRACKED
+    return with_takes(manifest, read_manifest(manifest), folder, sources.method, report), names
 
 
 def with_takes(
@@ -44,8 +52,6 @@ def with_takes(
 
     Raises UserError with all rigs that cannot be tracked.
     """
-    from zenocap.common.errors import UserError
-
     first: dict[Path, int] = {}
     for row in rows:
         if row.is_rig:
@@ -74,7 +80,6 @@ def take_name(manifest: Path, source: Path, method: str) -> str:
 
 
 def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
-    from zenocap.common.errors import SourceError
     from zenocap.tools.takes.track import track
 
     rig = rig_at(source, files=True, method=method)

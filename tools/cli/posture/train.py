@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JsonOption, OutputOption, check_folder, one_line_errors
 from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
@@ -55,10 +56,7 @@ def train(
 
 
 def add(
-    model: Annotated[
-        Path,
-        typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.", show_default=False),
-    ],
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.")],
     manifest: ManifestPath,
     output: Annotated[
         Path | None,
@@ -76,7 +74,6 @@ def add(
     Example: `zenocap posture add mine.postures tuesday.csv`
     """
     with one_line_errors():
-        from zenocap.common.errors import UserError
         from zenocap.services.recognizer.training.example_store import joined, read_stored, store_path
 
         store = store_path(model)
@@ -93,7 +90,6 @@ def add(
 
 def train_and_write(output: Path, examples: Sequence[Example], settings: TrainingSettings) -> None:
     """Write a model and its examples; warnings and notes go to standard error.  Raises UserError and OSError."""
-    from zenocap.common.errors import UserError
     from zenocap.services.recognizer.false_alarms import short_background
     from zenocap.services.recognizer.model_file import write_model
     from zenocap.services.recognizer.training.example_store import store_path, write_examples

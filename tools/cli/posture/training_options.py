@@ -17,9 +17,7 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 ManifestPath = Annotated[
     Path,
     typer.Argument(
-        metavar="MANIFEST",
-        help="CSV: source (take or clip), start, end, posture, person, repetition; or labels.",
-        show_default=False,
+        metavar="MANIFEST", help="CSV: source (take or clip), start, end, posture, person, repetition; or labels."
     ),
 ]
 

@@ -3,19 +3,19 @@
 import os
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from functools import partial
 
 import cv2
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from tests.common.camera.test_fisheye import FILE as FISHEYE
+from tests.support.command import printed
 from tests.support.places import ROOT
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
-from zenocap.tools.cli.calibrate.commands import calibrate
 
 DISTORTED = """[cam_01]
 name = "left"
@@ -26,10 +26,7 @@ rotation = [3.0, 0.2, 0.1]
 translation = [0.0, 1.0, 5.2]
 """
 RING = ROOT / "zenocap" / "data" / "rigs" / "ring-calibration.toml"
-
-
-def run(*arguments: object):
-    return CliRunner().invoke(calibrate, ["convert", *(str(a) for a in arguments)])
+convert = partial(printed, "calibrate", "convert")
 
 
 def assert_equal(one: Camera, other: Camera) -> None:
@@ -46,11 +43,9 @@ def assert_equal(one: Camera, other: Camera) -> None:
     [("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("easymocap", "extri.yml"), ("qualisys", "a.qca.txt")],
 )
 def test_positions_and_lenses_are_the_same_in_every_layout(tmp_path, layout, name, axis):
-    result = run(RING, "-o", tmp_path / name, "--layout", layout, "--output-up-axis", axis)
-    assert result.exit_code == 0, result.output
-    assert f"written: {tmp_path / name}" in result.output
-    cameras = read_calibration(RING)
-    again = read_calibration(tmp_path / name, axis)
+    output = convert(RING, "-o", tmp_path / name, "--layout", layout, "--output-up-axis", axis)
+    assert f"written: {tmp_path / name}" in output
+    cameras, again = read_calibration(RING), read_calibration(tmp_path / name, axis)
     for one, other in zip(cameras.values(), again.values(), strict=True):
         assert_equal(one, other)
     if layout != "caliscope":  # which has numbers instead of names
@@ -58,20 +53,20 @@ def test_positions_and_lenses_are_the_same_in_every_layout(tmp_path, layout, nam
 
 
 def test_cameras_of_caliscope_have_the_numbers_of_their_names(tmp_path):
-    run(RING, "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
+    convert(RING, "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
     tables = tomllib.loads((tmp_path / "camera_array.toml").read_text())["cameras"]
     assert [int(number) for number in tables] == [int(name[-2:]) for name in read_calibration(RING)]
 
 
 def test_easymocap_reads_names_matrices_and_sizes(tmp_path):
-    run(RING, "-o", tmp_path / "extri.yml", "--layout", "easymocap")
+    convert(RING, "-o", tmp_path / "extri.yml", "--layout", "easymocap")
     cameras = read_calibration(RING)
-    for file in ("intri.yml", "extri.yml"):
-        storage = cv2.FileStorage(str(tmp_path / file), cv2.FILE_STORAGE_READ)
+    intrinsics, extrinsics = (
+        cv2.FileStorage(str(tmp_path / file), cv2.FILE_STORAGE_READ) for file in ("intri.yml", "extri.yml")
+    )
+    for storage in (intrinsics, extrinsics):
         names = storage.getNode("names")
         assert [names.at(n).string() for n in range(names.size())] == list(cameras)
-    intrinsics = cv2.FileStorage(str(tmp_path / "intri.yml"), cv2.FILE_STORAGE_READ)
-    extrinsics = cv2.FileStorage(str(tmp_path / "extri.yml"), cv2.FILE_STORAGE_READ)
     for name, camera in cameras.items():
         np.testing.assert_array_equal(intrinsics.getNode(f"K_{name}").mat(), camera.matrix)
         assert (intrinsics.getNode(f"W_{name}").real(), intrinsics.getNode(f"H_{name}").real()) == camera.size
@@ -81,8 +76,7 @@ def test_easymocap_reads_names_matrices_and_sizes(tmp_path):
 
 def test_lenses_of_ros_are_read_by_a_yaml_library_and_again(tmp_path):
     yaml = pytest.importorskip("yaml")
-    result = run(RING, "-o", tmp_path / "info", "--layout", "ros")
-    assert "without the positions" in result.output
+    assert "without the positions" in convert(RING, "-o", tmp_path / "info", "--layout", "ros")
     lenses = read_lenses(tmp_path / "info")
     for name, camera in read_calibration(RING).items():
         info = yaml.safe_load((tmp_path / "info" / f"{name}.yaml").read_text())
@@ -94,8 +88,8 @@ def test_lenses_of_ros_are_read_by_a_yaml_library_and_again(tmp_path):
 
 def test_fisheye_lenses_keep_their_model(tmp_path):
     (tmp_path / "wide.toml").write_text(FISHEYE)
-    run(tmp_path / "wide.toml", "-o", tmp_path / "info", "--layout", "ros")
-    run(tmp_path / "wide.toml", "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
+    convert(tmp_path / "wide.toml", "-o", tmp_path / "info", "--layout", "ros")
+    convert(tmp_path / "wide.toml", "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
     camera = read_calibration(tmp_path / "wide.toml")["wide"]
     for lens in (
         read_lenses(tmp_path / "info")["wide"],
@@ -106,8 +100,8 @@ def test_fisheye_lenses_keep_their_model(tmp_path):
         assert camera.fisheye is not None
         np.testing.assert_array_equal(lens.matrix, camera.fisheye.matrix)
         np.testing.assert_array_equal(lens.distortions, camera.fisheye.coefficients)
-    result = run(tmp_path / "wide.toml", "-o", tmp_path / "extri.yml", "--layout", "easymocap")
-    assert (result.exit_code, "has a fisheye lens: allowed in this layout" in result.output) == (1, True)
+    output = convert(tmp_path / "wide.toml", "-o", tmp_path / "extri.yml", "--layout", "easymocap", status=1)
+    assert "has a fisheye lens: allowed in this layout" in output
 
 
 @pytest.mark.parametrize(
@@ -119,14 +113,13 @@ def test_fisheye_lenses_keep_their_model(tmp_path):
 )
 def test_what_qualisys_cannot_hold_is_refused(tmp_path, name, lens, text):
     (tmp_path / "lens.toml").write_text(DISTORTED.format(lens))
-    result = run(tmp_path / "lens.toml", "-o", tmp_path / name, "--layout", "qualisys")
-    assert (result.exit_code, text in result.output) == (1, True), result.output
+    assert text in convert(tmp_path / "lens.toml", "-o", tmp_path / name, "--layout", "qualisys", status=1)
     assert not (tmp_path / name).exists()
 
 
 def test_qualisys_keeps_distortion_and_writes_millimetres(tmp_path):
     (tmp_path / "lens.toml").write_text(DISTORTED.format("[0.1, -0.2, 0.001, 0.002]"))
-    run(tmp_path / "lens.toml", "-o", tmp_path / "a.qca.txt", "--layout", "qualisys", "--output-up-axis", "z")
+    convert(tmp_path / "lens.toml", "-o", tmp_path / "a.qca.txt", "--layout", "qualisys", "--output-up-axis", "z")
     one, other = (
         read_calibration(tmp_path / name, axis)["left"] for name, axis in (("lens.toml", "y"), ("a.qca.txt", "z"))
     )
@@ -140,10 +133,10 @@ def test_qualisys_keeps_distortion_and_writes_millimetres(tmp_path):
 def test_nothing_is_overwritten_unless_wanted(tmp_path):
     target = tmp_path / "a.toml"
     target.write_text("mine")
-    result = run(RING, "-o", target)
-    assert (result.exit_code, "exists already: allowed: another name, or --force" in result.output) == (1, True)
+    assert "exists already: allowed: another name, or --force" in convert(RING, "-o", target, status=1)
     assert target.read_text() == "mine"
-    assert run(RING, "-o", target, "--force").exit_code == 0
+    convert(RING, "-o", target, "--force")
+    assert len(read_calibration(target)) > 1
 
 
 @pytest.mark.parametrize(
@@ -156,6 +149,5 @@ def test_nothing_is_overwritten_unless_wanted(tmp_path):
     ],
 )
 def test_wrong_outputs_are_refused_and_nothing_is_left(tmp_path, layout, name, text):
-    result = run(RING, "-o", tmp_path / name, "--layout", layout)
-    assert (result.exit_code, text in result.output) == (1, True), result.output
+    assert text in convert(RING, "-o", tmp_path / name, "--layout", layout, status=1)
     assert os.listdir(tmp_path) == []

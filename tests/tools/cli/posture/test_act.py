@@ -5,35 +5,30 @@ from unittest.mock import patch
 
 import pytest
 
-from tests.support.command import zenocap
+from tests.support.command import printed, zenocap
 from zenocap.common.rig.rig import Rig
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.simulation.motion.timeline import MotionTimeline
 from zenocap.tools.takes.track import Tracked
 from zenocap.tools.teach.dataset.generate import Method
 
+pytestmark = pytest.mark.slow
 FEW = ("--people", "1", "--postures", "squat, kick-left", "--repetitions", "1", "--method", "truth", "--jobs", "1")
 
 
-@pytest.mark.slow
 def test_second_run_keeps_existing_takes_and_manifest(tmp_path: Path) -> None:
-    status, out, err = zenocap("posture", "act", "-o", tmp_path, *FEW)
-    assert status == 0, err
-    assert f"{tmp_path / 'manifest.csv'}: 2 takes, 2 new" in out
+    assert f"{tmp_path / 'manifest.csv'}: 2 takes, 2 new" in printed("posture", "act", "-o", tmp_path, *FEW)
     rows = read_manifest(tmp_path / "manifest.csv")
     assert [row.posture for row in rows] == ["squat", "kick-left"]
     assert all(row.source.is_file() for row in rows)
-    assert "2 takes, 0 new" in zenocap("posture", "act", "-o", tmp_path, *FEW)[1]
+    assert "2 takes, 0 new" in printed("posture", "act", "-o", tmp_path, *FEW)
 
 
-@pytest.mark.slow
 def test_people_seed_selects_the_simulated_people(tmp_path: Path) -> None:
-    status, _, err = zenocap("posture", "act", "-o", tmp_path, "--people-seed", "2", *FEW)
-    assert status == 0, err
+    printed("posture", "act", "-o", tmp_path, "--people-seed", "2", *FEW)
     assert {row.person for row in read_manifest(tmp_path / "manifest.csv")} == {"24"}
 
 
-@pytest.mark.slow
 def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> None:
     def generate_without_poses(_rig: Rig, _method: Method, script: MotionTimeline, _room: int, take: Path) -> Tracked:
         take.write_bytes(b"")
@@ -46,7 +41,6 @@ def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> No
     assert "no pose" in err
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -56,7 +50,5 @@ def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> No
     ],
 )
 def test_invalid_option_is_rejected_with_the_allowed_values(tmp_path: Path, options: tuple[str, ...], words: str) -> None:
-    status, _, err = zenocap("posture", "act", "-o", tmp_path / "acted", *options)
-    assert status == 2
-    assert words in " ".join(err.split())
+    assert words in " ".join(printed("posture", "act", "-o", tmp_path / "acted", *options, status=2).split())
     assert not (tmp_path / "acted").exists()

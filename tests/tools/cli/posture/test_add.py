@@ -6,16 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.command import zenocap
+from tests.support.command import printed
 from tests.support.posture_cases import LABELS
-from tests.tools.cli.posture.test_commands import manifest
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import packed, read_model
 from zenocap.services.recognizer.training.example_store import joined, read_stored, store_path, write_examples
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 
-__all__ = ["manifest"]
 OPTIONS = ("--symbols", 24, "--seed", 4)
 
 
@@ -40,50 +38,35 @@ def test_a_model_with_added_examples_is_the_model_of_all_examples(manifest: Path
     both = tmp_path / "both.csv"
     both.write_text(first.read_text() + "\n".join(further.read_text().splitlines()[1:]) + "\n")
     model, at_once = tmp_path / "mine.postures", tmp_path / "at-once.postures"
-    assert zenocap("posture", "train", first, "-o", model, *OPTIONS)[0] == 0
-    assert zenocap("posture", "train", both, "-o", at_once, *OPTIONS)[0] == 0
+    printed("posture", "train", first, "-o", model, *OPTIONS)
+    printed("posture", "train", both, "-o", at_once, *OPTIONS)
     for row in first.read_text().splitlines()[1:]:
         (tmp_path / row.split(",")[0]).unlink()
-    status, text, _ = zenocap("posture", "add", model, further)
-    assert status == 0
-    assert LABELS[2] in text
+    assert LABELS[2] in printed("posture", "add", model, further)
     assert without_sources(read_model(model)) == without_sources(read_model(at_once))
     assert read_stored(model)[1] == TrainingSettings(symbols=24, seed=4)
 
 
 @pytest.mark.nightly
-def test_another_output_leaves_the_model(manifest: Path, tmp_path: Path) -> None:
+def test_examples_that_the_model_has_are_refused_and_another_output_leaves_the_model(
+    manifest: Path, tmp_path: Path
+) -> None:
     first, further = part(manifest, "a.csv", LABELS, "1"), part(manifest, "b.csv", LABELS, "2")
     model, new = tmp_path / "mine.postures", tmp_path / "new.postures"
-    assert zenocap("posture", "train", first, "-o", model, *OPTIONS)[0] == 0
+    printed("posture", "train", first, "-o", model, *OPTIONS)
     before = model.read_bytes(), store_path(model).read_bytes()
-    assert zenocap("posture", "add", model, further, "-o", new)[0] == 0
+    errors = printed("posture", "add", model, first, status=1)
+    assert "the same movement as" in errors
+    assert "allowed: further examples only" in errors
+    printed("posture", "add", model, further, "-o", new)
     assert (model.read_bytes(), store_path(model).read_bytes()) == before
     assert read_model(new).training.people == ("1", "2")
 
 
-@pytest.mark.nightly
-def test_examples_that_the_model_has_are_refused(manifest: Path, tmp_path: Path) -> None:
-    first, model = part(manifest, "a.csv", LABELS, "1"), tmp_path / "mine.postures"
-    assert zenocap("posture", "train", first, "-o", model, *OPTIONS)[0] == 0
-    before = model.read_bytes()
-    status, _, errors = zenocap("posture", "add", model, first)
-    assert status == 1
-    assert "the same movement as" in errors
-    assert "allowed: further examples only" in errors
-    assert model.read_bytes() == before
-
-
-def test_a_model_without_its_examples_is_named(manifest: Path, tmp_path: Path) -> None:
-    model = tmp_path / "mine.postures"
-    status, _, errors = zenocap("posture", "add", model, manifest)
-    assert status == 1
+def test_a_model_has_its_examples_in_a_file_of_another_name(manifest: Path, tmp_path: Path) -> None:
+    errors = printed("posture", "add", tmp_path / "mine.postures", manifest, status=1)
     assert f"{tmp_path / 'mine.examples'}: no such file: allowed: a model with its examples, which" in errors
-
-
-def test_a_model_cannot_have_the_name_of_its_examples(manifest: Path, tmp_path: Path) -> None:
-    status, _, errors = zenocap("posture", "train", manifest, "-o", tmp_path / "mine.examples", *OPTIONS)
-    assert status == 1
+    errors = printed("posture", "train", manifest, "-o", tmp_path / "mine.examples", *OPTIONS, status=1)
     assert "suffix '.examples': allowed: any other, such as .postures" in errors
     assert not (tmp_path / "mine.examples").exists()
 

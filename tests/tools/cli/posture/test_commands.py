@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.command import zenocap
+from tests.support.command import printed, refused, zenocap
 from tests.support.places import MOTIONS
-from tests.support.posture_cases import LABELS, RATE, movement
+from tests.support.posture_cases import LABELS
 from zenocap.common.errors import UserError
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.recognizer.features import Kind
@@ -20,55 +20,43 @@ from zenocap.services.recognizer.training.manifest import ManifestRow
 from zenocap.tools.cli.posture import tracked_sources
 from zenocap.tools.cli.posture.tracked_sources import take_name, with_takes
 
+FEW = ("--symbols", 24)  # symbols: trained quickly
+
+
+def rows_of(text: str) -> dict[str, list[str]]:
+    """Words of each line by the first one."""
+    return {line.split()[0]: line.split() for line in text.splitlines() if line.strip()}
+
 
 @pytest.fixture
-def manifest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three people, three postures, two repetitions; real files are covered by the tests of their reader."""
-
-    def read(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
-        label, person, repetition = path.stem.split("-")
-        features = movement(label, int(person), int(repetition))
-        return Features(RATE, np.arange(len(features)) / RATE, features)
-
-    monkeypatch.setattr(example_files, "read_features", read)
-    rows = ["take,posture,person"]
-    for person in (1, 2, 3):
-        for label in LABELS:
-            for repetition in (0, 1):
-                (tmp_path / f"{label}-{person}-{repetition}.bvh").touch()
-                rows.append(f"{label}-{person}-{repetition}.bvh,{label},{person}")
-    (tmp_path / "m.csv").write_text("\n".join(rows) + "\n")
-    return tmp_path / "m.csv"
+def trained(manifest: Path, tmp_path: Path) -> Path:
+    """A model of the manifest."""
+    printed("posture", "train", manifest, "-o", tmp_path / "mine.postures", *FEW)
+    return tmp_path / "mine.postures"
 
 
 @pytest.mark.slow
 def test_train_writes_a_model_and_info_prints_the_same_summary(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
-    status, output, _ = zenocap("posture", "train", manifest, "-o", out, "--json", "--symbols", 24)
-    assert status == 0
-    assert json.loads(output)["labels"] == list(LABELS)
+    status, output, _ = zenocap("posture", "train", manifest, "-o", out, "--json", *FEW)
+    assert (status, json.loads(output)["labels"]) == (0, list(LABELS))
     assert read_model(out).training.people == ("1", "2", "3")
-    status, text, _ = zenocap("posture", "info", out, "--json")
-    assert (status, json.loads(text)) == (0, json.loads(output))
-    status, text, _ = zenocap("posture", "info", out)
-    assert status == 0
-    rows = {line.split()[0]: line.split() for line in text.splitlines() if line.split()[:1] and line.split()[0] in LABELS}
+    assert json.loads(printed("posture", "info", out, "--json")) == json.loads(output)
+    rows = rows_of(printed("posture", "info", out))
     assert [rows[label][1:3] for label in LABELS] == [["6", "3"]] * 3
 
 
 @pytest.mark.nightly
-def test_the_same_manifest_gives_the_same_bytes(manifest: Path, tmp_path: Path) -> None:
-    one, other = tmp_path / "one.postures", tmp_path / "other.postures"
-    for path in (one, other):
-        assert zenocap("posture", "train", manifest, "-o", path, "--symbols", 24)[0] == 0
-    assert one.read_bytes() == other.read_bytes()
+def test_the_same_manifest_gives_the_same_bytes(manifest: Path, trained: Path, tmp_path: Path) -> None:
+    printed("posture", "train", manifest, "-o", tmp_path / "other.postures", *FEW)
+    assert (tmp_path / "other.postures").read_bytes() == trained.read_bytes()
 
 
 @pytest.mark.nightly
 def test_training_options_are_applied(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
     options = "--symbols 20 --states 3 --topology ergodic --scale none --rate 30 --features joint-angles --seed 4"
-    assert zenocap("posture", "train", manifest, "-o", out, *options.split())[0] == 0
+    printed("posture", "train", manifest, "-o", out, *options.split())
     model = read_model(out)
     assert (model.symbols, model.states, model.rate, model.features) == (20, 3, 30.0, "joint-angles")
     assert (model.transition > 0).all()
@@ -78,11 +66,9 @@ def test_training_options_are_applied(manifest: Path, tmp_path: Path) -> None:
 @pytest.mark.nightly
 def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: Path, tmp_path: Path) -> None:
     table, figure = tmp_path / "confusion.csv", tmp_path / "confusion.png"
-    status, text, _ = zenocap("posture", "evaluate", manifest, "--confusion", table, "--plot", figure, "--symbols", 24)
-    assert status == 0
-    lines = [line.split() for line in text.splitlines()]
-    assert lines[0] == ["posture", "paper", "subjects"]
-    assert ["all", "18/18", "18/18"] in lines
+    status, text, _ = zenocap("posture", "evaluate", manifest, "--confusion", table, "--plot", figure, *FEW)
+    assert (status, text.split()[:3]) == (0, ["posture", "paper", "subjects"])
+    assert rows_of(text)["all"] == ["all", "18/18", "18/18"]
     rows = list(csv.reader(table.open(encoding="utf-8")))
     assert rows[0] == ["protocol", "posture", *LABELS]
     assert rows[1] == ["paper", "wave", "6", "0", "0"]
@@ -92,7 +78,7 @@ def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: 
 
 @pytest.mark.nightly
 def test_evaluate_prints_json(manifest: Path) -> None:
-    status, text, _ = zenocap("posture", "evaluate", manifest, "--protocol", "subjects", "--json", "--symbols", 24)
+    status, text, _ = zenocap("posture", "evaluate", manifest, "--protocol", "subjects", "--json", *FEW)
     assert status == 0
     (found,) = json.loads(text)["protocols"]
     assert (found["protocol"], found["right"], found["total"], found["people"]) == ("subjects", 18, 18, 3)
@@ -104,34 +90,26 @@ def test_evaluate_prints_json(manifest: Path) -> None:
 def test_examples_of_one_person_are_evaluated_without_the_subjects_protocol(manifest: Path) -> None:
     rows = [line for line in manifest.read_text().splitlines() if not line.endswith((",2", ",3"))]
     manifest.write_text("\n".join(rows) + "\n")
-    status, text, errors = zenocap("posture", "evaluate", manifest, "--symbols", 24)
-    assert status == 0
-    assert "note: subjects: 6 examples by 1 people: allowed: two people or more" in errors
+    text = printed("posture", "evaluate", manifest, *FEW)
+    assert "note: subjects: 6 examples by 1 people: allowed: two people or more" in text
     assert "6/6" in text
-    status, _, errors = zenocap("posture", "evaluate", manifest, "--protocol", "subjects")
-    assert status == 1
-    assert "error: subjects: " in errors
+    assert "error: subjects: " in printed("posture", "evaluate", manifest, "--protocol", "subjects", status=1)
 
 
 @pytest.mark.nightly
-def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path) -> None:
-    unreadable = manifest.parent / "lost.mcap"
+def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    unreadable, read = manifest.parent / "lost.mcap", example_files.read_features
     unreadable.touch()
-
-    read = example_files.read_features
 
     def read_or_fail(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
         if path == unreadable:
             raise UserError(f"{path}: no universal BDP")
         return read(path, kind, joints)
 
-    with pytest.MonkeyPatch.context() as patch, manifest.open("a") as file:
-        patch.setattr(example_files, "read_features", read_or_fail)
-        file.write("lost.mcap,wave,1\n")
-        file.flush()
-        status, _, errors = zenocap("posture", "evaluate", manifest, "--symbols", 24)
-        assert (status, "line 20: " in errors) == (1, True)
-        status, text, errors = zenocap("posture", "evaluate", manifest, "--skip-missing", "--json", "--symbols", 24)
+    monkeypatch.setattr(example_files, "read_features", read_or_fail)
+    manifest.write_text(manifest.read_text() + "lost.mcap,wave,1\n")
+    assert "line 20: " in printed("posture", "evaluate", manifest, *FEW, status=1)
+    status, text, errors = zenocap("posture", "evaluate", manifest, "--skip-missing", "--json", *FEW)
     assert status == 0
     assert errors.startswith("missing: ")
     assert len(json.loads(text)["missing"]) == 1
@@ -152,13 +130,12 @@ def test_a_joint_map_is_read_and_passed_to_the_reader_of_sources(
     monkeypatch.setattr(example_files, "read_features", read_and_note)
     names = tmp_path / "map.toml"
     names.write_text('[joints]\nRHip = "thigh"\n')
-    assert zenocap("posture", "train", manifest, "-o", tmp_path / "a.postures", "--symbols", 24, "--joints", names)[0] == 0
+    printed("posture", "train", manifest, "-o", tmp_path / "a.postures", *FEW, "--joints", names)
     assert {joints.joints["RHip"] for joints in given if joints} == {("thigh",)}
     assert None not in given
     names.write_text("[joints]\nHip = 3\n")
-    status, _, errors = zenocap("posture", "train", manifest, "-o", tmp_path / "b.postures", "--joints", names)
-    assert (status, len(errors.strip().splitlines())) == (1, 1)
-    assert f"{names}: joints.Hip: allowed: Head, RHip" in errors
+    error = refused("posture", "train", manifest, "-o", tmp_path / "b.postures", "--joints", names)
+    assert f"{names}: joints.Hip: allowed: Head, RHip" in error
 
 
 @pytest.mark.nightly
@@ -167,98 +144,82 @@ def test_a_rate_of_false_postures_is_stated_with_its_limit(manifest: Path, tmp_p
     with manifest.open("a") as file:
         file.write("bow-8-0.bvh,-,8\n")
     out = tmp_path / "mine.postures"
-    arguments = ("posture", "train", manifest, "-o", out, "--symbols", 24, "--false-per-hour", 30)
+    arguments = ("posture", "train", manifest, "-o", out, *FEW, "--false-per-hour", 30)
     status, text, errors = zenocap(*arguments)
     assert status == 0
     assert "warning: the background does not show 30 an hour: " in errors
     assert "needed for 30 an hour: 6 min without a false one, or more" in errors
     assert "false       30/h asked for; thresholds of at least " in text
-    status, text, _ = zenocap("posture", "info", out, "--json")
-    found = json.loads(text)["false_postures"]
+    found = json.loads(printed("posture", "info", out, "--json"))["false_postures"]
     assert found["per_hour"] <= 30 < found["most_per_hour"]
     manifest.write_text("\n".join(manifest.read_text().splitlines()[:-1]))
-    status, _, errors = zenocap(*arguments)
-    assert (status, len(errors.strip().splitlines())) == (1, 1)
-    assert "false_per_hour = 30: no background" in errors
+    assert "false_per_hour = 30: no background" in refused(*arguments)
 
 
 @pytest.mark.nightly
-def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, tmp_path: Path) -> None:
-    out, figure = tmp_path / "mine.postures", tmp_path / "curve.png"
-    assert zenocap("posture", "train", manifest, "-o", out, "--symbols", 24)[0] == 0
-    arguments = ("posture", "evaluate", manifest, "--model", out)
+def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, trained: Path, tmp_path: Path) -> None:
+    figure = tmp_path / "curve.png"
+    arguments = ("posture", "evaluate", manifest, "--model", trained)
     status, text, errors = zenocap(*arguments, "--plot", figure)
     assert status == 0
     assert "note: 18 of 18 sources are named in the model's training: the figures flatter it" in errors
-    rows = {line.split()[0]: line.split() for line in text.splitlines() if line.split()}
-    assert rows["all"][1] == "18"
-    assert rows["wave"][1] == "6"
+    assert [rows_of(text)[name][1] for name in ("all", "wave")] == ["18", "6"]
     assert figure.read_bytes().startswith(b"\x89PNG")
-    status, text, _ = zenocap(*arguments, "--json")
-    found = json.loads(text)
+    found = json.loads(zenocap(*arguments, "--json")[1])
     assert found["all"]["labelled"] == 18
     assert found["all"]["right"] + found["all"]["wrong"] == sum(
         one["right"] + one["wrong"] for one in found["postures"].values()
     )
-    status, _, errors = zenocap(*arguments, "--skip-missing")
-    assert status == 2
-    assert "--model: allowed without --confusion and --skip-missing" in errors
+    error = printed(*arguments, "--skip-missing", status=2)
+    assert "--model: allowed without --confusion and --skip-missing" in error
 
 
 @pytest.mark.nightly
 def test_ignored_parts_are_stored_or_refused_in_one_line(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
-    arguments = ("posture", "train", manifest, "-o", out, "--symbols", 24)
-    status, text, _ = zenocap(*arguments, "--ignore", "head")
-    assert status == 0
-    assert "ignored head" in text
+    arguments = ("posture", "train", manifest, "-o", out, *FEW, "--ignore")
+    assert "ignored head" in printed(*arguments, "head")
     assert read_model(out).ignored == ("head",)
-    status, _, errors = zenocap(*arguments, "--ignore", "legs")
-    assert (status, len(errors.strip().splitlines())) == (1, 1)
-    assert "ignored = legs: posture 'kick', 'bow' moves the other limbs by less than" in errors
+    error = refused(*arguments, "legs")
+    assert "ignored = legs: posture 'kick', 'bow' moves the other limbs by less than" in error
 
 
 @pytest.mark.slow
 def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:
-    text = "\n".join(manifest.read_text().splitlines()[:2]) + "\n"
-    manifest.write_text(text)
-    status, _, errors = zenocap("posture", "train", manifest, "-o", tmp_path / "one.postures")
-    assert status == 0
-    assert "note: 'wave' has one example" in errors
-    assert "note: nothing to hold out: no movement will be rejected" in errors
+    manifest.write_text("\n".join(manifest.read_text().splitlines()[:2]) + "\n")
+    text = printed("posture", "train", manifest, "-o", tmp_path / "one.postures")
+    assert "note: 'wave' has one example" in text
+    assert "note: nothing to hold out: no movement will be rejected" in text
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["train", "nowhere.csv", "-o", "x.postures"], "error: nowhere.csv: cannot be read"),
-        (["train", "m.csv", "-o", "nowhere/x.postures"], "there is no folder nowhere"),
-        (["evaluate", "m.csv", "--confusion", "nowhere/c.csv"], "there is no folder nowhere"),
-        (["evaluate", "m.csv", "--plot", "x.gif"], "suffix '.gif': allowed: .png, .svg, .pdf"),
-        (["info", "nowhere"], "model = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
-        (["info", "m.csv"], "m.csv: begins with b'take,posture"),
+        ("train nowhere.csv -o x.postures", "error: nowhere.csv: cannot be read"),
+        ("train m.csv -o nowhere/x.postures", "there is no folder nowhere"),
+        ("evaluate m.csv --confusion nowhere/c.csv", "there is no folder nowhere"),
+        ("evaluate m.csv --plot x.gif", "suffix '.gif': allowed: .png, .svg, .pdf"),
+        ("info nowhere", "model = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
+        ("info m.csv", "m.csv: begins with b'take,posture"),
     ],
 )
 def test_invalid_input_is_a_one_line_error(
-    manifest: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: list[str], words: str
+    manifest: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: str, words: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    status, _, errors = zenocap("posture", *arguments)
-    assert status == 1
-    assert words in errors
-    assert len(errors.strip().splitlines()) == 1
+    assert words in refused("posture", *arguments.split())
     assert not (tmp_path / "x.postures").exists()
 
 
 def test_takes_of_rigs_are_named_by_path_and_method(tmp_path: Path) -> None:
     (tmp_path / "clips" / "a b").mkdir(parents=True)
     (tmp_path / "studio.toml").touch()
-    manifest = tmp_path / "m.csv"
-    assert take_name(manifest, tmp_path / "clips" / "a b", "two-view") == "clips-a-b-two-view.mcap"
-    assert take_name(manifest, tmp_path / "studio.toml", "hybrid") == "studio-hybrid.mcap"
-    assert (
-        take_name(tmp_path / "clips" / "m.csv", tmp_path / "studio.toml", "hybrid") == f"{tmp_path.name}-studio-hybrid.mcap"
-    )
+    for manifest, rig, method, name in (
+        ("m.csv", "clips/a b", "two-view", "clips-a-b-two-view.mcap"),
+        ("m.csv", "studio.toml", "hybrid", "studio-hybrid.mcap"),
+        ("clips/m.csv", "studio.toml", "hybrid", f"{tmp_path.name}-studio-hybrid.mcap"),
+    ):
+        assert take_name(tmp_path / manifest, tmp_path / rig, method) == name
 
 
 def test_rig_of_several_rows_is_tracked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,12 +1,14 @@
 """`zenocap posture label`: rows of a manifest from a motion, interactive or not; saved names."""
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from tests.support.command import zenocap
+from tests.support.command import printed, refused, zenocap
 from tests.support.posture_cases import quick_model
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
@@ -36,81 +38,63 @@ def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def answers(monkeypatch: pytest.MonkeyPatch, *lines_typed: str) -> None:
-    remaining = list(lines_typed)
+@pytest.fixture
+def label(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+    """Function of options and answers: the motion is labelled in the terminal, with rows in m.csv; what is printed."""
 
-    def answer(_: str) -> str:
-        if not remaining:
-            raise EOFError
-        return remaining.pop(0)
+    def run(*options: object, answers: Sequence[str]) -> str:
+        remaining = [*answers, EOFError()]
+        monkeypatch.setattr("builtins.input", Mock(side_effect=remaining))
+        return printed("posture", "label", motion, "-o", tmp_path / "m.csv", "--terminal", *options)
 
-    monkeypatch.setattr("builtins.input", answer)
+    return run
 
 
 @pytest.mark.nightly
 def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
-    status, output, _ = zenocap("posture", "label", motion, "--json")
-    found = json.loads(output)["candidates"]
-    assert status == 0
+    found = json.loads(zenocap("posture", "label", motion, "--json")[1])["candidates"]
     assert [one["limbs"] for one in (found[0], found[2])] == [["right arm"], ["left leg"]]
     assert {"left leg", "right leg"} <= set(found[1]["limbs"])
-    status, text, _ = zenocap("posture", "label", motion, "--terminal")
-    assert status == 0
+    text = printed("posture", "label", motion, "--terminal")
     assert text.count("right arm") >= 1
     assert len([line for line in text.splitlines() if line[:3].strip().isdigit()]) == 3
 
 
 @pytest.mark.nightly
-def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    manifest = tmp_path / "m.csv"
-    answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play", "--terminal")
-    assert status == 0
+def test_answers_become_rows_and_are_not_asked_again(motion: Path, label: Callable[..., str], tmp_path: Path) -> None:
+    manifest, options = tmp_path / "m.csv", ("--person", "anna", "--no-play")
+    output = label(*options, answers=("?", "raise", "s", "b -0.1", "b x", "kick"))
     assert "2 of 3 labelled, 2 rows" in output
     assert "allowed: seconds, such as b -0.2" in output
     rows = read_manifest(manifest)
     assert [(row.posture, row.person, row.repetition) for row in rows] == [("raise", "anna", "1"), ("kick", "anna", "1")]
-    answers(monkeypatch, "squat")
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play", "--terminal")
-    assert "1 of 1 labelled, 3 rows" in output
+    assert "1 of 1 labelled, 3 rows" in label(*options, answers=("squat",))
     assert [row.posture for row in read_manifest(manifest)] == ["raise", "kick", "squat"]
     result = json.loads(zenocap("posture", "label", motion, "-o", manifest, "--json")[1])
     assert result["candidates"] == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("quit_key", ["q", None])
-def test_labels_are_saved_when_the_user_quits(
-    quit_key: str | None, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    manifest = tmp_path / "m.csv"
-    answers(monkeypatch, "raise", *([quit_key] if quit_key else []))
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--no-play", "--terminal")
-    assert status == 0
-    assert "1 of 3 labelled, 1 rows" in output
-    assert [row.posture for row in read_manifest(manifest)] == ["raise"]
+@pytest.mark.parametrize("answers", [("raise", "q"), ("raise",)], ids=["q", "end of the input"])
+def test_labels_are_saved_when_the_user_quits(answers: tuple[str, ...], label: Callable[..., str], tmp_path: Path) -> None:
+    assert "1 of 3 labelled, 1 rows" in label("--no-play", answers=answers)
+    assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == ["raise"]
 
 
 @pytest.mark.slow
-def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answers(monkeypatch, "r", "q")
-    status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
-    assert status == 0
-    assert output.count("from the front") >= 2
+def test_candidate_is_played_and_repeated_on_request(label: Callable[..., str], tmp_path: Path) -> None:
+    assert label("--speed", 20, answers=("r", "q")).count("from the front") >= 2
     assert not (tmp_path / "m.csv").exists()
 
 
 @pytest.mark.nightly
-def test_guess_of_a_model_is_shown_and_accepted_by_enter(
-    motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_guess_of_a_model_is_shown_and_accepted_by_enter(motion: Path, label: Callable[..., str], tmp_path: Path) -> None:
     model = tmp_path / "mine.postures"
     write_model(model, quick_model())
     found = json.loads(zenocap("posture", "label", motion, "--json", "--model", model)[1])["candidates"]
     guesses = [one["guess"]["label"] for one in found]
     assert set(guesses) <= set(quick_model().labels)
-    answers(monkeypatch, "")
-    zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--model", model, "--no-play", "--terminal")
+    label("--model", model, "--no-play", answers=("",))
     assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == guesses[:1]
     confident = sum(one["guess"]["known"] for one in found)
     zenocap("posture", "label", motion, "-o", tmp_path / "all.csv", "--model", model, "--accept")
@@ -122,37 +106,30 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["missing.trc"], "missing.trc"),
-        (["three.wav"], "allowed: .bvh, .trc, .c3d, .mcap"),
-        (["three.trc", "--model", "none-such"], "none-such"),
-        (["three.trc", "-o", "nowhere/m.csv", "--terminal"], "there is no folder"),
-        (["three.trc", "-o", "three.wav"], "allowed: a folder, or a manifest"),
-        (["three.trc", "three.trc"], "a take is given twice"),
-        (["three.trc", "--ignore", "tail"], "ignored = 'tail': allowed: arms, legs, head"),
-        (
-            ["three.trc", "--ignore", "arms,legs"],
-            "ignored = arms, legs: allowed: each part once, arms or legs but not both",
-        ),
-        (["three.trc", "--false-per-hour", "0"], "false_per_hour = 0.0: allowed: 0.001 to 3600"),
-        (["three.trc", "--host", "0.0.0.0"], "--token"),
+        ("missing.trc", "missing.trc"),
+        ("three.wav", "allowed: .bvh, .trc, .c3d, .mcap"),
+        ("three.trc --model none-such", "none-such"),
+        ("three.trc -o nowhere/m.csv --terminal", "there is no folder"),
+        ("three.trc -o three.wav", "allowed: a folder, or a manifest"),
+        ("three.trc three.trc", "a take is given twice"),
+        ("three.trc --ignore tail", "ignored = 'tail': allowed: arms, legs, head"),
+        ("three.trc --ignore arms,legs", "ignored = arms, legs: allowed: each part once, arms or legs but not both"),
+        ("three.trc --false-per-hour 0", "false_per_hour = 0.0: allowed: 0.001 to 3600"),
+        ("three.trc --host 0.0.0.0", "--token"),
     ],
 )
 def test_unusable_input_is_a_one_line_error(
-    arguments: list[str], words: str, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: str, words: str, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "three.trc").write_bytes(motion.read_bytes())
     (tmp_path / "three.wav").touch()
-    status, _, error = zenocap("posture", "label", *arguments)
-    assert status == 1
-    assert words in error
-    assert len(error.strip().splitlines()) == 1
+    assert words in refused("posture", "label", *arguments.split())
 
 
 @pytest.mark.parametrize("option", [("--ignore", "legs"), ("--false-per-hour", "6")])
 def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str, str], motion: Path) -> None:
-    status, _, error = zenocap("posture", "label", motion, "--list", *option)
-    assert status == 2
+    error = printed("posture", "label", motion, "--list", *option, status=2)
     assert f"{option[0]}: allowed without --terminal, --list, --accept and --json" in error
 
 
@@ -165,8 +142,8 @@ def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkey
 
     monkeypatch.setattr("zenocap.tools.teach.page.page.run_page", opened)
     arguments = ("posture", "label", motion, "-o", tmp_path / "lessons", "--port", 0)
-    assert zenocap(*arguments, "--ignore", "legs", "--false-per-hour", 6)[0] == 0
-    assert zenocap(*arguments)[0] == 0
+    printed(*arguments, "--ignore", "legs", "--false-per-hour", 6)
+    printed(*arguments)
     assert lines == [
         "Settings of training: without legs, at most 6 false postures per hour.",
         "Settings of training: whole body, no limit of false postures.",

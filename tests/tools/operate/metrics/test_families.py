@@ -48,43 +48,38 @@ def observed() -> Observations:
     counts: dict[tuple[str, str], dict[str, int]] = {
         ("viewer", "1"): {"frames": 90, "published": 180, "received": 20, "dropped_frames": 4, "kept_percent": 67},
         ("viewer", "2"): {"frames": 91, "dropped_superseded": 3, "queued": 5},
-        ("integrator", "main"): {
-            "log_on": 1,
-            "log_stopped": 0,
-            "log_free_mb": 2500,
-            "log_messages": 1000,
-            "log_lost": 1,
-            "certificate_days": 3,
-        },
+        ("integrator", "main"): {"log_on": 1, "log_stopped": 0, "log_free_mb": 2500, "log_messages": 1000}
+        | {"log_lost": 1, "certificate_days": 3},
         ("tracker", "main"): {"silhouette_late": 6, "rejected_invalid": 7, "no_such_reason": 99},
         ("animator", "main"): {"vmc_sent": 30, "vmc_refused": 2, "strange_sent": 5},
     }
-    for (service, id), found in counts.items():
-        rig.receive(received(health(service, id, NOW_NS, **found), NOW_NS, "studio"), NOW_NS)
-    rig.receive(received(traced([("1", NOW_NS), ("2", NOW_NS + 2 * MS)]), NOW_NS, "studio"), NOW_NS)
-    rig.receive(received(pose(NOW_NS - 18 * MS), NOW_NS, "studio"), NOW_NS)
+    messages = [health(service, id, NOW_NS, **found) for (service, id), found in counts.items()]
+    for message in (*messages, traced([("1", NOW_NS), ("2", NOW_NS + 2 * MS)]), pose(NOW_NS - 18 * MS)):
+        rig.receive(received(message, NOW_NS, "studio"), NOW_NS)
     return observations
 
 
 def test_values_of_the_health_messages_are_exported() -> None:
     samples = scraped(observed())
-    viewer = {"rig": "studio", "service": "viewer", "id": "1"}
-    integrator = {"rig": "studio", "service": "integrator", "id": "main"}
-    tracker = {"rig": "studio", "service": "tracker", "id": "main"}
-    assert value(samples, "zenocap_up", **viewer) == 1
-    assert value(samples, "zenocap_frames_total", **viewer) == 90
-    assert value(samples, "zenocap_messages_published_total", **viewer) == 180
-    assert value(samples, "zenocap_messages_received_total", **viewer) == 20
-    assert value(samples, "zenocap_frame_share", **viewer) == pytest.approx(0.67)
-    assert value(samples, "zenocap_losses_total", **viewer, reason="dropped_frames") == 4
-    assert value(samples, "zenocap_losses_total", **tracker, reason="silhouette_late") == 6
-    assert value(samples, "zenocap_losses_total", **integrator, reason="log_lost") == 1
-    assert value(samples, "zenocap_log_free_bytes", **integrator) == 2.5e9
-    assert value(samples, "zenocap_certificate_left_seconds", **integrator) == 3 * 86_400
-    assert value(samples, "zenocap_clock_offset_seconds", **viewer) == pytest.approx(120e-6)
-    assert value(samples, "zenocap_clock_error_seconds", **viewer) == pytest.approx(300e-6)
-    assert value(samples, "zenocap_stage_seconds", **viewer, stage="frame_age") == pytest.approx(1.5e-3)
-    assert value(samples, "zenocap_memory_bytes", **viewer) == 180e6
+    for name, place, expected in (
+        ("zenocap_up", "viewer 1", 1),
+        ("zenocap_frames_total", "viewer 1", 90),
+        ("zenocap_messages_published_total", "viewer 1", 180),
+        ("zenocap_messages_received_total", "viewer 1", 20),
+        ("zenocap_frame_share", "viewer 1", 0.67),
+        ("zenocap_clock_offset_seconds", "viewer 1", 120e-6),
+        ("zenocap_clock_error_seconds", "viewer 1", 300e-6),
+        ("zenocap_stage_seconds", "viewer 1 stage=frame_age", 1.5e-3),
+        ("zenocap_memory_bytes", "viewer 1", 180e6),
+        ("zenocap_losses_total", "viewer 1 reason=dropped_frames", 4),
+        ("zenocap_losses_total", "tracker main reason=silhouette_late", 6),
+        ("zenocap_losses_total", "integrator main reason=log_lost", 1),
+        ("zenocap_log_free_bytes", "integrator main", 2.5e9),
+        ("zenocap_certificate_left_seconds", "integrator main", 3 * 86_400),
+    ):
+        service, id, *more = place.split()
+        labels = {"service": service, "id": id} | dict(one.split("=") for one in more)
+        assert value(samples, name, rig="studio", **labels) == pytest.approx(expected), (name, place)
     assert value(samples, "zenocap_viewer_skew_seconds", rig="studio", viewer="2") == pytest.approx(2e-3)
     assert value(samples, "zenocap_output_messages_total", rig="studio", output="vmc", result="refused") == 2
     assert value(samples, "zenocap_poses_total", rig="studio", source="tracker", state="tracked") == 1

@@ -18,16 +18,7 @@ BAP = m.UniversalBap(
     lost=[],
 )
 SIGHTING_MESSAGE = m.Sighting(
-    frame=1,
-    captured_ns=10**18,
-    viewer="1",
-    present=True,
-    x=0.1,
-    y=0.2,
-    height=1.0,
-    width=0.3,
-    view="facade",
-    score=0.5,
+    frame=1, captured_ns=10**18, viewer="1", present=True, x=0.1, y=0.2, height=1.0, width=0.3, view="facade", score=0.5
 )
 MASK = m.Silhouette(
     frame=1, captured_ns=10**18, viewer="1", size=(640, 480), region=(0, 0, 640, 480), data=bytes(range(256)) * 80

@@ -83,12 +83,7 @@ def heading_film(seed: int, heading: int, size: Size = SMALL) -> Film:
 
 
 def filmed(
-    subject: Person,
-    poses: Sequence[PersonPose | Bones | None],
-    motion_from: int,
-    size: Size,
-    room: int,
-    fps: float = FPS,
+    subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, size: Size, room: int, fps: float = FPS
 ) -> Film:
     """Film of poses of a person, None for the empty scene.  room: random seed of walls and clothes."""
     cameras = dict(zip(VIEWERS, paper_cameras(size), strict=True))

@@ -69,12 +69,7 @@ def cameras_of(views: int) -> dict[str, Camera]:
 
 
 def simulated_clip(
-    name: str,
-    subject: Person,
-    poses: Sequence[PersonPose | Bones | None],
-    motion_from: int,
-    fps: float,
-    views: int,
+    name: str, subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
 ) -> SimulatedClip:
     """Clip of consecutive poses; None: an empty scene, at the start only.  name: of motion and body."""
     cameras = cameras_of(views)

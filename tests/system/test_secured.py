@@ -284,12 +284,7 @@ def test_router_with_the_certificate_of_another_host_is_rejected(rig_file: Path,
     """A member with a valid certificate cannot act as the router: its certificate is for another host."""
     rig = load_rig(rig_file)
     certify(
-        rig_file.parent / "certs",
-        rig.name,
-        {Member("viewer", "1"): ("elsewhere.lab",)},
-        datetime.now(UTC),
-        1,
-        renew=True,
+        rig_file.parent / "certs", rig.name, {Member("viewer", "1"): ("elsewhere.lab",)}, datetime.now(UTC), 1, renew=True
     )
     (port,) = free_ports(1)
     place = f"tls/127.0.0.1:{port}"

@@ -169,10 +169,7 @@ FILMS = (
     Film(_toned("too bright", _bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
     Film(Situation("long exposure"), frozenset({A.MOTION_BLUR}), exposed=EXPOSED),
     Film(
-        Situation("floor that mirrors 35 %"),
-        frozenset({A.GLOSSY_FLOOR}),
-        frozenset({A.CONTRAST, A.CUT_OFF}),
-        gloss=GLOSS,
+        Situation("floor that mirrors 35 %"), frozenset({A.GLOSSY_FLOOR}), frozenset({A.CONTRAST, A.CUT_OFF}), gloss=GLOSS
     ),
     Film(
         Situation("the demo, floor that mirrors 35 %"),

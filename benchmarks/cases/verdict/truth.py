@@ -12,14 +12,7 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.tools.judge.evidence import PoseRow, TakeEvidence, evidence_of
-from zenocap.tools.judge.parameters import (
-    GOOD_ERROR_M,
-    GOOD_LOST,
-    LOST_ERROR_M,
-    START_NS,
-    UNUSABLE_ERROR_M,
-    UNUSABLE_LOST,
-)
+from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, LOST_ERROR_M, START_NS, UNUSABLE_ERROR_M, UNUSABLE_LOST
 from zenocap.tools.parameters import EPOCH_NS
 
 LOST_M = 0.25  # as in `zenocap evaluate`

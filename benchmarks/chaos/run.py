@@ -53,7 +53,7 @@ class Run:
     ) -> None:
         self._limits, self._kinds, self._say = limits, kinds, say
         self.outcome = Outcome(seed, seconds)
-        self._removals = self._starts = 0
+        self._removals = 0
 
     def run(self, folder: Path, size: str, fps: float) -> Outcome:
         """Run the rig in `folder`, with the faults one round after another, and check everything."""
@@ -70,7 +70,7 @@ class Run:
             observer.start()
             stack.callback(observer.close)
             self._rig, self._observer = rig, observer
-            self._injector = Injector(rig, RIG, observer, disk, outcome.seed)
+            self._injector = Injector(rig, RIG, observer, disk)
             if not self._wait(lambda: self._back_ns(0, len(VIEWERS)) is not None and self._works(0), START_S):
                 raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
             begin_s, outcome.begin_ns = time.monotonic(), time.time_ns()

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_pose, served
-from tests.system.test_animator import rig_file
+from tests.support.demo_rigs import written_demo
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
@@ -37,7 +37,8 @@ def draw(folder: Path) -> None:
     """Write page-measure.png, page.png and page-live-sizes.jpg of a demo."""
     with tempfile.TemporaryDirectory() as place:
         (port,) = free_ports(1)
-        with served(["up", str(rig_file(Path(place), port, "auto"))], port) as (browser, address):
+        rig = written_demo(Path(place), f"[animator.page]\nport = {port}\n", method="auto")
+        with served(["up", str(rig)], port) as (browser, address):
             page = browser.new_page(viewport=SIZE, color_scheme="dark")
             page.goto(address)
             page.click("[data-tab=setup]")

@@ -10,9 +10,9 @@ from zenocap.common.rig.rig import demo_rig_file
 CALIBRATION = demo_rig_file("two-view").with_name("demo-calibration.toml")
 
 
-def written_demo(folder: Path, more: str = "", *, name: str = "demo") -> Path:
-    """The two-view demo as NAME.toml, with the calibration of the package.  more: what is appended."""
-    text = demo_rig_file("two-view").read_text(encoding="utf-8").replace(CALIBRATION.name, str(CALIBRATION))
+def written_demo(folder: Path, more: str = "", *, name: str = "demo", method: str = "two-view") -> Path:
+    """The demo of a method as NAME.toml, with the calibration of the package.  more: what is appended."""
+    text = demo_rig_file(method).read_text(encoding="utf-8").replace(CALIBRATION.name, str(CALIBRATION))
     path = folder / f"{name}.toml"
     path.write_text(text.replace('name = "demo"', f'name = "{name}"', 1) + f"\n{more}", encoding="utf-8")
     return path

@@ -69,7 +69,7 @@ def draw_take(folder: Path) -> None:
 
 
 def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
-    """A page that shows the running rig."""
+    """A page that shows poses."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
     await_pose(page)
@@ -97,11 +97,7 @@ def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -
 
 def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
     """A page whose take is paused."""
-    page = browser.new_page(viewport=size, color_scheme=scheme)
-    page.goto(address)
-    await_pose(page)
-    draw_all_pixels(page)
-    page.wait_for_timeout(5000)
+    page = live(browser, address, size, scheme)
     if page.get_attribute("#pause", "aria-label") == "pause":
         page.click("#pause")
     page.wait_for_timeout(1500)  # states of the player from before the pause have come

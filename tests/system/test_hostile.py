@@ -9,11 +9,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import msgspec
 import pytest
 import zenoh
 
-from tests.support.hostile import bombs, keys, payloads, unknown_sources, valid_messages
+from tests.support.hostile import bombs, keys, payloads, sent_by, unknown_sources, valid_messages
 from tests.support.networks import client, free_endpoint
 from tests.support.processes import PATIENCE_S, output_of, started, wait_until
 from zenocap.common import codec
@@ -23,7 +22,7 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import configuration
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, Topic, topic_of
+from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
 
 pytestmark = [
     pytest.mark.nightly,
@@ -111,13 +110,6 @@ def running(folder: Path) -> Iterator[Running]:
         assert found.receive_for(START_S, POSES) == POSES, output_of(folder)
         wait_until(lambda: (found.receive_for(1.0), found.health.keys() == SERVICES)[1], folder, START_S)
         yield found
-
-
-def sent_by(topic: Topic, message: m.Message, rig: str, id: str) -> tuple[str, bytes]:
-    """Key and data of a message as if a viewer had sent it."""
-    names = {"viewer": id, "service": "viewer", "id": id}
-    own = {name: value for name, value in names.items() if hasattr(message, name)}
-    return topic.at(rig, **names), codec.encode(msgspec.structs.replace(message, **own))
 
 
 def hostile_round(running: Running, number: int) -> None:

@@ -148,7 +148,7 @@ program = "{failing}"
             while clock.now_ns() < captured_ns:
                 receive((captured_ns - clock.now_ns()) / SECOND)
             bus.publish(UNIVERSAL_BAP, bap(k, pose, captured_ns))
-        wait_until(lambda: (receive(), len(results) == 3 and counts.get("commands_failed") == 1)[1], tmp_path)
+        wait_until(lambda: (receive(), len(results) >= 3 and counts.get("commands_failed") == 1)[1], tmp_path)
         assert [(one.frame, one.posture, one.action, one.target, one.outcome) for one in results] == [
             (0, "raise-both-arms", "zenoh", "lab/slides/first", "done"),
             (1, "squat", "osc", f"127.0.0.1:{osc.getsockname()[1]}/squat", "done"),
@@ -167,7 +167,7 @@ program = "{failing}"
 
         for k, pose in enumerate(poses):
             publish(bus, k, pose)
-        wait_until(lambda: (receive(), len(postures) == 6 and counts.get("commands_old") == 3)[1], tmp_path)
+        wait_until(lambda: (receive(), len(postures) >= 6 and counts.get("commands_old") == 3)[1], tmp_path)
         assert len(results) == 3
         assert len(received) == 1
         assert ended(process) == 0, output_of(tmp_path)

@@ -56,7 +56,7 @@ def completed(
     """A `zenocap` command that ends by itself.  answers: its standard input."""
     return subprocess.run(
         [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | {"COLUMNS": "200"} | environment, input=answers,
-        capture_output=True, text=True, timeout=2 * PATIENCE_S, check=False,
+        capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False,
     )  # fmt: skip
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
 
-import msgspec
 import numpy as np
 
 from benchmarks.harness.cache import content
@@ -46,6 +45,7 @@ PAIRS = ("walk2", "bend2", "kick2", "turned2", "jump2")
 RINGS: Mapping[int, tuple[int, ...]] = {
     2: (1, 3), 3: (1, 3, 5), 4: (1, 3, 5, 7), 5: (1, 2, 4, 5, 7), 6: (1, 2, 3, 4, 5, 6), 7: ()
 }  # cameras of a clip with seven; all for none  # fmt: skip
+POINTS = 400  # scene points of a frame set
 FIRST_PERSON = 120  # of simulated clips; no shipped prior was trained with these people
 REAL, REFERENCE = "real_beam4", "inverse_kinematics/angles.mot"
 # No file states the man's height.  The medians of the reference's segments add up to 1.73 m: crown to neck 0.29, neck to
@@ -84,9 +84,8 @@ COLUMNS = (
 def run(one: Case) -> Figures:
     """Errors of one track.
 
-    Options: views, size, t_pose, height, prior (a name, "shipped", "none", "same take"), preset, method,
-    particles, points, iterations, refinement, prior_share, both_ways, gap (0 to 4: ten empty frames at that place),
-    test (scored from the first frame that trains no prior).
+    Options: views, size, t_pose, height, prior (a name, "shipped", "none", "same take"), preset, method, refinement,
+    both_ways, gap (0 to 4: ten empty frames at that place), test (scored from the first frame that trains no prior).
     """
     clip, path = film_of(one), tracked(one)
     gap, first = gap_of(one, clip), first_frame(one, clip)
@@ -129,16 +128,10 @@ def setup_of(one: Case, clip: Film) -> TrackerSetup:
     preset = PRESETS[one.option("preset", "default")]
     anatomy = ANATOMIES[preset.anatomy]
     refinement = cast(Refinement, one.option("refinement", "") or preset.refinements[method])
-    share = one.option("prior_share", -1.0)
     options = Options(
-        method=method,
-        particles=one.option("particles", PARTICLES[method]),
-        points=one.option("points", 400),
-        iterations=one.option("iterations", ITERATIONS[refinement]),
-        seed=0 if one.film in CYCLES else one.seed,
-        refinement=refinement,
-        filter=preset.filter if share < 0 else msgspec.structs.replace(preset.filter, prior_share=share),
-    )
+        method=method, particles=PARTICLES[method], points=POINTS, iterations=ITERATIONS[refinement],
+        seed=0 if one.film in CYCLES else one.seed, refinement=refinement, filter=preset.filter,
+    )  # fmt: skip
     prior = prior_named(prior_name(one, clip), anatomy) if method == "hybrid" else None
     return TrackerSetup(anatomy, clip.cameras, clip.frame_ns, prior, options, one.option("height", 0.0) or None)
 

@@ -32,10 +32,9 @@ SMOOTHINGS = ("as tracked", "one-euro", CUT_OFF, "both ways", f"both ways, {CUT_
 def run(one: Case) -> Figures:
     """Figures of one person, the mean over the motions, or of a shared clip.
 
-    Options: smoothing, of SMOOTHINGS; views; only, one of the motions.
+    Options: smoothing, of SMOOTHINGS; views.
     """
-    names = [one.option("only", name) for name in MOTIONS[:1]] if one.option("only", "") else list(MOTIONS)
-    films = [one.film] if one.film != "motions" else names
+    films = [one.film] if one.film != "motions" else list(MOTIONS)
     found = [_figures(*_track(one, film)) for film in films]
     columns = dict.fromkeys(name for figures in found for name in figures)
     means = {name: float(np.mean([figures[name] for figures in found if name in figures])) for name in columns}

@@ -45,12 +45,12 @@ def additions_of(name: str) -> Additions:
     return PAPER | named if name[0] == "+" else IMPROVED - named
 
 
-def tracked_by(name: str, film: Film, seed: int = 0) -> Track:
+def tracked_by(name: str, film: Film) -> Track:
     """The track of a film by a variant of two-view, or by the tracker, `hybrid` or `hybrid-SWITCH` without a part."""
     if not name.startswith(HYBRID):
         return tracked(film, "two-view", additions_of(name))
     off = {part: False for part in name.removeprefix(HYBRID).split("-") if part}
-    return tracked(film, tracker=tracker_of(filter=msgspec.structs.replace(DEFAULT_FILTER, **off), seed=seed))
+    return tracked(film, tracker=tracker_of(filter=msgspec.structs.replace(DEFAULT_FILTER, **off)))
 
 
 def films(one: Case) -> Iterator[Film]:

@@ -47,7 +47,7 @@ def measured(fault: Fault, method: str, seed: int, folder: Path) -> dict[str, fl
         if not settled(0, START_S):
             raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
         time.sleep(SETTLED_S)
-        injector = Injector(rig, RIG, observer, None, seed)
+        injector = Injector(rig, RIG, observer, None)
         begin_fault = injector.prepare(fault, random.Random(seed))
         begin_ns = time.time_ns()
         end_fault = begin_fault()

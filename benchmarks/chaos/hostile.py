@@ -20,7 +20,16 @@ import msgpack
 import msgspec
 import zenoh
 
-from tests.support.hostile import bombs, corrupted_copies, invalid_bytes, keys, plain, unknown_sources, valid_messages
+from tests.support.hostile import (
+    bombs,
+    corrupted_copies,
+    invalid_bytes,
+    keys,
+    plain,
+    sent_by,
+    unknown_sources,
+    valid_messages,
+)
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
@@ -54,11 +63,7 @@ def _is_valid(data: bytes, topic: Topic) -> bool:
 
 def strangers(rig: str, rng: random.Random) -> Iterator[Message]:
     for topic, key, id in unknown_sources(rig, STRANGERS):
-        message = rng.choice(valid_messages(topic, 20, 1))
-        service = key.split("/")[2]
-        names = {"viewer": id, "service": service, "id": id}
-        own = {name: value for name, value in names.items() if hasattr(message, name)}
-        yield key, codec.encode(msgspec.structs.replace(message, **own))
+        yield key, sent_by(topic, rng.choice(valid_messages(topic, 20, 1)), rig, id, key.split("/")[2])[1]
 
 
 def huge(rig: str, rng: random.Random) -> Iterator[Message]:
@@ -71,11 +76,8 @@ def huge(rig: str, rng: random.Random) -> Iterator[Message]:
 def impostor(rig: str, rng: random.Random) -> Iterator[Message]:
     found = []
     for topic in TOPICS:
-        for message in valid_messages(topic, 60, rng.randrange(1000)) if topic is not REQUEST else ():
-            names = {"viewer": "1", "service": "viewer", "id": "1"}
-            own = {name: value for name, value in names.items() if hasattr(message, name)}
-            data = codec.encode(msgspec.structs.replace(message, **own))
-            found.append((topic.at(rig, viewer="1", service="viewer", id="1"), data))
+        if topic is not REQUEST:
+            found += [sent_by(topic, message, rig, "1") for message in valid_messages(topic, 60, rng.randrange(1000))]
     rng.shuffle(found)
     yield from found
 

@@ -25,10 +25,9 @@ FILLER = "filler"
 class Injector:
     """Begins faults.  disk: mount point of a small disk that holds the recordings; None where none can be mounted."""
 
-    def __init__(self, rig: RunningRig, rig_name: str, observer: Observer, disk: Path | None, seed: int) -> None:
-        self._rig, self._rig_name, self._observer, self._disk, self._seed = rig, rig_name, observer, disk, seed
+    def __init__(self, rig: RunningRig, rig_name: str, observer: Observer, disk: Path | None) -> None:
+        self._rig, self._rig_name, self._observer, self._disk = rig, rig_name, observer, disk
         self.deleted_ns: list[int] = []
-        self.sent_hostile = 0
         self.restore_log = False  # a user starts the recording again after the fault
 
     def prepare(self, fault: Fault, rng: random.Random) -> Callable[[], End]:
@@ -83,8 +82,7 @@ class Injector:
 
         def end() -> None:
             with suppress(ValueError, subprocess.TimeoutExpired):
-                output, _ = process.communicate(timeout=20.0)
-                self.sent_hostile += int(output or 0)
+                process.communicate(timeout=20.0)
             process.kill()
             process.wait()
 

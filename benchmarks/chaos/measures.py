@@ -19,12 +19,9 @@ class Window:
 
 
 def figures(
-    poses: Sequence[SeenPose],
-    frames: Mapping[str, Sequence[SeenFrame]],
-    window: Window,
-    fps: float,
+    poses: Sequence[SeenPose], frames: Mapping[str, Sequence[SeenFrame]], window: Window, fps: float,
     affected: Collection[str] = (),
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Figures of a fault.  frames: by viewer, with their silhouettes.  affected: viewers that the fault affects.
 
     poses, whole: % of the poses due during the fault that arrived, and that arrived with all viewers.  others: % of the

@@ -2,11 +2,10 @@
 
 import random
 import shutil
-import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from os import getloadavg
 from pathlib import Path
 from statistics import median
@@ -21,28 +20,12 @@ from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from tests.support.small_disk import mounted
 
 RIG = "chaos"
 START_S = 180.0  # until the first poses: compilation, empty scene
 UNDISTURBED_GAP_S = 5.0  # longest pause of the poses during faults that do not concern them
 DISK_MB, DISK_MB_PER_S, LARGEST_DISK_MB = 100, 0.5, 1000
-
-
-@contextmanager
-def small_disk(folder: Path, seconds: float) -> Iterator[Path | None]:
-    """A disk for the recordings that a fault can fill: a tmpfs; None where this user may not mount one."""
-    megabytes = min(LARGEST_DISK_MB, DISK_MB + DISK_MB_PER_S * seconds)
-    folder.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", f"size={megabytes:.0f}m", "zenocap-chaos", str(folder)]
-    try:
-        subprocess.run(command, check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError):
-        yield None
-        return
-    try:
-        yield folder
-    finally:
-        subprocess.run(["umount", "--lazy", str(folder)], check=False)
 
 
 class Run:
@@ -53,13 +36,14 @@ class Run:
     ) -> None:
         self._limits, self._kinds, self._say = limits, kinds, say
         self.outcome = Outcome(seed, seconds)
-        self._removals = self._starts = 0
+        self._removals = 0
 
     def run(self, folder: Path, size: str, fps: float) -> Outcome:
         """Run the rig in `folder`, with the faults one round after another, and check everything."""
         outcome = self.outcome
         with ExitStack() as stack:
-            disk = stack.enter_context(small_disk(folder / "disk", outcome.seconds))
+            megabytes = min(LARGEST_DISK_MB, DISK_MB + DISK_MB_PER_S * outcome.seconds)  # a fault can fill them
+            disk = stack.enter_context(mounted(folder / "disk", int(1024 * megabytes)))
             if disk is None:
                 outcome.notes.append("no fault 'full disk': this user may not mount a small disk")
             recordings = (disk or folder / "disk") / "recordings"
@@ -70,7 +54,7 @@ class Run:
             observer.start()
             stack.callback(observer.close)
             self._rig, self._observer = rig, observer
-            self._injector = Injector(rig, RIG, observer, disk, outcome.seed)
+            self._injector = Injector(rig, RIG, observer, disk)
             if not self._wait(lambda: self._back_ns(0, len(VIEWERS)) is not None and self._works(0), START_S):
                 raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
             begin_s, outcome.begin_ns = time.monotonic(), time.time_ns()

@@ -32,7 +32,6 @@ class Seen:
     name: str
     pid: int
     first_ns: int
-    last_ns: int
     rss_bytes: list[tuple[int, int]] = field(default_factory=list)
     files: list[tuple[int, int]] = field(default_factory=list)
     ended_ns: int | None = None
@@ -62,7 +61,7 @@ class RunningRig:
     """Router, gate and `zenocap up`; a context manager.  folder: for the output.  recordings: folder of the takes."""
 
     def __init__(self, folder: Path, recordings: Path, file: Path) -> None:
-        self.folder, self.recordings, self.file = folder, recordings, file
+        self.folder, self.recordings, self._file = folder, recordings, file
         self.router_port, gate_port, self.page_port = free_ports(3)
         self._gate_endpoint = f"tcp/127.0.0.1:{gate_port}"
         self.processes: dict[int, Seen] = {}
@@ -82,7 +81,7 @@ class RunningRig:
         self.start_router()
         self.gate.__enter__()
         network = ["-m", "client", "-e", self._gate_endpoint, "--no-multicast-scouting"]
-        line = ["up", str(self.file), "--recordings", str(self.recordings), "--port", str(self.page_port), *network]
+        line = ["up", str(self._file), "--recordings", str(self.recordings), "--port", str(self.page_port), *network]
         self._up = self._process(line, UP)
         self._monitor.start()
         return self
@@ -141,12 +140,7 @@ class RunningRig:
 
     def children(self) -> dict[int, str]:
         """Running services of `up` by process id."""
-        found = {}
-        for pid in self._candidates():
-            name = _name_of(pid)
-            if name in SERVICES:
-                found[pid] = name
-        return found
+        return {pid: name for pid in self._candidates() if (name := self._owner(pid)) is not None}
 
     def log_bytes(self) -> int:
         """Size of what the services have logged."""
@@ -160,15 +154,11 @@ class RunningRig:
 
     def _process(self, arguments: list[str], name: str) -> subprocess.Popen[bytes]:
         with (self.folder / f"{name}.out").open("ab") as out, (self.folder / f"{name}.err").open("ab") as err:
-            return subprocess.Popen(
-                [sys.executable, "-P", "-m", "zenocap", *arguments],
-                cwd=self.folder,
-                env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=err,
-                start_new_session=True,  # Ctrl-C reaches this program only, which stops them
-            )
+            environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+            return subprocess.Popen(  # in a session of its own: Ctrl-C reaches this program only, which stops it
+                [sys.executable, "-P", "-m", "zenocap", *arguments], cwd=self.folder, env=environment,
+                stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
+            )  # fmt: skip
 
     def _candidates(self) -> list[int]:
         if self._up is None:
@@ -192,8 +182,7 @@ class RunningRig:
                     running[process.pid] = name
             now_ns = time.time_ns()
             for pid, name in running.items():
-                seen = self.processes.setdefault(pid, Seen(name, pid, now_ns, now_ns))
-                seen.last_ns = now_ns
+                seen = self.processes.setdefault(pid, Seen(name, pid, now_ns))
                 with suppress(OSError):
                     pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
                     seen.rss_bytes.append((now_ns, pages * os.sysconf("SC_PAGE_SIZE")))

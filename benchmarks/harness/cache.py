@@ -9,8 +9,8 @@ from pathlib import Path
 
 import zenocap
 from benchmarks.harness.case import SHARED, Case, Figures, Kind
+from tests.support.stored import surroundings
 from zenocap.common.cache import cache_folder, mark_used, read_entry, write_entry
-from zenocap.common.runtime.service_info import versions
 from zenocap.common.source_digests import Sources
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +38,7 @@ def write(kind: Kind, one: Case, figures: Figures) -> None:
 
 def digest(kind: Kind, one: Case) -> str:
     """Digest of what the figures depend on: the sources of the kind, its inputs, data of the package, versions."""
-    parts = [module_digest(kind.module), _surroundings(), *(content(SHARED / name) for name in kind.inputs(one))]
+    parts = [module_digest(kind.module), surroundings(), *(content(SHARED / name) for name in kind.inputs(one))]
     return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:24]
 
 
@@ -61,12 +61,6 @@ def _entry(kind: Kind, one: Case) -> Path:
 def _sources() -> Closure:
     folders = {"zenocap": Path(zenocap.__file__).parent, "benchmarks": ROOT / "benchmarks", "tests": ROOT / "tests"}
     return Closure(folders)
-
-
-@cache
-def _surroundings() -> str:
-    data = sorted(path for path in (ROOT / "zenocap" / "data").rglob("*") if path.is_file() and path.suffix != ".pyc")
-    return hashlib.sha256(b"\0".join([repr(versions()).encode(), *(path.read_bytes() for path in data)])).hexdigest()
 
 
 @cache

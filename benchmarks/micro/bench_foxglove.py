@@ -5,18 +5,16 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from tests.support.built_messages import silhouette
+from tests.support.foxglove_reader import in_envelope
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.body.kinematics import end_ellipses, part_frames
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
-from zenocap.common.bus.protocol import Envelope
-from zenocap.common.codec import encode
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.rig.rig import demo_rig
-from zenocap.common.topics import topic_of
-from zenocap.common.vision.mask_codec import pack
 
 VIEWERS = 8
 SIZES = ((160, 120), (640, 480))
@@ -25,7 +23,7 @@ BODY = body_from_lengths(TEN_PARTS, average_lengths(1.75))
 BDP = m.UniversalBdp(frame=0, captured_ns=0, body=body_of(TEN_PARTS, BODY), ratio=1.0)
 
 
-def silhouette(size: tuple[int, int], viewer: str, frame: int) -> m.Silhouette:
+def ragged(size: tuple[int, int], viewer: str, frame: int) -> m.Silhouette:
     """Silhouette of the model with a ragged edge, as from a camera."""
     camera = demo_rig("two-view").viewers[0].camera.resized(size)
     mask = np.zeros((size[1], size[0]), np.uint8)
@@ -35,8 +33,7 @@ def silhouette(size: tuple[int, int], viewer: str, frame: int) -> m.Silhouette:
         cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
     noise = np.random.default_rng(frame).random(mask.shape) < 0.3
     mask[(cv2.dilate(mask, np.ones((3, 3), np.uint8)) > mask) & noise] = 1
-    region, data = pack(mask)
-    return m.Silhouette(frame=frame, captured_ns=0, viewer=viewer, size=size, region=region, data=data)
+    return silhouette(viewer, frame, 0, mask)
 
 
 def sighting(viewer: str, frame: int) -> m.Sighting:
@@ -63,22 +60,17 @@ def universal_bap(frame: int) -> m.UniversalBap:
     )  # fmt: skip
 
 
-def enveloped(message: m.Message, received_ns: int = 0) -> Envelope:
-    topic = topic_of(type(message))
-    return Envelope(topic.at("r", **topic.names_of(message)), topic, message, received_ns, encode(message))
-
-
 def converter() -> FoxgloveConverter:
     made = FoxgloveConverter(TEN_PARTS, "r")
-    made.convert(enveloped(BDP))
+    made.convert(in_envelope(BDP, "r"))
     return made
 
 
 @pytest.mark.parametrize(
     "message",
-    [universal_bap(1), silhouette(SIZES[0], "1", 1), silhouette(SIZES[1], "1", 1), sighting("1", 1), partial_bap("1", 1)],
+    [universal_bap(1), ragged(SIZES[0], "1", 1), ragged(SIZES[1], "1", 1), sighting("1", 1), partial_bap("1", 1)],
     ids=["UniversalBap", "Silhouette 160x120", "Silhouette 640x480", "Sighting", "PartialBap"],
 )
 def test_convert(benchmark: BenchmarkFixture, message: m.Message) -> None:
-    envelope = enveloped(message)
+    envelope = in_envelope(message, "r")
     assert isinstance(benchmark(converter().convert, envelope), list)

@@ -21,7 +21,7 @@ from zenocap.simulation.rendering.camera import SimulatedCamera
 Size = tuple[int, int]
 
 PEOPLE, TAKES = 12, 2
-SMALL, LARGE = (160, 120), (640, 480)
+SMALL = (160, 120)
 FPS, CAPTURED_FPS = 15.0, 30.0
 CAPTURED_S = 6.0  # of each motion capture file
 MOTIONS = ("02_04", "02_07", "02_08", "07_01", "07_05", "10_01")  # jump, sword, broom, walks, kick; not in the clips
@@ -83,12 +83,7 @@ def heading_film(seed: int, heading: int, size: Size = SMALL) -> Film:
 
 
 def filmed(
-    subject: Person,
-    poses: Sequence[PersonPose | Bones | None],
-    motion_from: int,
-    size: Size,
-    room: int,
-    fps: float = FPS,
+    subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, size: Size, room: int, fps: float = FPS
 ) -> Film:
     """Film of poses of a person, None for the empty scene.  room: random seed of walls and clothes."""
     cameras = dict(zip(VIEWERS, paper_cameras(size), strict=True))

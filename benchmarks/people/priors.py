@@ -20,16 +20,9 @@ from zenocap.services.tracker.prior.training import TrainingPlan, train
 from zenocap.tools.teach.dataset.build_priors import PEOPLE, recording
 
 TAKE_FRAMES = 100  # of the same take's ground truth, as in the paper; half of a shorter take
-KINDS = {
-    "walk7": "walking",
-    "jog7": "running",
-    "box7": "boxing",
-    "walk2": "walking",
-    "bend2": "general",
-    "kick2": "general",
-    "turned2": "general",
-    "jump2": "general",
-}
+KINDS = {"walk7": "walking", "jog7": "running", "box7": "boxing", "walk2": "walking"} | dict.fromkeys(
+    ("bend2", "kick2", "turned2", "jump2"), "general"
+)
 
 
 def prior_named(name: str, anatomy: Anatomy = ANATOMY) -> Prior | None:

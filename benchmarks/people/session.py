@@ -49,14 +49,9 @@ def tracker_of(method: str = "hybrid", **changes: object) -> TrackerSpec:
 
 
 def rig_of(
-    cameras: Mapping[str, Camera],
-    background: Background,
-    fps: float,
-    method: str,
-    additions: Additions = IMPROVED,
-    tracker: TrackerSpec | None = None,
-    **of_viewers: bool,
-) -> Rig:
+    cameras: Mapping[str, Camera], background: Background, fps: float, method: str, additions: Additions = IMPROVED,
+    tracker: TrackerSpec | None = None, **of_viewers: bool,
+) -> Rig:  # fmt: skip
     """Rig of cameras, by viewer, whose frames a session is given.  tracker: by default without prior."""
     viewers = tuple(
         Viewer(id, one, one.size, Rendered(Path(), fps), background, fps, preview=False, silhouette=False, **of_viewers)
@@ -86,12 +81,11 @@ def tracked(
     film: Film, method: str = "hybrid", additions: Additions = IMPROVED, tracker: TrackerSpec | None = None
 ) -> Track:
     """The track of a film whose first `film.empty` frames are the background."""
-    return track_of(
-        stepped(rig_of(film.cameras, FirstFrames(film.empty), film.fps, method, additions, tracker), frame_sets(film))
-    )
+    rig = rig_of(film.cameras, FirstFrames(film.empty), film.fps, method, additions, tracker)
+    return track_of(stepped(rig, frame_sets(film)))
 
 
-def tracked_clip(folder: Path, size: tuple[int, int], additions: Additions = IMPROVED) -> Track:
+def tracked_clip(folder: Path, size: tuple[int, int], additions: Additions) -> Track:
     """The track of a shared clip of two cameras by two-view, at a working size (width, height).  Raises UserError."""
     rig = replace(at_working_size(load_rig(folder, "two-view"), size, None), additions=additions)
     inputs = Inputs()

@@ -44,10 +44,7 @@ class Instant:
 
 @dataclass(frozen=True)
 class Clip:
-    """cameras: by viewer, at the working size.  truth: metres.  motion_from: first scored frame.
-
-    motion: file that drove it, excluded from training.
-    """
+    """cameras: by viewer, at the working size.  truth: metres.  motion_from: first scored frame."""
 
     name: str
     rig: Rig
@@ -55,7 +52,6 @@ class Clip:
     instants: tuple[Instant, ...]
     truth: Trajectories
     motion_from: int
-    motion: str
 
     @cached_property
     def cameras(self) -> dict[str, Camera]:
@@ -92,7 +88,7 @@ def load_clip(name: str, size: tuple[int, int] | None = None, *, t_pose: bool = 
     found = stored(lambda: tuple(_silhouettes(rig)), name, size, t_pose, videos, rig.digest, sources=sources)
     truth = read_trc(next(folder / name for name in TRUTHS if (folder / name).is_file()))
     frame_ns = round(1e9 / max(viewer.fps for viewer in rig.viewers))
-    return Clip(name, rig, frame_ns, found, truth, motion_from(name), str(clip_table(name)["motion"]))
+    return Clip(name, rig, frame_ns, found, truth, motion_from(name))
 
 
 def clip_table(name: str) -> Mapping[str, object]:

@@ -40,18 +40,11 @@ TRAINING_FRAMES, TEST_FRAMES = 100, {"walking": 433, "running": 393, "boxing": 3
 class SimulatedClip:
     """Silhouettes and ground truth of one person with one motion.  motion_from: first scored frame."""
 
-    name: str
     cameras: Mapping[str, Camera]
     instants: tuple[Instant, ...]
     truth: Trajectories
     motion_from: int
     frame_ns: int
-
-    def of_views(self, views: Sequence[str]) -> "SimulatedClip":
-        """The clip itself.  Raises ValueError for a selection of views."""
-        if views:
-            raise ValueError(f"views = {', '.join(views)}: simulated clips have all views")
-        return self
 
     def masks(self, instant: Instant, views: Mapping[str, Camera]) -> dict[str, Mask]:
         """(height, width) of 0 and 1, by viewer."""
@@ -69,12 +62,7 @@ def cameras_of(views: int) -> dict[str, Camera]:
 
 
 def simulated_clip(
-    name: str,
-    subject: Person,
-    poses: Sequence[PersonPose | Bones | None],
-    motion_from: int,
-    fps: float,
-    views: int,
+    name: str, subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
 ) -> SimulatedClip:
     """Clip of consecutive poses; None: an empty scene, at the start only.  name: of motion and body."""
     cameras = cameras_of(views)
@@ -88,7 +76,7 @@ def simulated_clip(
         Instant(k, round(k * 1e9 / fps), {view: masks[view][k] for view in cameras}) for k in range(first, len(truths))
     )
     joints = Trajectories(names, frames, frames / fps, points, fps)
-    return SimulatedClip(f"{name}-{subject.seed}", cameras, instants, joints, motion_from, round(1e9 / fps))
+    return SimulatedClip(cameras, instants, joints, motion_from, round(1e9 / fps))
 
 
 def cycle_clip(name: str, views: int = 7) -> SimulatedClip:

@@ -1,9 +1,9 @@
 """The tracker over a clip's silhouettes, in one direction or both, and its errors."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import TrackerSetup
-from zenocap.services.tracker.tracking import describe, initial_state, track
+from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 from zenocap.tools.takes.evaluate_angles import AngleError, compared
 
@@ -41,21 +41,16 @@ class Film(Protocol):
     @property
     def frame_ns(self) -> int: ...
     def masks(self, instant: Instant, views: Mapping[str, Camera], /) -> dict[str, Mask]: ...
-    def of_views(self, views: Sequence[str], /) -> Self: ...
 
 
 @dataclass(frozen=True)
 class TrackedPath:
-    """poses: by frame, with the body of that frame.  lost: frames in which the track was lost.
-
-    views: used ones, by frame.  ended: state after the last frame, in words.
-    """
+    """poses: by frame, with the body of that frame.  lost: frames in which the track was lost.  views: used, by frame."""
 
     poses: dict[int, tuple[Bdp, Pose]]
     lost: tuple[int, ...] = ()
     anatomy: Anatomy = ANATOMY
     views: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
-    ended: str = ""
 
     @property
     def body(self) -> Bdp:
@@ -84,7 +79,7 @@ def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0)) -> Trac
         if outcome.lost and not was_lost:
             lost.append(instant.frame)
         was_lost = outcome.lost
-    return TrackedPath(poses, tuple(lost), setup.anatomy, views, describe(state))
+    return TrackedPath(poses, tuple(lost), setup.anatomy, views)
 
 
 def both_ways(clip: Film, setup: TrackerSetup, path: TrackedPath) -> TrackedPath:

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_pose, served
-from tests.system.test_animator import rig_file
+from tests.support.demo_rigs import written_demo
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
@@ -37,7 +37,8 @@ def draw(folder: Path) -> None:
     """Write page-measure.png, page.png and page-live-sizes.jpg of a demo."""
     with tempfile.TemporaryDirectory() as place:
         (port,) = free_ports(1)
-        with served(["up", str(rig_file(Path(place), port, "auto"))], port) as (browser, address):
+        rig = written_demo(Path(place), f"[animator.page]\nport = {port}\n", method="auto")
+        with served(["up", str(rig)], port) as (browser, address):
             page = browser.new_page(viewport=SIZE, color_scheme="dark")
             page.goto(address)
             page.click("[data-tab=setup]")
@@ -68,7 +69,7 @@ def draw_take(folder: Path) -> None:
 
 
 def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
-    """A page that shows the running rig."""
+    """A page that shows poses."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
     await_pose(page)
@@ -96,11 +97,7 @@ def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -
 
 def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
     """A page whose take is paused."""
-    page = browser.new_page(viewport=size, color_scheme=scheme)
-    page.goto(address)
-    await_pose(page)
-    draw_all_pixels(page)
-    page.wait_for_timeout(5000)
+    page = live(browser, address, size, scheme)
     if page.get_attribute("#pause", "aria-label") == "pause":
         page.click("#pause")
     page.wait_for_timeout(1500)  # states of the player from before the pause have come

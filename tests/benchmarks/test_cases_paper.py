@@ -30,8 +30,7 @@ def test_angles_are_compared_from_the_first_test_frame_on() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frames", "paper", "name"),
-    [(100, False, "take:x/100"), (100, True, "take:x/100@20"), (43, True, "take:x/43@10")],
+    ("frames", "paper", "name"), [(100, False, "take:x/100"), (100, True, "take:x/100@20"), (43, True, "take:x/43@10")]
 )
 def test_the_papers_prior_has_twenty_regions_where_there_are_enough_frames(frames: int, paper: bool, name: str) -> None:
     assert take_prior("x", frames, paper=paper) == name

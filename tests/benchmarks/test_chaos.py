@@ -45,7 +45,7 @@ def seen(name: str = "tracker", *, rss: list[int] | None = None, files: list[int
     values = rss or [0] * len(files or [])
     row = [(number * 20 * S, value) for number, value in enumerate(values)]
     opened = [(number * 20 * S, value) for number, value in enumerate(files or [])]
-    return Seen(name, 7, 0, len(values) * 20 * S, row, opened)
+    return Seen(name, 7, 0, row, opened)
 
 
 def test_equal_seeds_give_equal_schedules_and_others_do_not() -> None:
@@ -95,7 +95,7 @@ def test_a_pose_that_no_take_has_is_missing() -> None:
 
 
 def test_a_service_that_nobody_killed_must_not_end() -> None:
-    ended = Seen("viewer 1", 5, 0, S, ended_ns=S)
+    ended = Seen("viewer 1", 5, 0, ended_ns=S)
     assert invariants.unexpected_ends([ended], {5}) == []
     assert "viewer 1" in invariants.unexpected_ends([ended], set())[0]
 

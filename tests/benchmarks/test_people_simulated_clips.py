@@ -52,13 +52,6 @@ def test_unknown_name_of_a_clip() -> None:
 
 
 @pytest.mark.nightly
-def test_selected_views_are_refused() -> None:
-    clip = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
-    with pytest.raises(ValueError, match="views = r0: simulated clips have all views"):
-        clip.of_views(("r0",))
-
-
-@pytest.mark.nightly
 def test_a_cycle_has_the_papers_numbers_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TEST_FRAMES, "walking", 3)
     monkeypatch.setattr("benchmarks.people.simulated_clips.CYCLE_FPS", 5.0)

@@ -34,7 +34,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.recording.reader import TakeReader, envelope
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.file import LogTable
 from zenocap.common.rig.recognizer import RecognizerSpec
 from zenocap.common.rig.rig import demo_rig, demo_rig_file, load_rig
@@ -62,10 +62,7 @@ def readable(path: Path) -> str:
     """The content of a take as text: number of messages of each kind, the body, every pose, posture and delay."""
     counts: dict[str, int] = {}
     lines: list[str] = []
-    for recorded in TakeReader(path).messages():
-        received = envelope(recorded)
-        if received is None:
-            continue
+    for received in TakeReader(path).envelopes(invalid="raise"):
         kind = type(received.message).__name__
         counts[kind] = counts.get(kind, 0) + 1
         lines += _lines(received.message)

@@ -23,7 +23,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip, Tick
 from zenocap.common.formats import tables
 from zenocap.common.observe.spans import SpanReader
 from zenocap.common.observe.view import RigView, observed, rows
-from zenocap.common.recording.reader import TakeReader, envelope
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import service_at
@@ -46,10 +46,7 @@ PACKAGES = {"c3d": "ezc3d", "parquet": "pyarrow", "glb": "pygltflib", "usd": "px
 def events(path: Path) -> Iterator[Envelope | Alive]:
     """Messages of a take, each service's presence before its first one."""
     present: set[ServiceKey] = set()
-    for recorded in TakeReader(path).messages():
-        received = envelope(recorded)
-        if received is None:
-            continue
+    for received in TakeReader(path).envelopes(invalid="raise"):
         service = service_at(received.key)
         if service is not None and service not in present:
             present.add(service)

@@ -92,21 +92,14 @@ def clone() -> Iterator[Path]:
 def run(command: Sequence[str], folder: Path) -> tuple[int, list[tuple[float, str]]]:
     """Run a command; its exit status, and the lines of its output with the seconds after which they came."""
     caches = {"ZENOCAP_CACHE": "zenocap", "UV_CACHE_DIR": "uv", "PIP_CACHE_DIR": "pip"}
-    environment = {
-        name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")
-    }
+    own = ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")
+    environment = {name: value for name, value in os.environ.items() if name not in own}
     environment |= {name: str(folder.parent / "caches" / value) for name, value in caches.items()}
     start_s = time.monotonic()
     with subprocess.Popen(
-        command,
-        cwd=folder,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    ) as process:
+        command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, errors="replace",
+    ) as process:  # fmt: skip
         assert process.stdout is not None
         lines = [(time.monotonic() - start_s, line) for line in process.stdout]
     return process.returncode, lines
@@ -123,9 +116,8 @@ def parts_of(lines: Sequence[tuple[float, str]]) -> dict[str, float]:
 
 
 def timed(name: str, command: Sequence[str], folder: Path, *, load: bool) -> Mapping[str, object]:
-    busy = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range((os.cpu_count() or 1) if load else 0)
-    ]
+    count = (os.cpu_count() or 1) if load else 0
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         start_s = time.monotonic()
         status, lines = run(command, folder)
@@ -153,10 +145,8 @@ def with_table(page: str, rows: Sequence[Mapping[str, object]]) -> str:
     _, _, after = rest.partition(END)
     if not after:
         raise ValueError(f"{PAGE.name}: the lines {BEGIN.strip()} and {END.strip()} are missing")
-    lines = [
-        "| command | minutes | runs, commit | beside a busy process a core | runs, commit |\n",
-        "|---|--:|---|--:|---|\n",
-    ]
+    head = "| command | minutes | runs, commit | beside a busy process a core | runs, commit |\n"
+    lines = [head, "|---|--:|---|--:|---|\n"]
     for name, (_, text) in {**COLD, **WARM}.items():
         cells = []
         for load in (False, True):

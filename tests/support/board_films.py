@@ -14,6 +14,7 @@ from zenocap.tools.setup.calibration.board import Board, checked_board
 
 FILM_BOARD = checked_board("charuco", 5, 7, 200.0)
 SIZE, VIDEO_SIZE = (960, 540), (640, 360)
+VIDEO_S, FPS = 7.0, 10
 
 
 def board_pictures(folder: Path, count: int = 16, board: Board = FILM_BOARD, seed: int = 0) -> tuple[Camera, ...]:
@@ -28,19 +29,14 @@ def board_pictures(folder: Path, count: int = 16, board: Board = FILM_BOARD, see
     return cameras
 
 
-def board_videos(
-    folder: Path, seconds: float = 7.0, fps: int = 10, board: Board = FILM_BOARD, seed: int = 0
-) -> tuple[Camera, ...]:
+def board_videos(folder: Path) -> tuple[Camera, ...]:
     """Write videos/cam01.mp4 and cam02.mp4; in the last two seconds the board lies on the floor.  Returns the cameras."""
-    cameras = room(2, seed, VIDEO_SIZE)
-    image_at = board_images(cameras, board, seed, key_s=0.7)
-    count = round(seconds * fps)
+    cameras = room(2, 0, VIDEO_SIZE)
+    image_at = board_images(cameras, FILM_BOARD, 0, key_s=0.7)
     for camera in cameras:
-        times = [None if number / fps >= seconds - 2.0 else number / fps for number in range(count)]
-        images = [image_at(camera, time_s, number) for number, time_s in enumerate(times)]
-        write_video(
-            folder / "videos" / f"{camera.name}.mp4", [cv2.cvtColor(one, cv2.COLOR_GRAY2BGR) for one in images], fps=fps
-        )
+        times = [None if number / FPS >= VIDEO_S - 2.0 else number / FPS for number in range(round(VIDEO_S * FPS))]
+        images = [cv2.cvtColor(image_at(camera, time_s, k), cv2.COLOR_GRAY2BGR) for k, time_s in enumerate(times)]
+        write_video(folder / "videos" / f"{camera.name}.mp4", images, fps=FPS)
     return cameras
 
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+WINDOWS = [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")]  # width, colour scheme
 PATIENCE_S = 240.0  # time limit for reaching a state: only a hang reaches it
 
 
@@ -59,6 +61,13 @@ class Visit:
             if time.monotonic() > end_s:
                 pytest.fail(f"not within {PATIENCE_S:g} s: {text}; {self.problems}; {self.text('body')[:500]}")
             self.page.wait_for_timeout(30)
+
+    def check_colours(self, scheme: str) -> None:
+        """Text has contrast, and the background is that of a scheme."""
+        styles = [self.evaluate(f"getComputedStyle(document.body).{key}") for key in ("color", "backgroundColor")]
+        ink, back = (np.array(re.findall(r"[\d.]+", style)[:3], dtype=float) for style in styles)
+        assert np.abs(ink - back).min() > 150
+        assert (back.mean() > 128) == (scheme == "light")
 
     def stop_clock(self) -> None:
         """Let the page's time pass by `page.clock.run_for` only."""

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from tests.support.board_films import board_pictures
+from tests.support.demo_rigs import CALIBRATION
 from tests.support.opensim_models import write_model
 from tests.support.person_films import film, walker_film
 from tests.support.places import GOLDEN, ROOT
@@ -46,9 +47,8 @@ def documented_folder(place: Path, *, films: bool) -> None:
         for name in EXPORTS:
             open_take(place / "walk.mcap").export(place / name)
     shutil.copytree(ROOT / "deploy", place / "deploy", ignore=shutil.ignore_patterns("certs"))
-    calibration = demo_rig_file().with_name("demo-calibration.toml")
-    shutil.copy(calibration, place / "calibration.toml")
-    rig = demo_rig_file().read_text(encoding="utf-8").replace("demo-calibration.toml", str(calibration))
+    shutil.copy(CALIBRATION, place / "calibration.toml")
+    rig = demo_rig_file().read_text(encoding="utf-8").replace(CALIBRATION.name, str(CALIBRATION))
     for name in ("studio", "lab", "machines", "rig"):
         secured = '\n[security]\ncertificates = "certs"\n' if name == "machines" else ""
         (place / f"{name}.toml").write_text(rig.replace('name = "demo"', f'name = "{name}"') + secured, encoding="utf-8")

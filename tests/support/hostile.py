@@ -11,6 +11,7 @@ import msgspec
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from tests.support.message_strategies import messages_of
+from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.topics import TOPICS, Topic
 
@@ -105,6 +106,13 @@ def payloads(topic: Topic, number: int, examples: int = 6) -> Iterator[bytes]:
 def keys(topic: Topic, rig: str, ids: tuple[str, ...]) -> list[str]:
     """Keys of a topic for these viewers, or services."""
     return [topic.at(rig, viewer=id, service="viewer", id=id) for id in ids]
+
+
+def sent_by(topic: Topic, message: m.Message, rig: str, id: str, service: str = "viewer") -> tuple[str, bytes]:
+    """Key and data of a message as if a service, or the viewer of that id, had sent it."""
+    names = {"viewer": id, "service": service, "id": id}
+    own = {name: value for name, value in names.items() if hasattr(message, name)}
+    return topic.at(rig, **names), codec.encode(msgspec.structs.replace(message, **own))
 
 
 def unknown_sources(rig: str, count: int) -> Iterator[tuple[Topic, str, str]]:

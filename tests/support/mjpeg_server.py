@@ -34,9 +34,8 @@ class MjpegServer(Closable):
     """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  `cut` ends all connections."""
 
     def __init__(
-        self, size: tuple[int, int] = (320, 240), fps: float = 30.0, port: int = 0,
-        picture: Callable[[], np.ndarray] | None = None, user: tuple[str, str] | None = None,
-        clock_s: Callable[[], float] | None = None,
+        self, size: tuple[int, int], fps: float, picture: Callable[[], np.ndarray] | None = None,
+        user: tuple[str, str] | None = None, clock_s: Callable[[], float] | None = None,
     ) -> None:  # fmt: skip
         """picture: what the camera sees now; None for the time code.  user: name and password without which it is 401.
 
@@ -55,7 +54,7 @@ class MjpegServer(Closable):
                 pass
 
         ThreadingHTTPServer.allow_reuse_address = True
-        self._server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self._server.daemon_threads = True
         self.port = self._server.server_address[1]
         self.url = f"http://127.0.0.1:{self.port}/stream"

@@ -95,11 +95,8 @@ class SimulatedOnvif:
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._udp.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._udp.bind(("", GROUP[1]))
-        self._udp.setsockopt(
-            socket.IPPROTO_IP,
-            socket.IP_ADD_MEMBERSHIP,
-            struct.pack("4s4s", socket.inet_aton(GROUP[0]), socket.inet_aton(LOOPBACK)),
-        )
+        member = struct.pack("4s4s", socket.inet_aton(GROUP[0]), socket.inet_aton(LOOPBACK))
+        self._udp.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
         self._udp.settimeout(0.1)
         self._stop = threading.Event()
         self._threads = [threading.Thread(target=self._http.serve_forever), threading.Thread(target=self._discovery)]

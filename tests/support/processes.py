@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from tests.support.places import ROOT
 from zenocap.common import messages as m
-from zenocap.common.recording.reader import TakeReader, envelope
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import UNIVERSAL_BAP
 from zenocap.tools.takes.verify.recompute import Verification, verify
 
@@ -27,11 +27,9 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 @contextmanager
 def started(
-    arguments: Sequence[object],
-    folder: Path,
-    environment: Mapping[str, str] = MappingProxyType({}),
+    arguments: Sequence[object], folder: Path, environment: Mapping[str, str] = MappingProxyType({}),
     zenocap: Sequence[str] = ZENOCAP,
-) -> Iterator[subprocess.Popen[str]]:
+) -> Iterator[subprocess.Popen[str]]:  # fmt: skip
     """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs.
 
     environment: variables besides those of this process.  zenocap: the program.
@@ -50,6 +48,24 @@ def started(
             if process.poll() is None:
                 process.kill()
                 process.wait()
+
+
+def completed(
+    arguments: Sequence[object], folder: Path, answers: str = "", environment: Mapping[str, str] = MappingProxyType({})
+) -> subprocess.CompletedProcess[str]:
+    """A `zenocap` command that ends by itself.  answers: its standard input."""
+    return subprocess.run(
+        [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | {"COLUMNS": "200"} | environment, input=answers,
+        capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False,
+    )  # fmt: skip
+
+
+def run(folder: Path, *arguments: object, answers: str = "") -> tuple[int, str]:
+    """Exit status and output of a `zenocap` command that ends by itself, without a traceback."""
+    done = completed(arguments, folder, answers)
+    text = done.stdout + done.stderr
+    assert "Traceback" not in text, text
+    return done.returncode, text
 
 
 def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM) -> int:
@@ -111,7 +127,7 @@ def poses_in(take: Path) -> list[m.UniversalBap]:
 def messages_in(take: Path, kind: type[M]) -> list[M]:
     """Messages of one type in a complete take."""
     read = TakeReader(take)
-    messages = [received.message for recorded in read.messages() if (received := envelope(recorded)) is not None]
+    messages = [received.message for received in read.envelopes(invalid="raise")]
     assert read.cut is None
     return [message for message in messages if isinstance(message, kind)]
 

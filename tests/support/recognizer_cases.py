@@ -16,7 +16,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.postures import posture
 
-RATE = 15.0
+RATE, NOISE = 15.0, 0.03
 SIMULATED_POSTURES = ("raise-both-arms", "squat", "kick-right")
 SECOND = 1_000_000_000
 STANDING = features_of(TEN_PARTS, TEN_PARTS.neutral)
@@ -30,18 +30,18 @@ MOVES: dict[str, dict[str, float]] = {
 UNKNOWN = {"left_hip.z": -0.9, "right_elbow.x": 1.6, "left_elbow.x": 1.6, "right_shoulder.z": -1.0, "left_shoulder.z": -1.0}
 
 
-def movement_features(moves: dict[str, float], seconds: float, rng: np.random.Generator, noise: float = 0.03) -> Floats:
+def movement_features(moves: dict[str, float], seconds: float, rng: np.random.Generator) -> Floats:
     """(T, 10) out and back in the shape of half a sine squared, at RATE, from standing to standing."""
     count = round(seconds * RATE)
     share = np.sin(np.pi * np.arange(count) / (count - 1)) ** 2
     target = np.zeros(len(NAMES))
     for name, value in moves.items():
         target[NAMES.index(name)] = value
-    return STANDING + share[:, None] * target + rng.normal(0.0, noise, (count, len(NAMES)))
+    return STANDING + share[:, None] * target + rng.normal(0.0, NOISE, (count, len(NAMES)))
 
 
-def standing(seconds: float, rng: np.random.Generator, noise: float = 0.03) -> Floats:
-    return STANDING + rng.normal(0.0, noise, (round(seconds * RATE), len(NAMES)))
+def standing(seconds: float, rng: np.random.Generator) -> Floats:
+    return STANDING + rng.normal(0.0, NOISE, (round(seconds * RATE), len(NAMES)))
 
 
 @lru_cache

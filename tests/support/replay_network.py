@@ -69,15 +69,9 @@ class ReplayNetwork:
     clock: ManualClock = field(default_factory=lambda: ManualClock(TODAY_NS))
 
     def play(
-        self,
-        paths: list[Path],
-        *,
-        keys: list[tuple[Callable[[Status], bool], Key]] | None = None,
-        laps: int = 0,
-        rate: float = 1.0,
-        paused: bool = False,
-        **options: object,
-    ) -> tuple[Received, Player]:
+        self, paths: list[Path], *, keys: list[tuple[Callable[[Status], bool], Key]] | None = None, laps: int = 0,
+        rate: float = 1.0, paused: bool = False, **options: object,
+    ) -> tuple[Received, Player]:  # fmt: skip
         """laps: number of repetitions before stopping; 0 to play to the end."""
         chosen = {"selection": ReplaySelection(), "remapping": Remapping()} | options
         plan = planned(Timeline(paths), ReplayOptions(**chosen))

@@ -64,7 +64,7 @@ def _sources() -> Sources:
 
 
 @cache
-def _surroundings() -> str:
+def surroundings() -> str:
     """Digest of what every result depends on beside its sources: data of the package, versions, processor."""
     data = sorted(path for path in (ROOT / "zenocap" / "data").rglob("*") if path.is_file() and path.suffix != ".pyc")
     return hashlib.sha256(b"\0".join([repr(versions()).encode(), *(path.read_bytes() for path in data)])).hexdigest()
@@ -79,4 +79,4 @@ def _digest(modules: tuple[str, ...]) -> str:
         if not found:
             raise ValueError(f"sources = {module!r}: no module of zenocap or of the tests")
         names += found
-    return hashlib.sha256(f"{_surroundings()} {_sources().digest(names)}".encode()).hexdigest()[:24]
+    return hashlib.sha256(f"{surroundings()} {_sources().digest(names)}".encode()).hexdigest()[:24]

@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_directions
 from zenocap.common.camera.level_view import level_view
-from zenocap.services.viewer.two_view.body_fit import BodyFit, PersonSizes, body_model, camera_rows
+from zenocap.services.viewer.two_view.body_fit import BodyFit, body_model, camera_rows
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 
@@ -49,11 +49,10 @@ def directions(**named: float) -> Floats:
 
 
 def model_mask(
-    camera: Floats, limbs: Floats, position: Floats = NAVEL, torso: Floats | None = None, size: tuple[int, int] = SMALL,
-    model: PersonSizes = MODEL,
-) -> Mask:  # fmt: skip
+    camera: Floats, limbs: Floats, position: Floats = NAVEL, torso: Floats | None = None, size: tuple[int, int] = SMALL
+) -> Mask:
     """The model's own silhouette, as of a perfect match."""
-    fit = BodyFit(model, camera, np.zeros((size[1], size[0]), np.uint8))
+    fit = BodyFit(MODEL, camera, np.zeros((size[1], size[0]), np.uint8))
     fit.place(position, np.eye(3) if torso is None else torso, limbs)
     return np.ascontiguousarray((fit.image.cover > 0).astype(np.uint8))
 

@@ -32,15 +32,9 @@ class Sound:
 
 
 def write_video(
-    path: Path,
-    images: Iterable[Image],
-    times_s: Sequence[float] | None = None,
-    *,
-    fps: int = 30,
-    codec: str = "libx264",
-    pixels: str = "yuv420p",
-    sound: Sound | None = None,
-) -> Path:
+    path: Path, images: Iterable[Image], times_s: Sequence[float] | None = None, *, fps: int = 30,
+    codec: str = "libx264", pixels: str = "yuv420p", sound: Sound | None = None,
+) -> Path:  # fmt: skip
     """Write images (height, width, 3), blue, green, red, of one size; at increasing times, else at a constant rate."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as container:

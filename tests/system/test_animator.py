@@ -3,61 +3,28 @@
 import asyncio
 import json
 import signal
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection
 
-from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, recomputed_poses, started, wait_until
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import free_endpoint
+from tests.support.page_client import Updates, connected, read_until
+from tests.support.processes import PATIENCE_S, ended, messages_in, output_of, recomputed_poses, run, started, wait_until
 from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
-from zenocap.common.recording.reader import TakeReader, envelope
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
-Updates = dict[str, dict[str, object]]  # the last of each type
 
-
-def rig_file(folder: Path, port: int, method: str = "two-view") -> Path:
-    """Write the demo rig of a method with its page on another port."""
-    source = demo_rig_file(method)
-    text = source.read_text().replace("demo-calibration.toml", str(source.with_name("demo-calibration.toml")))
-    path = folder / "rig.toml"
-    path.write_text(f"{text}\n[animator.page]\nport = {port}\n")
-    return path
-
-
-async def read_until(
-    connection: ClientConnection, updates: Updates, condition: Callable[[Updates], bool], text: str
-) -> None:
-    """Read updates until a condition holds."""
-
-    async def read() -> None:
-        while not condition(updates):
-            for update in json.loads(await connection.recv()):
-                updates[str(update["type"])] = update
-            await connection.send('{"type":"acknowledge"}')
-
-    try:
-        await asyncio.wait_for(read(), PATIENCE_S)
-    except TimeoutError:
-        raise AssertionError(f"not seen: {text}; services {updates.get('rows')}, player {updates.get('player')}") from None
-
-
-async def page(port: int) -> ClientConnection:
-    while True:
-        try:
-            return await connect(f"ws://127.0.0.1:{port}/socket", compression=None)
-        except OSError:
-            await asyncio.sleep(0.1)
+def rig_file(folder: Path, port: int) -> Path:
+    """Write the demo rig with its page on another port."""
+    return written_demo(folder, f"[animator.page]\nport = {port}\n")
 
 
 def phase_of(updates: Updates, service: str) -> str:
     rows = updates.get("services", {}).get("services", [])
-    assert isinstance(rows, list)
     return next((str(row["phase"]) for row in rows if row["name"] == service), "")
 
 
@@ -70,7 +37,7 @@ def measuring_again(updates: Updates) -> bool:
 def test_a_page_shows_a_running_rig(two_view_rig: SessionRig) -> None:
     async def visit() -> None:
         updates: Updates = {}
-        async with await asyncio.wait_for(page(two_view_rig.page), PATIENCE_S) as connection:
+        async with await asyncio.wait_for(connected(two_view_rig.page), PATIENCE_S) as connection:
             await read_until(connection, updates, lambda p: {"pose", "view", "services"} <= p.keys(), "a pose and a view")
             await read_until(connection, updates, lambda p: phase_of(p, "integrator") == "tracking", "tracking")
             assert updates["services"]["recording"] is True
@@ -84,7 +51,7 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
 
     async def visit() -> None:
         updates: Updates = {}
-        async with await asyncio.wait_for(page(port), PATIENCE_S) as connection:
+        async with await asyncio.wait_for(connected(port), PATIENCE_S) as connection:
             await read_until(connection, updates, lambda p: "pose" in p and "view" in p, "a pose and a view")
             last_frame = int(str(updates["pose"]["frame"])) + 40  # services publish their input trace once a second
             await read_until(connection, updates, lambda p: int(str(p["pose"]["frame"])) > last_frame, "more poses")
@@ -95,10 +62,8 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
             await read_until(connection, updates, lambda p: p["services"]["recording"] is False, "no take any more")
             await connection.send('{"type":"list_takes"}')
             await read_until(connection, updates, lambda p: "takes" in p, "the list")
-            takes = updates["takes"]["takes"]
-            assert isinstance(takes, list)
-            assert len(takes) == 1
-            await play(connection, updates, str(takes[0][0]))
+            ((take, *_),) = updates["takes"]["takes"]
+            await play(connection, updates, str(take))
             await connection.send('{"type":"request","what":"record"}')
             await read_until(connection, updates, lambda p: p["services"]["recording"] is True, "another take")
 
@@ -109,8 +74,8 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
     assert f"http://127.0.0.1:{port}" in text
     assert "Traceback" not in text
     first, second = sorted((tmp_path / "recordings").glob("*.mcap"))
-    assert requests_in(first) == ["measure", "stop_recording"]
-    assert requests_in(second) == []  # it starts after the request
+    assert [request.what for request in messages_in(first, m.Request)] == ["measure", "stop_recording"]
+    assert messages_in(second, m.Request) == []  # it starts after the request
     assert recomputed_poses(first) > 5
 
 
@@ -133,30 +98,22 @@ async def play(connection: ClientConnection, updates: Updates, take: str) -> Non
 
 
 def _position(updates: Updates) -> float:
-    place = updates.get("player", {}).get("position_s", 0.0)
-    assert isinstance(place, float)
-    return place
-
-
-def requests_in(path: Path) -> list[str]:
-    found = [received.message for one in TakeReader(path).messages() if (received := envelope(one)) is not None]
-    return [message.what for message in found if isinstance(message, m.Request)]
+    return updates.get("player", {}).get("position_s", 0.0)
 
 
 @pytest.mark.nightly
 def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Path) -> None:
-    port, other, net = free_ports(3)
-    rig = rig_file(tmp_path, port)
-    first_net = ["--no-multicast-scouting", "-l", f"tcp/127.0.0.1:{net}"]
-    with started(["animator", rig, *first_net], tmp_path) as first:
+    port, other = free_ports(2)
+    command, place = ["animator", rig_file(tmp_path, port), "--no-multicast-scouting"], free_endpoint()
+    with started([*command, "-l", place], tmp_path) as first:
         wait_until(lambda: "the page is at" in output_of(tmp_path), tmp_path)
-        second_net = ["--no-multicast-scouting", "-e", f"tcp/127.0.0.1:{net}"]
-        with started(["animator", rig, "--port", other, *second_net], tmp_path) as second:
-            assert second.wait(PATIENCE_S) == 1
-        assert "animator main of rig demo is already running" in output_of(tmp_path)
-        with started(["animator", rig, "--no-multicast-scouting"], tmp_path) as third:
-            assert third.wait(PATIENCE_S) == 1
-        assert f"animator.page: 127.0.0.1:{port} cannot be served" in output_of(tmp_path)
+        for options, words in (
+            (["-e", place, "--port", other], "animator main of rig demo is already running"),
+            ([], f"animator.page: 127.0.0.1:{port} cannot be served"),
+        ):
+            status, text = run(tmp_path, *command, *options)
+            assert status == 1
+            assert words in text
         assert ended(first) == 0
     assert "Traceback" not in output_of(tmp_path)
 
@@ -170,10 +127,6 @@ def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Pa
     ],
 )
 def test_an_open_page_needs_a_token(options: list[str], words: str, tmp_path: Path) -> None:
-    result = subprocess.run(
-        [*ZENOCAP, "animator", str(demo_rig_file("two-view")), *options],
-        capture_output=True, text=True, cwd=ROOT, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
-    assert result.returncode == 1
-    assert words in result.stderr
-    assert "Traceback" not in result.stderr
+    status, text = run(tmp_path, "animator", demo_rig_file("two-view"), *options)
+    assert status == 1
+    assert words in text

@@ -18,7 +18,7 @@ from tests.support.documented_folder import documented_folder, zenocap
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.timeout(600)
-DONE, FAILED, WRONG_USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
+DONE, FAILED, LOSS, UNUSABLE = 0, 1, 3, 4
 # Commands that run until Ctrl-C, and long ones: stopped.
 LIVE = {
     "animator", "integrator", "load", "metrics", "posture act", "recognizer", "record", "replay", "router", "show", "top",
@@ -26,26 +26,11 @@ LIVE = {
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, cameras, enough examples, answers.
 MAY_FAIL = {
-    "cameras",
-    "doctor",
-    "film",
-    "health",
-    "models add",
-    "posture add",
-    "posture evaluate",
-    "posture train",
-    "setup",
-}
-UNCERTAIN = {
-    "calibrate board": {LOSS},
-    "calibrate drift": {LOSS},
-    "calibrate walk": {LOSS},
-    "certs": {LOSS},
-    "sync": {LOSS},
-    "mirror": {LOSS},
-    "setup": {LOSS},
-    "track": {LOSS, UNUSABLE},
-}  # two views at 15 frames/s may show too little; no router runs
+    "cameras", "doctor", "film", "health", "models add", "posture add", "posture evaluate", "posture train", "setup",
+}  # fmt: skip
+MAY_LOSE = {"calibrate board", "calibrate drift", "calibrate walk", "certs", "sync", "mirror", "setup", "track"}
+UNCERTAIN = {name: {LOSS} for name in MAY_LOSE} | {"track": {LOSS, UNUSABLE}}
+# Two views at 15 frames/s may show too little; no router runs.
 STAND_INS = {
     "192.168.1.10": "127.0.0.1", "192.168.1.5": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml",
     "RIG": "studio.toml", "SERVICE": "integrator", "NAME": "integrator",

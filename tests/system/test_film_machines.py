@@ -17,14 +17,15 @@ import pytest
 
 from tests.support.board_films import FILM_BOARD, VIDEO_SIZE, board_images
 from tests.support.board_views import room
+from tests.support.demo_rigs import written_rig
 from tests.support.mjpeg_server import BITS, MjpegServer, time_in
-from tests.support.processes import PATIENCE_S, output_of, started, wait_until
+from tests.support.networks import client, free_endpoint, listener, listens
+from tests.support.processes import PATIENCE_S, output_of, run, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
-from tests.system.test_film import output, zenocap
+from tests.system.test_film import NAMES
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_query_server import QueryServer
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.bus.zenoh_session import open_session
 from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.runtime.clock import RealClock
@@ -34,32 +35,33 @@ from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
 from zenocap.tools.record.film.film import film
 from zenocap.tools.record.film.remote_film import cameras_of
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # films in real time, whose rates other load changes
 SIZE, FPS, FILM_S = (320, 240), 30.0, 4.0
-NAMES = ("cam01", "cam02")
+WALK = ("film", "rig.toml", "-o", "walk")
 
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Iterator[Path]:
     """A rig file of two streams that show a time code."""
-    write_calibration(tmp_path / "calibration.toml", dict(zip(NAMES, paper_cameras(SIZE), strict=True)))
-    text = 'name = "machines-test"\ncalibration = "calibration.toml"\nfilm = true\n'
-    with ExitStack() as servers:
-        for number, name in enumerate(NAMES):
-            server = servers.enter_context(MjpegServer(SIZE, FPS))
-            text += f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{server.url}"\nfps = {FPS}\n'
-        (tmp_path / "rig.toml").write_text(text)
-        yield tmp_path / "rig.toml"
+    with ExitStack() as stack:
+        urls = [stack.enter_context(MjpegServer(SIZE, FPS)).url for _ in NAMES]
+        cameras = dict(zip(NAMES, paper_cameras(SIZE), strict=True))
+        yield written_rig(tmp_path, cameras, urls, name="machines-test", head="film = true", each=f"fps = {FPS}")
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    """What is to be closed before the cameras."""
+    with ExitStack() as one:
+        yield one
 
 
 class Machines:
     """Two processes `zenocap viewer --discover`, each with one of the cameras and a folder."""
 
     def __init__(self, rig: Path, stack: ExitStack, *options: str) -> None:
-        (port,) = free_ports(1)
-        self.endpoint = f"tcp/127.0.0.1:{port}"
+        self.endpoint = free_endpoint()
         self.network = ("-e", self.endpoint, "--no-multicast-scouting")
         sources = [viewer.source.url for viewer in load_rig(rig, files=False).viewers]
         self.folders = [rig.parent / f"lab{k}" for k in range(2)]
@@ -85,77 +87,68 @@ def true_times(video: Path) -> np.ndarray:
     return np.array(times)
 
 
-def test_cameras_of_two_machines_begin_together_and_are_copied(rig: Path) -> None:
-    with ExitStack() as stack:
-        machines = Machines(rig, stack, "--allow-fetch")
-        status, text = output(
-            zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", str(FILM_S), "--fetch", *machines.network)
-        )
-        assert status == 0, text
-        assert "filming 2 cameras; cam01 on lab0, cam02 on lab1" in text
-        assert "copied from lab1:" in text
-        videos = [rig.parent / "walk" / "videos" / f"{name}.mkv" for name in NAMES]
-        for k, video in enumerate(videos):
-            assert video.read_bytes() == machines.films(k)[0].read_bytes()
-        times = [true_times(video) for video in videos]
-        assert all(len(one) == pytest.approx(FILM_S * FPS, rel=0.15) for one in times)
-        between_ms = (int(times[1][0]) - int(times[0][0]) + 2 ** (BITS - 1)) % 2**BITS - 2 ** (BITS - 1)
-        assert abs(between_ms) < 150  # a period of the cameras and the delay of busy machines
-        sync = tomllib.loads((rig.parent / "walk" / "sync.toml").read_text())["offset_s"]
-        assert (sync["cam02"] - sync["cam01"]) * 1e3 == pytest.approx(between_ms, abs=60)
-        assert [viewer.camera.name for viewer in load_rig(rig.parent / "walk").viewers] == list(NAMES)
-        status, text = output(zenocap(rig.parent, "cameras", "--discover", *machines.network))
-        assert status == 0, text
-        host = socket.gethostname()
-        assert f"lab0 ({host}): cam01" in text
-        assert f"lab1 ({host}): cam02" in text
+def test_cameras_of_two_machines_begin_together_and_are_copied(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack, "--allow-fetch")
+    status, text = run(rig.parent, *WALK, "--seconds", str(FILM_S), "--fetch", *machines.network)
+    assert status == 0, text
+    assert "filming 2 cameras; cam01 on lab0, cam02 on lab1" in text
+    assert "copied from lab1:" in text
+    videos = [rig.parent / "walk" / "videos" / f"{name}.mkv" for name in NAMES]
+    for k, video in enumerate(videos):
+        assert video.read_bytes() == machines.films(k)[0].read_bytes()
+    times = [true_times(video) for video in videos]
+    assert all(len(one) == pytest.approx(FILM_S * FPS, rel=0.15) for one in times)
+    between_ms = (int(times[1][0]) - int(times[0][0]) + 2 ** (BITS - 1)) % 2**BITS - 2 ** (BITS - 1)
+    assert abs(between_ms) < 150  # a period of the cameras and the delay of busy machines
+    sync = tomllib.loads((rig.parent / "walk" / "sync.toml").read_text())["offset_s"]
+    assert (sync["cam02"] - sync["cam01"]) * 1e3 == pytest.approx(between_ms, abs=60)
+    assert [viewer.camera.name for viewer in load_rig(rig.parent / "walk").viewers] == list(NAMES)
+    status, text = run(rig.parent, "cameras", "--discover", *machines.network)
+    assert status == 0, text
+    host = socket.gethostname()
+    assert f"lab0 ({host}): cam01" in text
+    assert f"lab1 ({host}): cam02" in text
 
 
-def test_pictures_stay_where_they_are_without_permission(rig: Path) -> None:
-    with ExitStack() as stack:
-        machines = Machines(rig, stack)
-        status, text = output(
-            zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", "2", "--fetch", *machines.network)
-        )
-        assert status == 1, text
-        assert "cam01 on lab0: pictures do not leave that machine: allowed with --fetch: a rig with certificates" in text
-        assert not any(machines.films(k) for k in range(2))
-        status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", "2", *machines.network))
-        assert status == 0, text
-        assert "next: copy videos/ and times/ of cam01, cam02 into walk" in text
-        there = machines.films(1)[0]
-        assert f"scp lab1:{there} walk/videos/" in text
-        for command in (
-            ("board", "walk", "--square", "30"),
-            ("walk", "walk", "--height", "1.7", "--lenses", "calibration.toml"),
-        ):
-            status, refused = output(zenocap(rig.parent, "calibrate", *command, "-o", "new.toml"))
-            assert status == 1, refused
-            assert "videos still on the machines of their cameras: cam01 on lab0, cam02 on lab1" in refused
-            assert f"scp lab1:{there} walk/videos/" in refused
-        assert not list((rig.parent / "walk").rglob("*.mkv*"))
-        assert [len(machines.films(k)) for k in range(2)] == [1, 1]
+def test_pictures_stay_where_they_are_without_permission(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack)
+    status, text = run(rig.parent, *WALK, "--seconds", "2", "--fetch", *machines.network)
+    assert status == 1, text
+    assert "cam01 on lab0: pictures do not leave that machine: allowed with --fetch: a rig with certificates" in text
+    assert not any(machines.films(k) for k in range(2))
+    status, text = run(rig.parent, *WALK, "--seconds", "2", *machines.network)
+    assert status == 0, text
+    assert "next: copy videos/ and times/ of cam01, cam02 into walk" in text
+    there = machines.films(1)[0]
+    assert f"scp lab1:{there} walk/videos/" in text
+    for command in (
+        ("board", "walk", "--square", "30"),
+        ("walk", "walk", "--height", "1.7", "--lenses", "calibration.toml"),
+    ):
+        status, refused = run(rig.parent, "calibrate", *command, "-o", "new.toml")
+        assert status == 1, refused
+        assert "videos still on the machines of their cameras: cam01 on lab0, cam02 on lab1" in refused
+        assert f"scp lab1:{there} walk/videos/" in refused
+    assert not list((rig.parent / "walk").rglob("*.mkv*"))
+    assert [len(machines.films(k)) for k in range(2)] == [1, 1]
 
 
 def test_a_board_is_searched_where_the_films_are_and_the_calibration_is_that_of_the_videos(tmp_path: Path) -> None:
     """Without permission to copy pictures."""
     cameras, fps = room(2, 0, VIDEO_SIZE), 10
     image_at, begin_s = board_images(cameras, FILM_BOARD, 0, key_s=0.7), time.monotonic()
-    write_calibration(tmp_path / "calibration.toml", {camera.name: camera for camera in cameras})
-    text = 'name = "board-test"\ncalibration = "calibration.toml"\n'
     with ExitStack() as stack:
-        for number, camera in enumerate(cameras):
+        urls = []
+        for camera in cameras:
             shown = [cv2.cvtColor(image_at(camera, k / fps, k), cv2.COLOR_GRAY2BGR) for k in range(3 * fps)]
 
             def picture(shown: list[np.ndarray] = shown) -> np.ndarray:
                 return shown[int(fps * (time.monotonic() - begin_s)) % len(shown)]
 
-            server = stack.enter_context(MjpegServer(VIDEO_SIZE, fps, picture=picture))
-            text += f'[[viewer]]\nid = "{number}"\ncamera = "{camera.name}"\nsource = "{server.url}"\nfps = {fps}\n'
-        (tmp_path / "rig.toml").write_text(text)
-        machines = Machines(tmp_path / "rig.toml", stack)
-        film = zenocap(tmp_path, "film", "rig.toml", "-o", "walk", "--seconds", "4", "--square", "200", *machines.network)
-        status, text = output(film)
+            urls.append(stack.enter_context(MjpegServer(VIDEO_SIZE, fps, picture=picture)).url)
+        named = {camera.name: camera for camera in cameras}
+        machines = Machines(written_rig(tmp_path, named, urls, name="board-test", each=f"fps = {fps}"), stack)
+        status, text = run(tmp_path, *WALK, "--seconds", "4", "--square", "200", *machines.network)
         assert status == 0, text
         assert "searching the board where the films are: cam01 on lab0, cam02 on lab1" in text
         assert text.count("its corners copied") == 2
@@ -167,56 +160,52 @@ def test_a_board_is_searched_where_the_films_are_and_the_calibration_is_that_of_
             shutil.copy(machines.films(k)[0], tmp_path / "copied" / "videos")
     for name in ("walk", "copied"):
         options = ("--square", "200", "--lenses", "calibration.toml", "-o", f"{name}.toml")
-        status, text = output(zenocap(tmp_path, "calibrate", "board", name, *options))
+        status, text = run(tmp_path, "calibrate", "board", name, *options)
         assert status in (0, 3), text
     assert (tmp_path / "walk.toml").read_bytes() == (tmp_path / "copied.toml").read_bytes()
 
 
-def test_a_machine_that_fails_is_named_and_the_other_goes_on(rig: Path) -> None:
-    with ExitStack() as stack:
-        machines = Machines(rig, stack, "--allow-fetch")
-        film = zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", "18", "--fetch", *machines.network)
-        wait_until(lambda: bool(machines.films(0) and machines.films(1)), machines.folders[1])
-        time.sleep(3.0)
-        machines.processes[1].kill()
-        status, text = output(film)
-        assert status == 3, text
-        assert "cam02 on lab1: no answer for 10 s" in text
-        assert "the others go on" in text
-        assert len(true_times(rig.parent / "walk" / "videos" / "cam01.mkv")) > 15 * FPS
-        assert machines.films(1)  # what it had is there
+def test_a_machine_that_fails_is_named_and_the_other_goes_on(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack, "--allow-fetch")
+    filming = stack.enter_context(started([*WALK, "--seconds", "18", "--fetch", *machines.network], rig.parent))
+    wait_until(lambda: bool(machines.films(0) and machines.films(1)), machines.folders[1])
+    time.sleep(3.0)
+    machines.processes[1].kill()
+    status, text = filming.wait(PATIENCE_S), output_of(rig.parent)
+    assert status == 3, text
+    assert "cam02 on lab1: no answer for 10 s" in text
+    assert "the others go on" in text
+    assert len(true_times(rig.parent / "walk" / "videos" / "cam01.mkv")) > 15 * FPS
+    assert machines.films(1)  # what it had is there
 
 
-def test_a_film_ends_when_its_commander_is_killed(rig: Path) -> None:
-    with ExitStack() as stack:
-        machines = Machines(rig, stack)
-        film = zenocap(rig.parent, "film", "rig.toml", "-o", "walk", *machines.network)
-        wait_until(lambda: all("recording" in output_of(folder) for folder in machines.folders), machines.folders[0])
-        status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "second", "--seconds", "1", *machines.network))
-        assert status == 1
-        assert "is being recorded: allowed: one at a time" in text
-        film.kill()
-        film.communicate()
-        for folder in machines.folders:
-            wait_until(lambda folder=folder: "who filmed is gone: no query for 10 s" in output_of(folder), folder)
-        assert len(true_times(machines.films(0)[0])) > 0
+def test_a_film_ends_when_its_commander_is_killed(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack)
+    filming = stack.enter_context(started([*WALK, *machines.network], rig.parent))
+    wait_until(lambda: all("recording" in output_of(folder) for folder in machines.folders), machines.folders[0])
+    status, text = run(rig.parent, "film", "rig.toml", "-o", "second", "--seconds", "1", *machines.network)
+    assert status == 1
+    assert "is being recorded: allowed: one at a time" in text
+    filming.kill()
+    for folder in machines.folders:
+        wait_until(lambda folder=folder: "who filmed is gone: no query for 10 s" in output_of(folder), folder)
+    assert len(true_times(machines.films(0)[0])) > 0
 
 
-def test_messages_of_a_stranger_write_nothing_elsewhere(rig: Path) -> None:
-    with ExitStack() as stack:
-        machines = Machines(rig, stack)
-        session = stack.enter_context(open_session(ZenohOptions(connect=(machines.endpoint,), multicast_scouting=False)))
-        before = sorted(rig.parent.rglob("*"))
-        key = HOST_FILM.format(machine="lab0", camera="cam01")
-        for film in ("..", "../../x", "/tmp/x", "a\nb"):
-            query = FilmQuery(frame=1, captured_ns=1, what="open", sender="x", film="a", camera="cam01")
-            payload = msgpack.packb(msgspec.to_builtins(query) | {"film": film})
-            assert not [reply for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok is not None]
-        created = [path for path in sorted(rig.parent.rglob("*")) if path not in before]
-        assert not created
-        query = FilmQuery(frame=1, captured_ns=1, what="state", sender="x")
-        reply = FilmSession(session).ask(key, query, 2.0)[key]
-        assert (reply.state, reply.film) == ("idle", None)
+def test_messages_of_a_stranger_write_nothing_elsewhere(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack)
+    session = stack.enter_context(open_session(client(machines.endpoint, "peer")))
+    before = sorted(rig.parent.rglob("*"))
+    key = HOST_FILM.format(machine="lab0", camera="cam01")
+    for name in ("..", "../../x", "/tmp/x", "a\nb"):
+        query = FilmQuery(frame=1, captured_ns=1, what="open", sender="x", film="a", camera="cam01")
+        payload = msgpack.packb(msgspec.to_builtins(query) | {"film": name})
+        assert not [reply for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok is not None]
+    created = [path for path in sorted(rig.parent.rglob("*")) if path not in before]
+    assert not created
+    query = FilmQuery(frame=1, captured_ns=1, what="state", sender="x")
+    reply = FilmSession(session).ask(key, query, 2.0)[key]
+    assert (reply.state, reply.film) == ("idle", None)
 
 
 class ShiftedClock(RealClock):
@@ -228,18 +217,15 @@ class ShiftedClock(RealClock):
 
 def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
     """Viewer 1 has a clock that is 7 s ahead."""
-    (port,) = free_ports(1)
-    loaded = load_rig(rig, files=False)
-    listening = ZenohOptions(listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
-    connecting = ZenohOptions(connect=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
+    endpoint, loaded = free_endpoint(), load_rig(rig, files=False)
     with ExitStack() as stack:
-        session = stack.enter_context(open_session(listening))
+        session = stack.enter_context(open_session(listener(endpoint)))
         ended = False
         for viewer, clock in zip(loaded.viewers, (RealClock(), ShiftedClock()), strict=True):
             tap = Tap(SIZE, FPS)
-            endpoint = FilmEndpoint(tap, viewer.camera.name, tmp_path / viewer.id, Permission(film=True), clock, "lab")
+            camera = FilmEndpoint(tap, viewer.camera.name, tmp_path / viewer.id, Permission(film=True), clock, "lab")
             key = FILM.format(rig=loaded.name, viewer=viewer.id)
-            server = QueryServer(session, key, FilmQuery, endpoint.answer, endpoint.check)
+            server = QueryServer(session, key, FilmQuery, camera.answer, camera.check)
             stack.callback(server.undeclare)
 
             def give(tap: Tap = tap, clock: RealClock = clock) -> None:
@@ -251,7 +237,7 @@ def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
             thread.start()
             stack.callback(thread.join)
         try:
-            with cameras_of(loaded, loaded.viewers, connecting, "walk", print) as (own, remote):
+            with cameras_of(loaded, loaded.viewers, client(endpoint, "peer"), "walk", print) as (own, remote):
                 assert own == []
                 filmed, reason = film([], tmp_path / "out", 2.0, lambda: False, print, remote=remote)
                 clocks = [camera.clock for camera in remote.cameras]
@@ -265,34 +251,33 @@ def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
 
 
 def test_nobody_announces_a_camera(tmp_path: Path) -> None:
-    status, text = output(zenocap(tmp_path, "cameras", "--discover", "--no-multicast-scouting"))
+    status, text = run(tmp_path, "cameras", "--discover", "--no-multicast-scouting")
     assert status == 1
     assert "no machine of this network announces a camera: run `zenocap viewer --discover`" in text
 
 
-def test_wrong_use_of_discover_is_named(tmp_path: Path) -> None:
-    for arguments, words in (
-        (("viewer",), "RIG and --id are missing"),
-        (("viewer", "rig.toml", "--id", "1", "--discover"), "--discover: allowed without RIG and --id"),
-        (("viewer", "--discover", "--camera", "../x=0"), "--camera ../x=0: allowed: NAME=SOURCE"),
-        (("viewer", "--discover", "--camera", "a=film.mp4"), "no camera and no stream"),
-        (("viewer", "--discover", "--machine", "a/b"), "--machine 'a/b': allowed"),
-    ):
-        status, text = output(zenocap(tmp_path, *arguments))
-        assert status in (1, 2), text
-        assert words in " ".join(text.replace("│", " ").split()), text
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "RIG and --id are missing"),
+        (("rig.toml", "--id", "1", "--discover"), "--discover: allowed without RIG and --id"),
+        (("--discover", "--camera", "../x=0"), "--camera ../x=0: allowed: NAME=SOURCE"),
+        (("--discover", "--camera", "a=film.mp4"), "no camera and no stream"),
+        (("--discover", "--machine", "a/b"), "--machine 'a/b': allowed"),
+    ],
+)
+def test_wrong_use_of_discover_is_named(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    status, text = run(tmp_path, "viewer", *arguments)
+    assert status in (1, 2), text
+    assert words in " ".join(text.replace("│", " ").split()), text
 
 
 def test_a_running_rig_without_permission_is_not_filmed(rig: Path) -> None:
     rig.write_text(rig.read_text().replace("film = true\n", ""))
-    (port,) = free_ports(1)
-    place = (f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+    place = (free_endpoint(), "--no-multicast-scouting")
     with started(["viewer", "rig.toml", "--id", "0", "-l", *place], rig.parent):
-        end_s = time.monotonic() + PATIENCE_S
-        while socket.socket().connect_ex(("127.0.0.1", port)):
-            assert time.monotonic() < end_s
-            time.sleep(0.2)
-        status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", "1", "-e", *place))
+        wait_until(lambda: listens(place[0]), rig.parent)
+        status, text = run(rig.parent, *WALK, "--seconds", "1", "-e", *place)
     assert status == 1
     assert "viewer 0 runs on" in text
     assert "allowed: film = true in the rig file" in text

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import pytest
 import zenoh
 
+from tests.support.networks import client, free_endpoint
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
-from tests.system.test_zenoh_bus import free_endpoint
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import open_session
 
 pytestmark = pytest.mark.nightly
 
@@ -43,9 +43,8 @@ def test_readers_that_are_frozen_stop_no_other_reader(processes: list[subprocess
     endpoint = free_endpoint()
     router = [sys.executable, "-P", "-m", "zenocap", "router", "--listen", endpoint, "--no-multicast-scouting"]
     processes.append(subprocess.Popen(router, cwd=ROOT, text=True, stderr=subprocess.DEVNULL))
-    options = ZenohOptions("client", (endpoint,), multicast_scouting=False)
     received: list[float] = []
-    with open_session(options) as publisher, open_session(options) as reader:
+    with open_session(client(endpoint)) as publisher, open_session(client(endpoint)) as reader:
         reader.declare_subscriber(KEY, zenoh.handlers.Callback(lambda _: received.append(time.monotonic()), indirect=False))
         for _ in range(FROZEN):
             one = [sys.executable, "-P", "-c", READER, endpoint]

@@ -1,6 +1,5 @@
 """`zenocap health`: success for a working service, failure for a frozen or missing one."""
 
-import shutil
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,10 +8,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.support.command import app
-from tests.system.test_zenoh_bus import client, free_endpoint
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import client, free_endpoint, router
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 
 pytestmark = pytest.mark.nightly
@@ -24,17 +22,13 @@ LONGEST_S = 60.0  # that the command takes
 def endpoint() -> Iterator[str]:
     """Endpoint of a router."""
     endpoint = free_endpoint()
-    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+    with router(endpoint):
         yield endpoint
 
 
 def health_command(folder: Path, endpoint: str, *arguments: str, within_s: float = 2.0) -> Result:
-    source = demo_rig_file("two-view")
-    shutil.copy(source.with_name("demo-calibration.toml"), folder)
     zenoh = f'[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\nmulticast_scouting = false\n'
-    text = source.read_text().replace('name = "demo"', f'name = "{RIG}"', 1)
-    path = folder / "rig.toml"
-    path.write_text(text + zenoh)
+    path = written_demo(folder, zenoh, name=RIG)
     return CliRunner().invoke(app, ["health", str(path), *arguments, "--within", f"{within_s:g}"])
 
 

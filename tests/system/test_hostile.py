@@ -9,21 +9,20 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import msgspec
 import pytest
 import zenoh
 
-from tests.support.hostile import bombs, keys, payloads, unknown_sources, valid_messages
+from tests.support.hostile import bombs, keys, payloads, sent_by, unknown_sources, valid_messages
+from tests.support.networks import client, free_endpoint
 from tests.support.processes import PATIENCE_S, output_of, started, wait_until
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
+from zenocap.common.bus.zenoh_session import configuration
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = [
     pytest.mark.nightly,
@@ -89,8 +88,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def running(folder: Path) -> Iterator[Running]:
     """Router, the demo's services, a recorder, and the tracker of another rig, all tracking."""
     demo, ring = demo_rig_file("two-view"), demo_rig_file("two-view").with_name("ring.toml")
-    (port,) = free_ports(1)
-    place = f"tcp/127.0.0.1:{port}"
+    place = free_endpoint()
     network = ["-m", "client", "-e", place, "--no-multicast-scouting"]
     lines: dict[str, list[object]] = {
         "router": ["router", "-l", place, "--no-multicast-scouting"],
@@ -102,19 +100,15 @@ def running(folder: Path) -> Iterator[Running]:
         "tracker": ["tracker", ring, *network],
         "recorder": ["record", demo, "-o", folder / "recorded.mcap", *network],
     }
-    options = ZenohOptions("client", (place,), multicast_scouting=False)
     with ExitStack() as stack:
         processes = {name: stack.enter_context(started(line, folder)) for name, line in lines.items()}
-        bus = stack.enter_context(ZenohBus.open(options, "demo", RealClock()))
+        bus = stack.enter_context(ZenohBus.open(client(place), "demo", RealClock()))
         bus.subscribe(UNIVERSAL_BAP)
         bus.subscribe(HEALTH)
-        session = stack.enter_context(zenoh.open(configuration(options)))
+        session = stack.enter_context(zenoh.open(configuration(client(place))))
         found = Running(processes, bus, session)
         assert found.receive_for(START_S, POSES) == POSES, output_of(folder)
-        end_s = time.monotonic() + START_S
-        while found.health.keys() != SERVICES and time.monotonic() < end_s:
-            found.receive_for(1.0)
-        assert found.health.keys() == SERVICES
+        wait_until(lambda: (found.receive_for(1.0), found.health.keys() == SERVICES)[1], folder, START_S)
         yield found
 
 
@@ -130,9 +124,7 @@ def hostile_round(running: Running, number: int) -> None:
             running.put(topic.at(rig, viewer="1"), codec.encode(message))
     for topic, key, id in unknown_sources("demo", 300):
         (message, *_) = valid_messages(topic, 1, number)
-        names = {"viewer": f"{id}-{number}", "service": "viewer", "id": f"{id}-{number}"}
-        sender_names = {name: value for name, value in names.items() if hasattr(message, name)}
-        running.put(topic.at("demo", **names), codec.encode(msgspec.structs.replace(message, **sender_names)))
+        running.put(*sent_by(topic, message, "demo", f"{id}-{number}"))
         running.put(key, b"\x00")
 
 
@@ -159,13 +151,7 @@ def test_valid_but_inconsistent_messages_stop_no_service(running: Running, folde
     for rig in RIGS:
         for topic in TOPICS:
             for message in valid_messages(topic, 60, 1):
-                sender_names = {
-                    name: value
-                    for name, value in (("viewer", "1"), ("id", "1"), ("service", "viewer"))
-                    if hasattr(message, name)
-                }
-                data = codec.encode(msgspec.structs.replace(message, **sender_names))
-                running.session.put(topic.at(rig, viewer="1", service="viewer", id="1"), data)
+                running.session.put(*sent_by(topic, message, rig, "1"))
     running.receive_for(3.0)
     assert running.exited() == [], output_of(folder)
     assert running.receive_for(START_S, POSES) == POSES, output_of(folder)

@@ -2,9 +2,7 @@
 
 import shutil
 import signal
-import socket
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,14 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import free_endpoint, listener
 from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S, all_run, ended, output_of, started, wait_for_frames, wait_until
+from tests.support.processes import PATIENCE_S, ZENOCAP, all_run, ended, output_of, started, wait_for_frames, wait_until
 from tests.support.rig_process import sighting
 from tests.support.small_disk import small_disk
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
@@ -34,24 +33,18 @@ MODEL_KB = find_model("fifteen").stat().st_size // 1000  # a take begins with th
 
 @pytest.fixture
 def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return free_endpoint()
 
 
 def rig_with_log(folder: Path, log: str) -> Path:
     """The demo's rig, with its own [log] table."""
-    calibration = demo_rig_file("two-view").with_name("demo-calibration.toml")
-    text = demo_rig_file("two-view").read_text().replace("demo-calibration.toml", str(calibration))
-    (folder / "rig.toml").write_text(f"{text}\n[log]\n{log}\n")
-    return folder / "rig.toml"
+    return written_demo(folder, f"[log]\n{log}\n")
 
 
 @contextmanager
 def integrator(*arguments: object, endpoint: str) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "zenocap", "integrator", *map(str, arguments)]
-    network = ["-e", endpoint, "--no-multicast-scouting"]
-    with subprocess.Popen([*command, *network], cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+    command = [*ZENOCAP, "integrator", *map(str, arguments), "-e", endpoint, "--no-multicast-scouting"]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         try:
             yield process
         finally:
@@ -72,48 +65,51 @@ def exchange_messages(bus: ZenohBus, seconds: float, frame: int = 0) -> list[m.M
 
 
 def listening_bus(endpoint: str) -> ZenohBus:
-    options = ZenohOptions(listen=(endpoint,), multicast_scouting=False)
-    bus = ZenohBus.open(options, "demo", RealClock())
+    bus = ZenohBus.open(listener(endpoint), "demo", RealClock())
     bus.subscribe(ASSIGNMENT, every=True)
     bus.subscribe(HEALTH, service="integrator")
     return bus
+
+
+def exchange_until(bus: ZenohBus, process: subprocess.Popen[str], count: str, least: int = 1) -> list[m.Message]:
+    """Exchange messages until a count of the integrator's health has a value; return all received messages."""
+    received: list[m.Message] = []
+    end_s = time.monotonic() + PATIENCE_S
+    while not any(isinstance(each, m.Health) and each.counts.get(count, 0) >= least for each in received):
+        assert time.monotonic() < end_s
+        assert process.poll() is None
+        received += exchange_messages(bus, 0.5)
+    return received
+
+
+def errors_of(process: subprocess.Popen[str], status: int) -> str:
+    """Standard error of a process that ends with a status."""
+    _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == status
+    assert "Traceback" not in err
+    return err
 
 
 def test_unwritable_folder_stops_the_log_but_not_the_tracking(tmp_path: Path, endpoint: str) -> None:
     (tmp_path / "takes").write_text("no folder")
     rig = rig_with_log(tmp_path, 'folder = "takes"')
     with listening_bus(endpoint) as bus, integrator(rig, endpoint=endpoint) as process:
-        received: list[m.Message] = []
-        end_s = time.monotonic() + PATIENCE_S
-        while not any(isinstance(each, m.Health) and each.counts.get("received", 0) > 10 for each in received):
-            assert time.monotonic() < end_s
-            assert process.poll() is None
-            received += exchange_messages(bus, 0.5)
+        received = exchange_until(bus, process, "received", 11)
         assert any(isinstance(each, m.Assignment) for each in received)
         assert all(each.counts["log_stopped"] == 1 for each in received if isinstance(each, m.Health))
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 3
-    assert "takes is no folder; the log stops" in err
-    assert "Traceback" not in err
+        assert "takes is no folder; the log stops" in errors_of(process, 3)
 
 
 def test_a_deleted_folder_is_created_again_and_reported(tmp_path: Path, endpoint: str) -> None:
     rig, folder = rig_with_log(tmp_path, 'folder = "takes"'), tmp_path / "takes"
     with listening_bus(endpoint) as bus, integrator(rig, endpoint=endpoint) as process:
-        end_s = time.monotonic() + PATIENCE_S
-        received: list[m.Message] = []
-        while not any(isinstance(each, m.Health) and each.counts.get("log_messages", 0) > 10 for each in received):
-            assert time.monotonic() < end_s
-            received += exchange_messages(bus, 0.5)
+        exchange_until(bus, process, "log_messages", 11)
         shutil.rmtree(folder)
-        while not any(isinstance(each, m.Health) and each.counts.get("log_removed") for each in received):
-            assert time.monotonic() < end_s
-            received += exchange_messages(bus, 0.5)
+        exchange_until(bus, process, "log_removed")
         exchange_messages(bus, 0.5, 10_000)
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 3
+        err = errors_of(process, 3)
     assert "was deleted while it was written" in err
     assert "files deleted or moved while they were written: 1" in err
     (take,) = folder.glob("*.mcap")
@@ -124,10 +120,7 @@ def test_a_deleted_folder_is_created_again_and_reported(tmp_path: Path, endpoint
 def test_requested_file_that_cannot_be_written_is_an_error(tmp_path: Path, endpoint: str) -> None:
     (tmp_path / "takes").write_text("no folder")
     with integrator(demo_rig_file("two-view"), "-o", tmp_path / "takes" / "a.mcap", endpoint=endpoint) as process:
-        _, err = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1
-    assert "a.mcap cannot be written" in err
-    assert "Traceback" not in err
+        assert "a.mcap cannot be written" in errors_of(process, 1)
 
 
 def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path, endpoint: str) -> None:
@@ -148,13 +141,8 @@ def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path,
     assert [take.cut is None for path, take in takes.items() if path != last] == [True] * (len(takes) - 1)
     assert takes[last].cut is not None
     assert killed_ns - messages[last][-1].log_ns < LOSS_NS
-    assert takes[last].attachments.keys() == {
-        "rig.toml",
-        "demo-calibration.toml",
-        "parameters.json",
-        "setup.json",
-        "recognizer.postures",
-    }
+    files = {"demo.toml", "demo-calibration.toml", "parameters.json", "setup.json", "recognizer.postures"}
+    assert takes[last].attachments.keys() == files
     found = recover(last, tmp_path / "recovered.mcap")
     assert found.lost
     assert list(TakeReader(tmp_path / "recovered.mcap").messages()) == messages[last]

@@ -28,9 +28,9 @@ from tests.support.processes import (
 from tests.support.walkers import SIZE, Walker, walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.messages import CameraDelays, Health, Silhouette, TrackerPose
-from zenocap.common.recording.reader import TakeReader, envelope
-from zenocap.common.topics import CAMERA_DELAYS
+from zenocap.common.messages import CameraDelays, Health, TrackerPose
+from zenocap.common.recording.reader import TakeReader
+from zenocap.common.topics import CAMERA_DELAYS, SILHOUETTE
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.takes.verify.recompute import verify
 
@@ -96,7 +96,7 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     assert "not counted: what integrator sent from" in text
     assert re.search(r"takes: [1-9]\d* lost, and an unknown number in", text) is not None, text
     take, after_restart = sorted(tmp_path.glob("late-*.mcap"), key=lambda path: path.stat().st_ctime_ns)
-    messages = [its.message for each in TakeReader(take).messages() if (its := envelope(each)) is not None]
+    messages = [its.message for its in TakeReader(take).envelopes()]
     delays = [message for message in messages if isinstance(message, CameraDelays)]
     late_ms = {viewer: LATE_FRAMES * FRAME_MS if viewer == "2" else 0.0 for viewer in VIEWERS}
     assert delays[-1].found_ms == pytest.approx(late_ms, abs=0.25 * FRAME_MS)
@@ -133,9 +133,8 @@ def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:
     whole = [pose for pose in messages_in(take, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert len(whole) > 10  # all of them on a machine without other load
     ages_s: dict[str, list[float]] = {viewer: [] for viewer in VIEWERS}
-    for its in filter(None, map(envelope, TakeReader(take).messages())):
-        if isinstance(its.message, Silhouette):
-            ages_s[its.message.viewer].append((its.received_ns - its.message.captured_ns) / 1e9)
+    for its in TakeReader(take).envelopes((SILHOUETTE,)):
+        ages_s[its.message.viewer].append((its.received_ns - its.message.captured_ns) / 1e9)
     late, *others = (float(np.median(ages_s[viewer])) for viewer in ("2", "1", "3", "4"))
     assert late - max(others) == pytest.approx(late_s, abs=0.5 / FPS)
     assert verify([take]).first is None

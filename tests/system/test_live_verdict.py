@@ -2,12 +2,11 @@
 
 import json
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.support.processes import ENVIRONMENT, ZENOCAP
+from tests.support.processes import completed
 from tests.support.session_rigs import TRACKED
 
 pytestmark = pytest.mark.nightly
@@ -15,9 +14,7 @@ LEAST_S = TRACKED / 15.0  # of the take, with the person tracked
 
 
 def info(take: Path, *arguments: str) -> str:
-    done = subprocess.run(
-        [*ZENOCAP, "info", str(take), *arguments], env=ENVIRONMENT, capture_output=True, text=True, check=False
-    )
+    done = completed(["info", take, *arguments], take.parent)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -1,22 +1,15 @@
 """Load test and `top` on real processes: all start, are measured and monitored, and end completely."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import psutil
 import pytest
-from typer.testing import CliRunner
 
-from tests.support.command import app
+from tests.support.command import zenocap
+from tests.support.processes import completed
 
 pytestmark = pytest.mark.nightly  # it measures what this machine can do, which other load changes
-
-
-def zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "zenocap", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
 
 
 def remaining_processes(name: str) -> list[str]:
@@ -29,19 +22,16 @@ def remaining_processes(name: str) -> list[str]:
 
 
 def test_stand_ins_are_measured_to_the_pose(tmp_path: Path) -> None:
-    done = zenocap(
-        "load", "--silhouettes", "--subscribers", "1", "--rate", "15", "--seconds", "2", "--settle", "1", "--name", "small",
-        "--size", "64x48", "-o", str(tmp_path), "--json",
-    )  # fmt: skip
+    what = ("--silhouettes", "--subscribers", 1, "--rate", 15, "--seconds", 2, "--settle", 1, "--size", "64x48")
+    done = completed(["load", *what, "--name", "small", "-o", tmp_path, "--json"], tmp_path)
     assert done.returncode in (0, 3), done.stderr  # a busy machine may lose messages
     found = json.loads(done.stdout)
     assert found == json.loads((tmp_path / "load.json").read_text())
     (point,) = found["points"]
     assert 5 < point["offered"] < 34
     assert point["completed"] > 0
-    assert {service["service"] for service in point["services"]} == {
-        "router", "integrator", "viewer", "subscriber", "measuring",
-    }  # fmt: skip
+    services = {service["service"] for service in point["services"]}
+    assert services == {"router", "integrator", "viewer", "subscriber", "measuring"}
     assert point["bottleneck"]
     assert (tmp_path / "load.csv").read_text().count("\n") == 2
     assert (tmp_path / "load.png").stat().st_size > 1000
@@ -50,9 +40,8 @@ def test_stand_ins_are_measured_to_the_pose(tmp_path: Path) -> None:
 
 def test_offered_far_more_than_any_machine_can_do_whole_instants_come_out(tmp_path: Path) -> None:
     """Both viewers leave out the same instants; without a common decision hardly any instant had both views."""
-    done = zenocap(
-        "load", "--rate", "600", "--seconds", "5", "--settle", "12", "--name", "overload", "-o", str(tmp_path), "--json",
-    )  # fmt: skip
+    what = ("--rate", 600, "--seconds", 5, "--settle", 12)
+    done = completed(["load", *what, "--name", "overload", "-o", tmp_path, "--json"], tmp_path)
     assert done.returncode == 3, done.stderr
     (point,) = json.loads(done.stdout)["points"]
     skipped = [service["lost"]["skipped_frames"] for service in point["services"] if service["service"] == "viewer"]
@@ -73,12 +62,12 @@ def test_offered_far_more_than_any_machine_can_do_whole_instants_come_out(tmp_pa
     ],
 )
 def test_impossible_options_are_rejected(arguments: list[str], words: str) -> None:
-    result = CliRunner().invoke(app, ["load", *arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
-    assert result.exit_code == 2
-    assert words in result.output
+    status, _, error = zenocap("load", *arguments)
+    assert status == 2
+    assert words in error
 
 
-def test_top_reports_an_empty_network() -> None:
-    done = zenocap("top", "--once", "--no-multicast-scouting", "-l", "tcp/127.0.0.1:0")
+def test_top_reports_an_empty_network(tmp_path: Path) -> None:
+    done = completed(["top", "--once", "--no-multicast-scouting", "-l", "tcp/127.0.0.1:0"], tmp_path)
     assert done.returncode == 1
     assert "no service found" in done.stdout

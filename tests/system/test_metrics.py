@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: pip install 'zenocap[metrics]'")
 from prometheus_client.parser import text_string_to_metric_families
 
-from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, ended, output_of, run, started, wait_until
 from tests.support.session_rigs import SessionRig
 from tests.tools.operate.metrics.test_families import dashboard_queries
 from zenocap.tools.record.launcher.peer_mesh import free_ports
@@ -146,10 +146,8 @@ def queries_without_result(server: str) -> list[str]:
 
 
 def test_a_port_in_use_is_reported_in_one_line(tmp_path: Path) -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with started(["metrics", "--no-multicast-scouting", "--port", port], tmp_path) as exporter:
-            assert exporter.wait(PATIENCE_S) == 1
-    assert f"error: --host 127.0.0.1 --port {port}: cannot be listened on: Address already in use" in output_of(tmp_path)
+        status, text = run(tmp_path, "metrics", "--no-multicast-scouting", "--port", port)
+    assert status == 1
+    assert f"error: --host 127.0.0.1 --port {port}: cannot be listened on: Address already in use" in text

@@ -1,7 +1,6 @@
 """Outputs as a user runs them: animator and replay as processes, independent receivers."""
 
 import json
-import shutil
 import socket
 from pathlib import Path
 
@@ -10,12 +9,11 @@ import pytest
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.services.animator.outputs.test_vmc import JOINTS, Marionette
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import arguments_of, mesh
 from tests.support.pose_tracks import moving
 from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
-from tests.system.test_replay import network
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 
@@ -39,14 +37,6 @@ port = {foxglove}
 """
 
 
-def rig_file(folder: Path, **ports: int) -> Path:
-    demo = demo_rig_file("two-view")
-    shutil.copy(demo.with_name("demo-calibration.toml"), folder)
-    path = folder / "studio.toml"
-    path.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUTS.format(**ports))
-    return path
-
-
 def test_replay_reaches_every_receiver_and_a_failing_output_is_one_log_line(tmp_path: Path) -> None:
     take = write_take(tmp_path / "take.mcap", messages_of_track(moving(COUNT, rate=30.0)))
     centres = read_poses(take).trajectories()
@@ -60,10 +50,11 @@ def test_replay_reaches_every_receiver_and_a_failing_output_is_one_log_line(tmp_
             "vmc": marionette.port, "vrchat": vrchat.port, "udp": listening.getsockname()[1],
             "foxglove": taken.getsockname()[1],
         }  # fmt: skip
-        here, there = peer_mesh(free_ports(2))
-        with started(["animator", rig_file(tmp_path, **ports), *network(here)], tmp_path) as animator:
+        here, there = mesh(2)
+        rig = written_demo(tmp_path, OUTPUTS.format(**ports), name="studio")
+        with started(["animator", rig, *arguments_of(here)], tmp_path) as animator:
             wait_until(lambda: "animator.udp 127.0.0.1" in output_of(tmp_path), tmp_path)
-            with started(["replay", take, "--delay", "2", *network(there)], tmp_path) as player:
+            with started(["replay", take, "--delay", "2", *arguments_of(there)], tmp_path) as player:
                 player.wait(PATIENCE_S)
             assert player.returncode == 0, output_of(tmp_path)
             assert ended(animator) == 0, output_of(tmp_path)

@@ -1,7 +1,7 @@
 """The recognizer as a process: several rigs, one of them invalid; and as a service of a rig."""
 
 import re
-import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -10,20 +10,20 @@ from pythonosc.osc_message import OscMessage
 
 from tests.support.built_messages import built
 from tests.support.command_receivers import program, udp_receiver
-from tests.support.processes import PATIENCE_S, ended, output_of, started, verified
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import awaited, listener, mesh
+from tests.support.processes import PATIENCE_S, ended, output_of, run, started, verified, wait_until
 from tests.support.recognizer_cases import RATE, SECOND, SIMULATED_POSTURES, actor_model, angles_of_posture
 from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.bus.protocol import Alive, Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import open_session
 from zenocap.common.conversion import angles_by_name
-from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import COMMAND, HEALTH, POSTURE, UNIVERSAL_BAP
 from zenocap.services.recognizer.model_file import write_model
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
 START = 1_700_000_000 * SECOND
@@ -31,13 +31,12 @@ START = 1_700_000_000 * SECOND
 
 def rig_file(folder: Path, name: str) -> Path:
     """The demo rig under another name, with a recognizer of three postures."""
-    text = demo_rig_file("two-view").read_text().replace('name = "demo"', f'name = "{name}"')
-    text = text.replace("demo-calibration.toml", str(demo_rig_file("two-view").with_name("demo-calibration.toml")))
+    path = written_demo(folder, name=name)
     write_model(folder / "three.postures", actor_model())
-    before, _, after = text.partition("[recognizer.commands")
+    before, _, after = path.read_text().partition("[recognizer.commands")
     text = before + after[after.index("[[viewer]]") :]  # commands of postures that the model does not have
-    (folder / f"{name}.toml").write_text(text.replace('model = "fifteen"', 'model = "three.postures"'))
-    return folder / f"{name}.toml"
+    path.write_text(text.replace('model = "fifteen"', 'model = "three.postures"'))
+    return path
 
 
 def bap(k: int, angles: dict[str, float], captured_ns: int | None = None) -> m.UniversalBap:
@@ -51,20 +50,24 @@ def publish(bus: ZenohBus, k: int, angles: dict[str, float]) -> None:
     assert bus.wait_until_handled([("recognizer", "main")], PATIENCE_S)
 
 
+def poses_of(postures: Sequence[str]) -> list[dict[str, float]]:
+    """Angles of the poses of one person who performs postures."""
+    return [angles_by_name(TEN_PARTS, row) for name in postures for row in angles_of_posture(name, 405, 0)]
+
+
 def wait_until_alive(bus: ZenohBus, folder: Path) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        match bus.receive(0.2):
-            case Alive(service="recognizer", alive=True):
-                return
-    raise AssertionError(output_of(folder))
+    wait_until(lambda: is_present(bus.receive(0.2)), folder)
+
+
+def is_present(event: Received | None) -> bool:
+    return isinstance(event, Alive) and (event.service, event.alive) == ("recognizer", True)
 
 
 def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Path) -> None:
     rigs = [rig_file(tmp_path, name) for name in ("one", "two", "three")]
-    places = [f"tcp/127.0.0.1:{port}" for port in free_ports(3)]
+    places = [peer.listen for peer in mesh(3)]
     one, two, three = (
-        ZenohBus.open(ZenohOptions("peer", listen=(place,), multicast_scouting=False), name, RealClock())
+        ZenohBus.open(listener(place), name, RealClock())
         for name, place in zip(("one", "two", "three"), places, strict=True)
     )
     connect = [word for place in places for word in ("--connect", place)]
@@ -76,22 +79,12 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
         with started(["recognizer", *rigs, *connect, "--no-multicast-scouting"], tmp_path) as process:
             for bus in (one, two):
                 wait_until_alive(bus, tmp_path)
-            performed = {"one": SIMULATED_POSTURES, "two": SIMULATED_POSTURES[::-1]}
-            received: dict[str, list[str | None]] = {"one": [], "two": []}
-            for bus in (one, two):
-                frame = 0
-                for name in performed[bus.rig]:
-                    for row in angles_of_posture(name, 405, 0):
-                        publish(bus, frame, angles_by_name(TEN_PARTS, row))
-                        frame += 1
-            end_s = time.monotonic() + PATIENCE_S
-            for bus in (one, two):
-                while len(received[bus.rig]) < len(SIMULATED_POSTURES):
-                    assert time.monotonic() < end_s, output_of(tmp_path)
-                    match bus.receive(0.2):
-                        case Envelope(message=m.Posture() as posture):
-                            received[bus.rig].append(posture.label)
-            assert {rig: tuple(labels) for rig, labels in received.items()} == performed
+            performed = {one: SIMULATED_POSTURES, two: SIMULATED_POSTURES[::-1]}
+            for bus, names in performed.items():
+                for frame, pose in enumerate(poses_of(names)):
+                    publish(bus, frame, pose)
+            for bus, names in performed.items():
+                assert tuple(awaited(bus, m.Posture).label for _ in names) == names
             assert ended(process) == 1, output_of(tmp_path)
     text = output_of(tmp_path)
     assert "recognizer main of rig three is already running" in text
@@ -106,7 +99,7 @@ def test_live_postures_are_commands_and_those_of_a_replay_are_not(tmp_path: Path
     rig = rig_file(tmp_path, "one")
     failing = program(tmp_path, "lights", 'echo "$ZENOCAP_POSTURE is broken" >&2; exit 3')
     clock = RealClock()
-    bus_place, lab_place = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
+    bus_place, lab_place = (peer.listen for peer in mesh(2))
     network = ["--connect", bus_place, "--connect", lab_place, "--no-multicast-scouting"]
     received: list[tuple[str, bytes, int]] = []
     with udp_receiver() as osc, ExitStack() as stack:
@@ -125,23 +118,22 @@ program = "{failing}"
 """
         model = 'model = "three.postures"'
         rig.write_text(rig.read_text().replace(model, f'{model}\nallowed_programs = ["{failing}"]') + tables)
-        lab = stack.enter_context(open_session(ZenohOptions("peer", listen=(lab_place,), multicast_scouting=False)))
+        lab = stack.enter_context(open_session(listener(lab_place)))
         lab.declare_subscriber(
             "lab/**", lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes(), clock.now_ns()))
         )
-        options = ZenohOptions("peer", listen=(bus_place,), multicast_scouting=False)
-        bus = stack.enter_context(ZenohBus.open(options, "one", clock))
+        bus = stack.enter_context(ZenohBus.open(listener(bus_place), "one", clock))
         for topic in (POSTURE, COMMAND, HEALTH):
             bus.subscribe(topic)
         bus.watch_alive()
         process = stack.enter_context(started(["recognizer", rig, *network], tmp_path))
         wait_until_alive(bus, tmp_path)
-        poses = [angles_by_name(TEN_PARTS, row) for name in SIMULATED_POSTURES for row in angles_of_posture(name, 405, 0)]
+        poses = poses_of(SIMULATED_POSTURES)
         results: list[m.CommandResult] = []
         postures: list[m.Posture] = []
         counts: dict[str, int] = {}
 
-        def receive(timeout_s: float) -> None:
+        def receive(timeout_s: float = 0.2) -> None:
             match bus.receive(timeout_s):
                 case Envelope(message=m.CommandResult() as result):
                     results.append(result)
@@ -156,10 +148,7 @@ program = "{failing}"
             while clock.now_ns() < captured_ns:
                 receive((captured_ns - clock.now_ns()) / SECOND)
             bus.publish(UNIVERSAL_BAP, bap(k, pose, captured_ns))
-        end_s = time.monotonic() + PATIENCE_S
-        while len(results) < 3 or counts.get("commands_failed") != 1:
-            assert time.monotonic() < end_s, output_of(tmp_path)
-            receive(0.2)
+        wait_until(lambda: (receive(), len(results) >= 3 and counts.get("commands_failed") == 1)[1], tmp_path)
         assert [(one.frame, one.posture, one.action, one.target, one.outcome) for one in results] == [
             (0, "raise-both-arms", "zenoh", "lab/slides/first", "done"),
             (1, "squat", "osc", f"127.0.0.1:{osc.getsockname()[1]}/squat", "done"),
@@ -178,10 +167,7 @@ program = "{failing}"
 
         for k, pose in enumerate(poses):
             publish(bus, k, pose)
-        end_s = time.monotonic() + PATIENCE_S
-        while len(postures) < 6 or counts.get("commands_old") != 3:
-            assert time.monotonic() < end_s, output_of(tmp_path)
-            receive(0.2)
+        wait_until(lambda: (receive(), len(postures) >= 6 and counts.get("commands_old") == 3)[1], tmp_path)
         assert len(results) == 3
         assert len(received) == 1
         assert ended(process) == 0, output_of(tmp_path)
@@ -203,14 +189,8 @@ def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(two_view_rig: S
         (["one.toml", "--model", "nothing"], "--model = 'nothing': no file nothing; allowed: a file, or a name of: "),
         (["one.toml", "--model", "one.toml"], "one.toml: begins with b"),
         (["one.toml", "one.toml"], "rigs one, one: allowed: rigs of different names"),
-        (
-            ["commands.toml"],
-            "commands.toml: recognizer.commands.wave = 'wave': allowed: 'raise-both-arms', 'squat', ",
-        ),
-        (
-            ["program.toml"],
-            "program.toml: recognizer.commands.squat.program = '/no/program': no such program: allowed: ",
-        ),
+        (["commands.toml"], "commands.toml: recognizer.commands.wave = 'wave': allowed: 'raise-both-arms', 'squat', "),
+        (["program.toml"], "program.toml: recognizer.commands.squat.program = '/no/program': no such program: allowed: "),
     ],
 )
 def test_an_error_is_one_line(tmp_path: Path, arguments: list[str], words: str) -> None:
@@ -219,7 +199,6 @@ def test_an_error_is_one_line(tmp_path: Path, arguments: list[str], words: str) 
     text = text.replace("[recognizer]", '[recognizer]\nallowed_programs = ["/no/program"]')
     table = '\n[recognizer.commands.squat]\naction = "program"\nprogram = "/no/program"\n'
     (tmp_path / "program.toml").write_text(text + table)
-    with started(["recognizer", *arguments], tmp_path) as process:
-        assert process.wait(PATIENCE_S) == 1
-    assert words in output_of(tmp_path)
-    assert "Traceback" not in output_of(tmp_path)
+    status, text = run(tmp_path, "recognizer", *arguments)
+    assert status == 1
+    assert words in text

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.networks import arguments_of, awaited, carries, mesh, options_of, wait_for
 from tests.support.processes import (
     ENVIRONMENT,
     PATIENCE_S,
@@ -22,18 +23,15 @@ from tests.support.processes import (
     poses_in,
     recomputed_poses,
     started,
-    wait_until,
 )
 from tests.support.replay_takes import RIG, sample_messages, written
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP
-from zenocap.tools.record.launcher.peer_mesh import Peer, free_ports, peer_mesh
 
 pytestmark = pytest.mark.core
 
@@ -58,17 +56,6 @@ def take(tmp_path: Path) -> Path:
     return written(tmp_path / "take.mcap", sample_messages(200), flush_every=100)
 
 
-def options(place: Peer) -> ZenohOptions:
-    return ZenohOptions("peer", place.connect, (place.listen,), multicast_scouting=False)
-
-
-def network(place: Peer) -> list[object]:
-    found: list[object] = ["--no-multicast-scouting", "--listen", place.listen]
-    for endpoint in place.connect:
-        found += ["--connect", endpoint]
-    return found
-
-
 def received(bus: ZenohBus, wait_s: float) -> Iterator[Envelope]:
     """Received messages, until none arrives for `wait_s`."""
     while (event := bus.receive(wait_s)) is not None:
@@ -77,13 +64,13 @@ def received(bus: ZenohBus, wait_s: float) -> Iterator[Envelope]:
 
 
 def test_subscriber_receives_every_byte(take: Path, tmp_path: Path) -> None:
-    here, there = peer_mesh(free_ports(2))
+    here, there = mesh(2)
     envelopes: list[Envelope] = []
-    with ZenohBus.open(options(here), "lab", RealClock()) as bus:
+    with ZenohBus.open(options_of(here), "lab", RealClock()) as bus:
         for topic in TOPICS:
             bus.subscribe(topic, every=True)
         bus.watch_alive()
-        with started(["replay", take, "--rig", "lab", "--rate", "2", *network(there)], tmp_path) as player:
+        with started(["replay", take, "--rig", "lab", "--rate", "2", *arguments_of(there)], tmp_path) as player:
             while player.poll() is None:
                 envelopes += received(bus, 0.2)
         envelopes += received(bus, 0.5)
@@ -98,12 +85,12 @@ def test_subscriber_receives_every_byte(take: Path, tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 def test_late_joiner_receives_the_latched_state_and_the_services(take: Path, tmp_path: Path) -> None:
-    early, here, there = peer_mesh(free_ports(3))
-    with started(["replay", take, "--loop", *network(there)], tmp_path) as player:
-        with ZenohBus.open(options(early), RIG, RealClock()) as bus:
+    early, here, there = mesh(3)
+    with started(["replay", take, "--loop", *arguments_of(there)], tmp_path) as player:
+        with ZenohBus.open(options_of(early), RIG, RealClock()) as bus:
             bus.subscribe(SIGHTING)
-            wait_until(lambda: isinstance(event := bus.receive(0.1), Envelope) and event.message.frame > 50, tmp_path)
-        with ZenohBus.open(options(here), RIG, RealClock()) as bus:
+            awaited(bus, m.Sighting, 51)
+        with ZenohBus.open(options_of(here), RIG, RealClock()) as bus:
             bus.subscribe(PARTIAL_BDP)
             bus.watch_alive()
             found, alive = set(), set()
@@ -122,18 +109,20 @@ def test_late_joiner_receives_the_latched_state_and_the_services(take: Path, tmp
 
 @pytest.mark.nightly
 def test_a_replay_of_a_running_service_is_refused_in_one_line(take: Path, tmp_path: Path) -> None:
-    here, there = peer_mesh(free_ports(2))
-    with ZenohBus.open(options(here), RIG, RealClock()) as bus:
+    here, there = mesh(2)
+    with ZenohBus.open(options_of(here), RIG, RealClock()) as bus:
         bus.declare_alive("integrator", "main")
         bus.subscribe(UNIVERSAL_BAP)
-        with started(["replay", take, *network(there)], tmp_path) as player:
+        with started(["replay", take, *arguments_of(there)], tmp_path) as player:
             assert player.wait(PATIENCE_S) == 1
         (line,) = [line for line in output_of(tmp_path).splitlines() if "error" in line]
         assert line.startswith("error: integrator main of rig demo is already running")
         assert "--topics 'viewer/**'" in line
         assert "--rig NAME" in line
         assert list(received(bus, 0.1)) == []
-        with started(["replay", take, "--topics", "viewer/**", "--until", "0.2s", *network(there)], tmp_path) as player:
+        with started(
+            ["replay", take, "--topics", "viewer/**", "--until", "0.2s", *arguments_of(there)], tmp_path
+        ) as player:
             assert player.wait(PATIENCE_S) == 0, output_of(tmp_path)
 
 
@@ -141,36 +130,30 @@ def test_a_replay_of_a_running_service_is_refused_in_one_line(take: Path, tmp_pa
 def test_truncated_take_is_played_to_its_last_intact_message(take: Path, tmp_path: Path) -> None:
     data = take.read_bytes()
     take.write_bytes(data[: len(data) // 2])
-    (there,) = peer_mesh(free_ports(1))
-    with started(["replay", take, "--rate", "0", *network(there)], tmp_path) as player:
+    (there,) = mesh(1)
+    with started(["replay", take, "--rate", "0", *arguments_of(there)], tmp_path) as player:
         assert player.wait(PATIENCE_S) == 3
     assert "cut before its end" in output_of(tmp_path)
     assert "Traceback" not in output_of(tmp_path)
 
 
 def test_live_integrator_reproduces_the_recorded_poses_without_losses(two_view_take: Path, tmp_path: Path) -> None:
-    here, live, there = peer_mesh(free_ports(3))
+    here, live, there = mesh(3)
     log = tmp_path / "again.mcap"
-    superseded: list[int] = []
     with (
-        ZenohBus.open(options(here), RIG, RealClock()) as bus,
-        started(["integrator", demo_rig_file("two-view"), "-o", log, *network(live)], tmp_path) as integrator,
+        ZenohBus.open(options_of(here), RIG, RealClock()) as bus,
+        started(["integrator", demo_rig_file("two-view"), "-o", log, *arguments_of(live)], tmp_path) as integrator,
     ):
         bus.watch_alive()
         bus.subscribe(HEALTH, service="integrator")
-        wait_until(lambda: isinstance(bus.receive(0.1), Alive), tmp_path)
-        arguments = ["replay", two_view_take, "--rate", "0", "--topics", "viewer/**", *network(there)]
+        wait_for(bus, lambda event: isinstance(event, Alive))
+        arguments = ["replay", two_view_take, "--rate", "0", "--topics", "viewer/**", *arguments_of(there)]
         with started(arguments, tmp_path) as player:
             assert player.wait(PATIENCE_S) == 0, output_of(tmp_path)
         played_ns = time.time_ns()
-        while not superseded:
-            match bus.receive(PATIENCE_S):
-                case Envelope(message=m.Health() as health) if health.captured_ns > played_ns:
-                    superseded.append(health.counts.get("dropped_superseded", 0))
-                case None:
-                    raise AssertionError(output_of(tmp_path))
+        health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.captured_ns > played_ns).message
+        assert health.counts.get("dropped_superseded", 0) == 0
         assert ended(integrator) == 0, output_of(tmp_path)
-    assert superseded[-1] == 0
     assert "live services: integrator main" in output_of(tmp_path)
     before, again = poses_in(two_view_take), poses_in(log)
     assert len(before) > 20
@@ -194,8 +177,8 @@ def test_keys_of_a_real_terminal(take: Path, tmp_path: Path) -> None:
 
         fcntl.ioctl(terminal, termios.TIOCSCTTY, 0)
 
-    (there,) = peer_mesh(free_ports(1))
-    arguments = [*ZENOCAP, "replay", str(take), "--pause", "--delay", "0.1", *map(str, network(there))]
+    (there,) = mesh(1)
+    arguments = [*ZENOCAP, "replay", str(take), "--pause", "--delay", "0.1", *map(str, arguments_of(there))]
     process = subprocess.Popen(
         arguments, stdin=terminal, stdout=terminal, stderr=terminal, cwd=tmp_path, start_new_session=True,
         preexec_fn=set_controlling_terminal, env=ENVIRONMENT | {"TERM": "xterm", "COLUMNS": "200"},

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, started, wait_until
+from tests.support.networks import is_whole, wait_for
+from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, run, started, wait_until
 from tests.support.session_rigs import HOSTS, secured_rig_file
 from zenocap.common import messages as m
 from zenocap.common.bus.access import ROUTER, Member
@@ -47,6 +48,15 @@ def copied(rig_file: Path, machine: str, *names: str) -> Path:
 def copy_to(rig_file: Path, folder: Path, *files: str) -> None:
     for file in files:
         shutil.copy(rig_file.parent / "certs" / file, folder / file)
+
+
+def machine_of_a_router(rig_file: Path, folder: Path) -> Path:
+    """Copy of the rig file in a folder, beside it the certificates of a router."""
+    folder.mkdir()
+    for file in (rig_file, rig_file.with_name("demo-calibration.toml")):
+        shutil.copy(file, folder)
+    copied(rig_file, f"certs-of-{folder.name}", "router").rename(folder / "certs")
+    return folder / rig_file.name
 
 
 def member(rig_file: Path, folder: Path, name: str) -> ZenohBus:
@@ -110,12 +120,7 @@ def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_
     rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
 ) -> None:
     stolen, others = copied(rig_file, "stolen", "viewer-1"), copied(rig_file, "others", "viewer-2", "integrator")
-    router_machine = copied(rig_file, "certs-of-router", "router")
-    router_rig = tmp_path / "router" / rig_file.name
-    router_rig.parent.mkdir()
-    shutil.copy(rig_file.with_name("demo-calibration.toml"), router_rig.parent)
-    router_rig.write_text(rig_file.read_text())
-    router_machine.rename(router_rig.parent / "certs")
+    router_rig = machine_of_a_router(rig_file, tmp_path / "router")
     place = load_rig(rig_file).zenoh.connect[0]
     with started(["router", router_rig, "-l", place, "--no-multicast-scouting"], tmp_path):
         integrator, thief, two = joined("integrator", others), joined("viewer-1", stolen), joined("viewer-2", others)
@@ -159,10 +164,10 @@ def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_
 
 
 def test_without_a_router_the_command_says_which_file_to_copy(rig_file: Path, tmp_path: Path) -> None:
-    with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
-        assert command.wait(PATIENCE_S) == 3
-    assert "no router of the rig was reached: copy" in output_of(tmp_path)
-    assert "revoked.json beside the certificates of every router" in output_of(tmp_path)
+    status, text = run(tmp_path, "certs", rig_file, "--revoke", "viewer-1")
+    assert status == 3
+    assert "no router of the rig was reached: copy" in text
+    assert "revoked.json beside the certificates of every router" in text
 
 
 def test_a_forged_list_changes_nothing(rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]) -> None:
@@ -234,25 +239,15 @@ def test_a_router_takes_up_its_own_renewed_certificate(
 
 
 def test_a_router_that_starts_later_learns_the_list_from_the_first(rig_file: Path, tmp_path: Path) -> None:
-    place, folders = load_rig(rig_file).zenoh.connect[0], []
-    for name in ("first", "second"):
-        folder = tmp_path / name
-        folder.mkdir()
-        for file in (rig_file, rig_file.with_name("demo-calibration.toml")):
-            shutil.copy(file, folder)
-        copied(rig_file, f"certs-of-{name}", "router").rename(folder / "certs")
-        folders.append(folder)
-    other = f"tls/127.0.0.1:{free_ports(1)[0]}"
-    with started(["router", folders[0] / rig_file.name, "-l", place, "--no-multicast-scouting"], tmp_path):
-        with started(["certs", rig_file, "--revoke", "viewer-2"], tmp_path) as command:
-            assert command.wait(PATIENCE_S) == 0, output_of(tmp_path)
-        rig = folders[1] / rig_file.name
-        with started(["router", rig, "-l", other, "-e", place, "--no-multicast-scouting"], tmp_path):
-            wait_until((folders[1] / "certs" / "revoked.json").is_file, tmp_path)
-    assert all(
-        (folder / "certs" / "revoked.json").read_bytes() == (rig_file.parent / "certs" / "revoked.json").read_bytes()
-        for folder in folders
-    )
+    place, other = load_rig(rig_file).zenoh.connect[0], f"tls/127.0.0.1:{free_ports(1)[0]}"
+    first, second = (machine_of_a_router(rig_file, tmp_path / name) for name in ("first", "second"))
+    lists = [rig.parent / "certs" / "revoked.json" for rig in (rig_file, first, second)]
+    with started(["router", first, "-l", place, "--no-multicast-scouting"], tmp_path):
+        status, text = run(tmp_path, "certs", rig_file, "--revoke", "viewer-2")
+        assert status == 0, text
+        with started(["router", second, "-l", other, "-e", place, "--no-multicast-scouting"], tmp_path):
+            wait_until(lists[2].is_file, tmp_path)
+    assert len({path.read_bytes() for path in lists}) == 1
 
 
 def test_a_router_outlasts_a_certificate_that_is_copied_without_its_key(rig_file: Path, tmp_path: Path) -> None:
@@ -293,24 +288,12 @@ def test_a_running_rig_outlasts_a_revocation(rig_file: Path, tmp_path: Path) -> 
         processes = [stack.enter_context(started(line, tmp_path)) for line in lines]
         bus = stack.enter_context(member(rig_file, tmp_path / "certs", "recorder"))
         bus.subscribe(UNIVERSAL_BAP)
-
-        def whole(count: int) -> Callable[[], bool]:
-            poses: list[int] = []
-
-            def reached() -> bool:
-                match bus.receive(0.2):
-                    case Envelope(message=m.UniversalBap(stale=[]) as pose):
-                        poses.append(pose.frame)
-                return len(poses) >= count
-
-            return reached
-
-        wait_until(whole(20), tmp_path)
-        with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
-            assert command.wait(PATIENCE_S) == 0, output_of(tmp_path)
+        wait_for(bus, is_whole, 20)
+        status, text = run(tmp_path, "certs", rig_file, "--revoke", "viewer-1")
+        assert status == 0, text
         while bus.receive(0.0) is not None:
             pass
-        wait_until(whole(60), tmp_path)
+        wait_for(bus, is_whole, 60)
         assert [process.poll() for process in processes] == [None] * len(processes), output_of(tmp_path)
         for process in reversed(processes):
             assert ended(process) in (0, 3), output_of(tmp_path)  # 3: what the router dropped is missing in the take

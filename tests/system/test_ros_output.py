@@ -1,6 +1,5 @@
 """ROS 2 output as a user runs it: replay, animator, router, example 11."""
 
-import shutil
 import signal
 import subprocess
 import sys
@@ -10,35 +9,31 @@ import numpy as np
 import pytest
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import arguments_of, free_endpoint, mesh
 from tests.support.places import ROOT
 from tests.support.pose_tracks import moving
 from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.ros_listener import RosListener
-from tests.system.test_replay import network
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import convert
-from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 OUTPUT = '\n[animator.page]\nenabled = false\n\n[animator.ros]\nconnect = "{endpoint}"\n'
 
 
 def test_a_replayed_take_reaches_a_node_of_ros_through_zenocaps_router(tmp_path: Path) -> None:
-    demo = demo_rig_file("two-view")
-    shutil.copy(demo.with_name("demo-calibration.toml"), tmp_path)
-    rig = tmp_path / "studio.toml"
-    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    rig.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUT.format(endpoint=endpoint))
+    endpoint = free_endpoint()
+    rig = written_demo(tmp_path, OUTPUT.format(endpoint=endpoint), name="studio")
     take = write_take(tmp_path / "take.mcap", messages_of_track(moving(60, rate=30.0)))
     centres = read_poses(take).trajectories()
     heads = convert(centres.points[:, centres.names.index("Head")], "ros")
-    here, there = peer_mesh(free_ports(2))
+    here, there = mesh(2)
     (example,) = (ROOT / "examples").glob("11_*.py")
     with (
         started(["router", "-l", endpoint, "--no-multicast-scouting"], tmp_path),
-        started(["animator", rig, *network(here)], tmp_path) as animator,
+        started(["animator", rig, *arguments_of(here)], tmp_path) as animator,
     ):
         wait_until(lambda: "ROS: connected as node /studio/zenocap" in output_of(tmp_path), tmp_path)
         listener = RosListener(endpoint, 0)
@@ -47,7 +42,7 @@ def test_a_replayed_take_reaches_a_node_of_ros_through_zenocaps_router(tmp_path:
         )
         try:
             assert len(listener.tokens(0, 3)) == 3
-            with started(["replay", take, "--loop", "--delay", "3", *network(there)], tmp_path) as player:
+            with started(["replay", take, "--loop", "--delay", "3", *arguments_of(there)], tmp_path) as player:
                 messages = [one.message for one in listener.received(TF_MESSAGE.name, 30)]
                 figures = listener.received(MARKER_ARRAY.name, 30, lambda message: bool(message.markers[0].points))
                 line = reader.stdout.readline()

@@ -89,6 +89,24 @@ def received_keys(bus: ZenohBus, wait_s: float = 0.0) -> set[str]:
     return found
 
 
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as one:
+        yield one
+
+
+@pytest.fixture
+def joined(rig_file: Path, endpoint: str, stack: ExitStack) -> Callable[[str], ZenohBus]:
+    """Open the bus of a member."""
+    return lambda name: stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", RealClock()))
+
+
+@pytest.fixture
+def session(rig_file: Path, endpoint: str, stack: ExitStack) -> Callable[[str], zenoh.Session]:
+    """Open the session of a member."""
+    return lambda name: stack.enter_context(open_session(member(rig_file, endpoint, name)))
+
+
 def received_by(
     buses: Mapping[str, ZenohBus], awaited: Mapping[str, set[str]], publish: Callable[[], None]
 ) -> dict[str, set[str]]:
@@ -105,154 +123,133 @@ def received_by(
     return found
 
 
-def test_members_publish_only_on_their_own_keys(rig_file: Path, endpoint: str) -> None:
-    clock = RealClock()
+def test_members_publish_only_on_their_own_keys(joined: Callable[[str], ZenohBus]) -> None:
+    integrator, one, two, reader = map(joined, ("integrator", "viewer-1", "viewer-2", "reader"))
+    integrator.serve_clock()
+    for bus in (integrator, reader, two):
+        for topic in (CAMERA, SILHOUETTE, PREVIEW, HEALTH):
+            bus.subscribe(topic)
+        bus.watch_alive()
+    integrator.declare_alive("integrator", "main")
+    one.declare_alive("viewer", "1")
+    with pytest.raises(DuplicateService, match="viewer 1 of rig demo is already running"):
+        joined("viewer-1").declare_alive("viewer", "1")
+    # Forbidden keys: of another viewer and of the integrator for a viewer; all for a reader.
+    reader.publish(CAMERA, camera("2"))
+    one.publish(CAMERA, camera("2"))
+    one.declare_alive("viewer", "2")
+    reader.declare_alive("tracker", "main")
+    one.publish(CAMERA, camera("1"))
+    late = joined("recorder")  # receives latched messages
+    late.subscribe(CAMERA)
+    late.watch_alive()
+    false_health = m.Health(frame=0, captured_ns=1, service="integrator", id="main", state="", rate=0.0,
+                            stages_ms={}, counts={})  # fmt: skip
 
-    def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
+    def publish() -> None:
+        for bus in (one, reader):  # forbidden
+            bus.publish(SILHOUETTE, silhouette("2"))
+            bus.publish(HEALTH, false_health)
+        one.publish(SILHOUETTE, silhouette("1"))
+        one.query_clock()
+        reader.query_clock()
 
-    with ExitStack() as stack:
-        integrator, one, two, reader = map(joined, ("integrator", "viewer-1", "viewer-2", "reader"))
-        integrator.serve_clock()
-        for bus in (integrator, reader, two):
-            for topic in (CAMERA, SILHOUETTE, PREVIEW, HEALTH):
-                bus.subscribe(topic)
-            bus.watch_alive()
-        integrator.declare_alive("integrator", "main")
-        one.declare_alive("viewer", "1")
-        with pytest.raises(DuplicateService, match="viewer 1 of rig demo is already running"):
-            joined("viewer-1").declare_alive("viewer", "1")
-        # Forbidden keys: of another viewer and of the integrator for a viewer; all for a reader.
-        reader.publish(CAMERA, camera("2"))
-        one.publish(CAMERA, camera("2"))
-        one.declare_alive("viewer", "2")
-        reader.declare_alive("tracker", "main")
-        one.publish(CAMERA, camera("1"))
-        late = joined("recorder")  # receives latched messages
-        late.subscribe(CAMERA)
-        late.watch_alive()
-        false_health = m.Health(frame=0, captured_ns=1, service="integrator", id="main", state="", rate=0.0,
-                                stages_ms={}, counts={})  # fmt: skip
-
-        def publish() -> None:
-            for bus in (one, reader):  # forbidden
-                bus.publish(SILHOUETTE, silhouette("2"))
-                bus.publish(HEALTH, false_health)
-            one.publish(SILHOUETTE, silhouette("1"))
-            one.query_clock()
-            reader.query_clock()
-
-        own_keys = {"viewer/2/camera", "viewer/2/silhouette", "integrator/main/health", "alive/tracker/main"}
-        alive_keys = {"alive/integrator/main", "alive/viewer/1"}
-        seen = {"viewer/1/camera", "viewer/1/silhouette"}
-        awaited = {
-            "integrator": seen, "reader": {*seen, "clock"}, "two": {*alive_keys, "viewer/1/camera"},
-            "late": {*alive_keys, "viewer/1/camera"}, "one": {"clock"},
-        }  # fmt: skip
-        buses = {"integrator": integrator, "reader": reader, "two": two, "late": late, "one": one}
-        found = received_by(buses, awaited, publish)
-        found["integrator"] -= alive_keys
-        found["reader"] -= own_keys | alive_keys
-        assert found == awaited  # no previews of other viewers for `two`
+    own_keys = {"viewer/2/camera", "viewer/2/silhouette", "integrator/main/health", "alive/tracker/main"}
+    alive_keys = {"alive/integrator/main", "alive/viewer/1"}
+    seen = {"viewer/1/camera", "viewer/1/silhouette"}
+    awaited = {
+        "integrator": seen, "reader": {*seen, "clock"}, "two": {*alive_keys, "viewer/1/camera"},
+        "late": {*alive_keys, "viewer/1/camera"}, "one": {"clock"},
+    }  # fmt: skip
+    buses = {"integrator": integrator, "reader": reader, "two": two, "late": late, "one": one}
+    found = received_by(buses, awaited, publish)
+    found["integrator"] -= alive_keys
+    found["reader"] -= own_keys | alive_keys
+    assert found == awaited  # no previews of other viewers for `two`
 
 
-def test_only_trusted_members_return_the_body_of_a_restarted_integrator(rig_file: Path, endpoint: str) -> None:
+def test_only_trusted_members_return_the_body_of_a_restarted_integrator(
+    joined: Callable[[str], ZenohBus], session: Callable[[str], zenoh.Session]
+) -> None:
     """With the certificate of a viewer, neither a false body is returned nor the true one outvoted."""
-    clock = RealClock()
-
-    def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
 
     def body(frame: int) -> m.UniversalBdp:
-        sizes = {"torso": (0.5, 0.2, 0.1)}
-        body = m.Body(anatomy="ten-parts", sizes=sizes, offsets={})
-        return m.UniversalBdp(frame=frame, captured_ns=clock.now_ns(), body=body, ratio=1.0)
+        body = m.Body(anatomy="ten-parts", sizes={"torso": (0.5, 0.2, 0.1)}, offsets={})
+        return m.UniversalBdp(frame=frame, captured_ns=time.time_ns(), body=body, ratio=1.0)
 
-    with ExitStack() as stack:
-        key = STATE_RECOVERY.format(rig="demo", topic=UNIVERSAL_BDP.name)
-        queries: list[str] = []
-        for name in ("viewer-1", "viewer-2", "viewer-1"):
-            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
+    key = STATE_RECOVERY.format(rig="demo", topic=UNIVERSAL_BDP.name)
+    queries: list[str] = []
+    for name in ("viewer-1", "viewer-2", "viewer-1"):
+        viewer = session(name)
 
-            def reply(query: zenoh.Query) -> None:
-                with query:
-                    queries.append(str(query.key_expr))
-                    query.reply(key, encode(body(9)))
+        def reply(query: zenoh.Query) -> None:
+            with query:
+                queries.append(str(query.key_expr))
+                query.reply(key, encode(body(9)))
 
-            for expression in (key, STATE_RECOVERY.format(rig="demo", topic="*"), EVERYTHING.format(rig="demo")):
-                session.declare_queryable(expression, reply)
-        restarted = joined("integrator")
-        for _ in range(5):
-            restarted.request_recovery(UNIVERSAL_BDP)
-            assert restarted.receive(0.3) is None
-        true = body(1)
-        animator = joined("animator")
-        animator.subscribe(UNIVERSAL_BDP)
-        with ZenohBus.open(member(rig_file, endpoint, "integrator"), "demo", clock) as before:
-            before.publish(UNIVERSAL_BDP, true)
-            assert isinstance(animator.receive(PATIENCE_S), Envelope)
-        assert recovered(restarted, UNIVERSAL_BDP).message == true
-        assert not queries
+        for expression in (key, STATE_RECOVERY.format(rig="demo", topic="*"), EVERYTHING.format(rig="demo")):
+            viewer.declare_queryable(expression, reply)
+    restarted = joined("integrator")
+    for _ in range(5):
+        restarted.request_recovery(UNIVERSAL_BDP)
+        assert restarted.receive(0.3) is None
+    true = body(1)
+    animator = joined("animator")
+    animator.subscribe(UNIVERSAL_BDP)
+    with joined("integrator") as before:
+        before.publish(UNIVERSAL_BDP, true)
+        assert isinstance(animator.receive(PATIENCE_S), Envelope)
+    assert recovered(restarted, UNIVERSAL_BDP).message == true
+    assert not queries
 
 
-def test_only_the_operator_films_and_copies_pictures(rig_file: Path, endpoint: str, tmp_path: Path) -> None:
+def test_only_the_operator_films_and_copies_pictures(
+    joined: Callable[[str], ZenohBus], session: Callable[[str], zenoh.Session], stack: ExitStack, tmp_path: Path
+) -> None:
     """Of all certificates; nor does a viewer answer in place of another one."""
     clock, tap = RealClock(), Tap((64, 48), 10.0)
     film = FilmEndpoint(tap, "cam", tmp_path, Permission(film=True, read=True), clock, "lab")
     key = FILM.format(rig="demo", viewer="1")
 
-    def asked(session: zenoh.Session, what: str, wait_s: float = PATIENCE_S, **fields: int) -> m.FilmReply | None:
+    def asked(of: zenoh.Session, what: str, wait_s: float = PATIENCE_S, **fields: int) -> m.FilmReply | None:
         query = m.FilmQuery(frame=1, captured_ns=1, what=what, sender="me", film="walk", camera="cam", **fields)
-        reply = FilmSession(session).ask(key, query, wait_s).get(key)
+        reply = FilmSession(of).ask(key, query, wait_s).get(key)
         assert not isinstance(reply, str)
         return reply
 
-    with ExitStack() as stack:
-        one = stack.enter_context(ZenohBus.open(member(rig_file, endpoint, "viewer-1"), "demo", clock))
-        one.serve_films("1", film.answer, film.check)
-        false = stack.enter_context(open_session(member(rig_file, endpoint, "viewer-2")))
-        answered: list[str] = []
+    joined("viewer-1").serve_films("1", film.answer, film.check)
+    answered: list[str] = []
 
-        def answer(query: m.FilmQuery) -> m.FilmReply:
-            answered.append(query.what)
-            return film.answer(query)
+    def answer(query: m.FilmQuery) -> m.FilmReply:
+        answered.append(query.what)
+        return film.answer(query)
 
-        stack.callback(QueryServer(false, key, m.FilmQuery, answer).undeclare)
-        operator = stack.enter_context(open_session(member(rig_file, endpoint, OPERATOR)))
-        wait_until(lambda: asked(operator, "open", SHORT_S) is not None, tmp_path)
+    stack.callback(QueryServer(session("viewer-2"), key, m.FilmQuery, answer).undeclare)
+    operator = session(OPERATOR)
+    wait_until(lambda: asked(operator, "open", SHORT_S) is not None, tmp_path)
+    tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
+    assert asked(operator, "state").state == "ready"
+    for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
+        other = session(name)
+        for what in ("state", "start", "stop", "files", "read", "detect"):
+            assert asked(other, what, SHORT_S) is None, (name, what)
+    assert asked(operator, "start", begin_ns=clock.now_ns()).refused == ""
+    for _ in range(3):
         tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
-        ready = asked(operator, "state")
-        assert ready is not None
-        assert ready.state == "ready"
-        for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
-            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
-            for what in ("state", "start", "stop", "files", "read", "detect"):
-                assert asked(session, what, SHORT_S) is None, (name, what)
-        started_film = asked(operator, "start", begin_ns=clock.now_ns())
-        assert started_film is not None
-        assert started_film.refused == ""
-        for _ in range(3):
-            tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
-        asked(operator, "stop")
-        read = asked(operator, "read")
-        assert read is not None
-        assert len(read.data) > 500
-        assert not answered
+    asked(operator, "stop")
+    assert len(asked(operator, "read").data) > 500
+    assert not answered
 
 
-def test_replay_may_publish_in_place_of_any_service(rig_file: Path, endpoint: str) -> None:
-    clock = RealClock()
-    with (
-        ZenohBus.open(member(rig_file, endpoint, "reader"), "demo", clock) as reader,
-        ZenohBus.open(member(rig_file, endpoint, REPLAY), "demo", clock) as replay,
-    ):
-        reader.subscribe(SILHOUETTE)
-        reader.subscribe(CAMERA)
-        reader.watch_alive()
-        replay.declare_alive("viewer", "2")
-        replay.publish(CAMERA, camera("2"))
-        awaited = {"reader": {"viewer/2/camera", "viewer/2/silhouette", "alive/viewer/2"}}
-        assert received_by({"reader": reader}, awaited, lambda: replay.publish(SILHOUETTE, silhouette("2"))) == awaited
+def test_replay_may_publish_in_place_of_any_service(joined: Callable[[str], ZenohBus]) -> None:
+    reader, replay = joined("reader"), joined(REPLAY)
+    reader.subscribe(SILHOUETTE)
+    reader.subscribe(CAMERA)
+    reader.watch_alive()
+    replay.declare_alive("viewer", "2")
+    replay.publish(CAMERA, camera("2"))
+    awaited = {"reader": {"viewer/2/camera", "viewer/2/silhouette", "alive/viewer/2"}}
+    assert received_by({"reader": reader}, awaited, lambda: replay.publish(SILHOUETTE, silhouette("2"))) == awaited
 
 
 def open_within(zenoh_options: ZenohOptions, seconds: float) -> None:
@@ -284,15 +281,9 @@ def test_router_with_the_certificate_of_another_host_is_rejected(rig_file: Path,
     """A member with a valid certificate cannot act as the router: its certificate is for another host."""
     rig = load_rig(rig_file)
     certify(
-        rig_file.parent / "certs",
-        rig.name,
-        {Member("viewer", "1"): ("elsewhere.lab",)},
-        datetime.now(UTC),
-        1,
-        renew=True,
+        rig_file.parent / "certs", rig.name, {Member("viewer", "1"): ("elsewhere.lab",)}, datetime.now(UTC), 1, renew=True
     )
-    (port,) = free_ports(1)
-    place = f"tls/127.0.0.1:{port}"
+    place = f"tls/127.0.0.1:{free_ports(1)[0]}"
     fake = ZenohOptions("router", listen=(place,), multicast_scouting=False, security=security_of([rig], "viewer-1"))
     try:
         with open_session(fake), pytest.raises(BusError, match="stopped while waiting"):
@@ -301,27 +292,22 @@ def test_router_with_the_certificate_of_another_host_is_rejected(rig_file: Path,
         certify(rig_file.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
 
 
-def test_only_the_recognizer_puts_the_keys_of_commands(rig_file: Path, endpoint: str) -> None:
-    clock = RealClock()
+def test_only_the_recognizer_puts_the_keys_of_commands(
+    joined: Callable[[str], ZenohBus], session: Callable[[str], zenoh.Session]
+) -> None:
     received: list[tuple[str, bytes]] = []
-    with ExitStack() as stack:
-        reader = stack.enter_context(open_session(member(rig_file, endpoint, "reader")))
-        for key in ("demo/slides/next", "demo/slides/previous"):
-            reader.declare_subscriber(
-                key, lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes()))
-            )
-        viewer, recognizer = (
-            stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
-            for name in ("viewer-1", "recognizer")
-        )
-        end_s = time.monotonic() + PATIENCE_S
-        while not received:  # until the subscription has reached the router
-            assert time.monotonic() < end_s
-            viewer.put("demo/slides/next", b"forged")
-            viewer.put("demo/slides/previous", b"forged")
-            recognizer.put("demo/other", b"not of a command")
-            recognizer.put("demo/slides/next", b"1")
-            time.sleep(0.05)
+    reader = session("reader")
+    for key in ("demo/slides/next", "demo/slides/previous"):
+        reader.declare_subscriber(key, lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes())))
+    viewer, recognizer = joined("viewer-1"), joined("recognizer")
+    end_s = time.monotonic() + PATIENCE_S
+    while not received:  # until the subscription has reached the router
+        assert time.monotonic() < end_s
+        viewer.put("demo/slides/next", b"forged")
+        viewer.put("demo/slides/previous", b"forged")
+        recognizer.put("demo/other", b"not of a command")
+        recognizer.put("demo/slides/next", b"1")
+        time.sleep(0.05)
     assert set(received) == {("demo/slides/next", b"1")}
 
 

@@ -1,14 +1,11 @@
 """Guided set-up from standard input: left, continued, and a first take."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.support.person_films import walker_film
-from tests.support.places import ROOT
+from tests.support.processes import run
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
@@ -16,14 +13,7 @@ pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a bu
 
 def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
     """Status and output of `zenocap setup studio`."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
-    command = [sys.executable, "-P", "-m", "zenocap", "setup", "studio", *options]
-    done = subprocess.run(
-        command, cwd=folder, env=environment, input=answers, text=True, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, timeout=250, check=False,
-    )  # fmt: skip
-    assert "Traceback" not in done.stdout, done.stdout
-    return done.returncode, done.stdout
+    return run(folder, "setup", "studio", *options, answers=answers)
 
 
 def test_a_set_up_is_left_and_taken_up_again(tmp_path: Path) -> None:

@@ -1,9 +1,7 @@
 """Set-up of a rig over several machines, which are processes here."""
 
-import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -13,15 +11,15 @@ import numpy as np
 import pytest
 
 from tests.support.mjpeg_server import MjpegServer
-from tests.support.places import ROOT
+from tests.support.networks import free_endpoint
 from tests.support.processes import ended, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
-from tests.system.test_film import FPS, SIZE, Scene
+from tests.system.test_film import FPS, NAMES, SIZE, Scene
+from tests.system.test_setup import setup
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
-NAMES = ("cam01", "cam02")
 
 
 class WaitingScene(Scene):
@@ -44,8 +42,7 @@ class Machines:
     """A router, and two machines on which `zenocap viewer --discover` runs, each with its own data folder."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
-        (port,) = free_ports(1)
-        self.place = (f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+        self.place = (free_endpoint(), "--no-multicast-scouting")
         self.network = ("-m", "client", "-e", *self.place)
         self.folder, self.stack = folder, stack
         scene = WaitingScene()
@@ -67,17 +64,6 @@ class Machines:
 def machines(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
     with ExitStack() as stack:
         yield Machines(tmp_path_factory.mktemp("machines"), stack)
-
-
-def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
-    """Status and output of `zenocap setup studio`."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "zenocap", "setup", "studio", *options], cwd=folder, env=environment, input=answers,
-        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=250, check=False,
-    )  # fmt: skip
-    assert "Traceback" not in done.stdout, done.stdout
-    return done.returncode, done.stdout
 
 
 def test_cameras_of_two_machines_are_set_up_from_a_third_to_a_take_with_poses(machines: Machines) -> None:

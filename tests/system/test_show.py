@@ -1,34 +1,28 @@
 """`zenocap show`: a take on the page without a rig."""
 
 import asyncio
-import json
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
-from websockets.asyncio.client import connect
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.page_client import Updates, connected, read_until
 from tests.support.pose_tracks import moving
-from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, completed, ended, output_of, started, wait_until
 from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
 
 
-async def updates_until_pose(port: int) -> dict[str, dict[str, object]]:
-    """Updates of a page by type, until it has a pose and a position of the player."""
-    updates: dict[str, dict[str, object]] = {}
-    async with connect(f"ws://127.0.0.1:{port}/socket", compression=None) as connection:
+async def updates_until_pose(port: int) -> Updates:
+    """Updates of a page by type, until it has a pose, a position of the player, and the answer to a request."""
+    updates: Updates = {}
+    async with await connected(port) as connection:
         await connection.send('{"type":"select_feed","feed":"take"}')
-        while not ("pose" in updates and updates["player"]["position_s"]):
-            updates |= {update["type"]: update for update in json.loads(await connection.recv())}
-            await connection.send('{"type":"acknowledge"}')
+        await read_until(connection, updates, lambda p: "pose" in p and p["player"]["position_s"], "a pose")
         await connection.send('{"type":"request","what":"measure"}')
-        while "notice" not in updates:
-            updates |= {update["type"]: update for update in json.loads(await connection.recv())}
-            await connection.send('{"type":"acknowledge"}')
+        await read_until(connection, updates, lambda p: "notice" in p, "the answer")
     return updates
 
 
@@ -49,8 +43,7 @@ def test_a_take_is_played_in_a_loop_until_it_is_interrupted(tmp_path: Path) -> N
 @pytest.mark.parametrize(("name", "text"), [("gone.mcap", "no such file"), ("text.mcap", "is no MCAP file")])
 def test_a_file_that_is_not_a_take_is_one_error_line(name: str, text: str, tmp_path: Path) -> None:
     (tmp_path / "text.mcap").write_text("not a take")
-    command = [*ZENOCAP, "show", str(tmp_path / name), "--port", "0"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    result = completed(["show", tmp_path / name, "--port", 0], tmp_path)
     assert result.returncode == 1
     assert result.stderr.startswith(f"error: {tmp_path / name}")
     assert text in result.stderr

@@ -85,11 +85,6 @@ def test_a_stream_comes_back_after_a_cut():
     assert "trying again" in reports[0]
 
 
-def test_a_stream_of_another_name_has_the_reason():
-    with RtspServer(SIZE, FPS) as server:
-        assert "the camera has no stream of this name" in tried_stream(f"{server.url}er").problem
-
-
 def test_the_time_code_is_read_as_it_was_drawn():
     assert [time_in(with_time(SIZE, value)) for value in (0, 1, 123_456, (1 << BITS) - 1)] == [
         0,

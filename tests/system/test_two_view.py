@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import socket
 import subprocess
 import time
 from contextlib import ExitStack
@@ -11,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.demo_rigs import written_demo
+from tests.support.networks import arguments_of, is_whole, listens, mesh, options_of, wait_for
 from tests.support.processes import (
     PATIENCE_S,
     both_contribute,
@@ -20,18 +21,16 @@ from tests.support.processes import (
     output_of,
     poses_in,
     recomputed_poses,
+    run,
     started,
     wait_until,
 )
 from tests.support.session_rigs import SessionRig
-from zenocap.common import messages as m
-from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.bus.protocol import Alive
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import UNIVERSAL_BAP
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.core
 
@@ -80,19 +79,11 @@ def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> N
 def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> None:
     """Each service starts when the one before runs."""
     running: set[str] = set()
-    places = dict(zip(("integrator", "1", "2", "here"), peer_mesh(free_ports(4)), strict=True))
+    places = dict(zip(("integrator", "1", "2", "here"), mesh(4), strict=True))
     rig, take = demo_rig_file("two-view"), tmp_path / "take.mcap"
 
-    def arguments(name: str) -> list[object]:
-        network: list[object] = ["--no-multicast-scouting", "--listen", places[name].listen]
-        for endpoint in places[name].connect:
-            network += ["--connect", endpoint]
-        role: list[object] = ["integrator", rig, "-o", take] if name == "integrator" else ["viewer", rig, "--id", name]
-        return [*role, *network]
-
-    here = ZenohOptions("peer", places["here"].connect, (places["here"].listen,), multicast_scouting=False)
     processes: list[subprocess.Popen[str]] = []
-    with ZenohBus.open(here, "demo", RealClock()) as bus, ExitStack() as stack:
+    with ZenohBus.open(options_of(places["here"]), "demo", RealClock()) as bus, ExitStack() as stack:
         bus.watch_alive()
 
         def runs(name: str) -> bool:
@@ -102,16 +93,11 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
             return name in running or f"viewer {name}: waiting for viewer" in output_of(tmp_path)
 
         for name in order:
-            processes.append(stack.enter_context(started(arguments(name), tmp_path)))
+            role = ("integrator", rig, "-o", take) if name == "integrator" else ("viewer", rig, "--id", name)
+            processes.append(stack.enter_context(started([*role, *arguments_of(places[name])], tmp_path)))
             wait_until(lambda name=name: runs(name), tmp_path)  # type: ignore[misc]
         bus.subscribe(UNIVERSAL_BAP)
-        whole = 0
-        end_s = time.monotonic() + PATIENCE_S
-        while whole < 20:
-            assert time.monotonic() < end_s, output_of(tmp_path)
-            match bus.receive(0.2):
-                case Envelope(message=m.UniversalBap(stale=[])):
-                    whole += 1
+        wait_for(bus, is_whole, 20)
         for process in processes:
             process.send_signal(signal.SIGTERM)
         assert [process.wait(PATIENCE_S) for process in processes] == [0, 0, 0], output_of(tmp_path)
@@ -122,10 +108,10 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
 
 @pytest.mark.nightly
 def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
-    place, other = peer_mesh(free_ports(2))
+    place, other = mesh(2)
     arguments = ["viewer", demo_rig_file("two-view"), "--id", "1", "--epoch-ns", time.time_ns(), "--no-multicast-scouting"]
     with started([*arguments, "-l", place.listen], tmp_path) as one:
-        wait_until(lambda: one.poll() is not None or _listens(place.listen), tmp_path)
+        wait_until(lambda: one.poll() is not None or listens(place.listen), tmp_path)
         with started([*arguments, "-l", other.listen, "-e", place.listen], tmp_path) as two:
             assert two.wait(PATIENCE_S) == 1
         assert "viewer 1 of rig demo is already running" in output_of(tmp_path)
@@ -134,23 +120,11 @@ def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> None:
-    text = (
-        demo_rig_file("two-view")
-        .read_text()
-        .replace("demo-calibration.toml", str(demo_rig_file("two-view").with_name("demo-calibration.toml")))
-    )
+    rig = written_demo(tmp_path)
     (tmp_path / "cam.mp4").write_bytes(b"this is no video")
-    head, mark, tail = text.rpartition('source = "actor:demo?seed=4"')
-    (tmp_path / "rig.toml").write_text(head + 'source = "cam.mp4"' + tail)
+    head, mark, tail = rig.read_text().rpartition('source = "actor:demo?seed=4"')
+    rig.write_text(head + 'source = "cam.mp4"' + tail)
     assert mark
-    with started(["up", "rig.toml", "--seconds", "60"], tmp_path) as process:
-        assert process.wait(PATIENCE_S) == 1
-    text = output_of(tmp_path)
+    status, text = run(tmp_path, "up", rig, "--seconds", "60")
+    assert status == 1
     assert "cam.mp4: not a video that can be decoded" in text
-    assert "Traceback" not in text
-
-
-def _listens(endpoint: str) -> bool:
-    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
-    with socket.socket() as probe:
-        return probe.connect_ex((host, int(port))) == 0

@@ -1,17 +1,19 @@
 """Processes on a Zenoh mesh: late joiners, deaths, duplicates, damage, clean exits."""
 
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 import zenoh
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.live_cameras import until
+from tests.support.networks import awaited, carries, client, free_endpoint, router, wait_for
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import RIG, bdp
@@ -26,14 +28,9 @@ from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP,
 pytestmark = pytest.mark.core
 
 Start = Callable[..., subprocess.Popen[str]]
+Open = Callable[[], ZenohBus]
 END_S = 8.0  # of a process; a session that is not closed holds it for longer, or for ever (s)
 LOSS_NS = 5_000_000_000  # at most, of a log that is written every second
-
-
-def free_endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 @pytest.fixture
@@ -60,30 +57,15 @@ def start(endpoint: str) -> Iterator[Start]:
 @pytest.fixture
 def routed(endpoint: str) -> Iterator[ZenohOptions]:
     """Options of a client of a router in this process."""
-    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
-        yield client(endpoint)
+    with router(endpoint) as options:
+        yield options
 
 
-def client(endpoint: str, mode: str = "client") -> ZenohOptions:
-    assert mode in ("client", "peer")
-    return ZenohOptions("peer" if mode == "peer" else "client", connect=(endpoint,), multicast_scouting=False)
-
-
-def wait_for(bus: ZenohBus, condition: Callable[[Received], bool], timeout_s: float = PATIENCE_S) -> Received:
-    """The next event that meets the condition; fails after `timeout_s`."""
-    end_s = time.monotonic() + timeout_s
-    while time.monotonic() < end_s:
-        event = bus.receive(0.1)
-        if event is not None and condition(event):
-            return event
-    pytest.fail(f"nothing received within {timeout_s} s")
-
-
-def carries(kind: type[m.Message], least_frame: int = 0) -> Callable[[Received], bool]:
-    def condition(event: Received) -> bool:
-        return isinstance(event, Envelope) and isinstance(event.message, kind) and event.message.frame >= least_frame
-
-    return condition
+@pytest.fixture
+def opened(routed: ZenohOptions) -> Iterator[Open]:
+    """Open a bus around the router."""
+    with ExitStack() as stack:
+        yield lambda: stack.enter_context(ZenohBus.open(routed, RIG, RealClock()))
 
 
 def terminated(process: subprocess.Popen[str]) -> tuple[int, float, str]:
@@ -95,7 +77,7 @@ def terminated(process: subprocess.Popen[str]) -> tuple[int, float, str]:
 
 
 def test_processes_communicate_and_survive_invalid_messages_and_kills(
-    start: Start, routed: ZenohOptions, tmp_path: Path
+    start: Start, opened: Open, routed: ZenohOptions, tmp_path: Path
 ) -> None:
     path = tmp_path / "take.mcap"
     with ZenohBus.open(routed, RIG, RealClock()) as bus:
@@ -103,20 +85,16 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         bus.subscribe(ASSIGNMENT)
         bus.subscribe(HEALTH, service="viewer")
         viewer, integrator = start("viewer", "1", "60"), start("integrator", str(path))
-        wait_for(bus, carries(m.Assignment, 30))
+        awaited(bus, m.Assignment, 30)
 
         # Clocks of one machine are equal within the error of the round trip.
-        viewer_health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.clock_error_ns > 0)
-        assert isinstance(viewer_health, Envelope)
-        assert isinstance(viewer_health.message, m.Health)
-        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns
+        health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.clock_error_ns > 0).message
+        assert abs(health.clock_offset_ns) <= health.clock_error_ns
 
         # A late joiner gets the last state, which was sent long ago.
-        with ZenohBus.open(routed, RIG, RealClock()) as late:
-            late.subscribe(PARTIAL_BDP)
-            latched = wait_for(late, carries(m.PartialBdp))
-            assert isinstance(latched, Envelope)
-            assert latched.message == bdp("1")
+        late = opened()
+        late.subscribe(PARTIAL_BDP)
+        assert awaited(late, m.PartialBdp) == bdp("1")
 
         # Invalid bytes of an unknown sender stop no service.
         bus.subscribe(HEALTH, service="integrator")
@@ -133,9 +111,7 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         assert _count(after_damage, "integrator", "step_errors") == 0
         assert _count(after_damage, "integrator", "log_messages") > 30
         assert _count(after_damage, "integrator", "log_lost") == 0
-        assignment = wait_for(bus, carries(m.Assignment))
-        assert isinstance(assignment, Envelope)
-        wait_for(bus, carries(m.Assignment, assignment.message.frame + 30))
+        awaited(bus, m.Assignment, awaited(bus, m.Assignment).frame + 30)
 
         # The same viewer a second time is rejected, and the first one continues.
         second = start("viewer", "1", "60")
@@ -149,7 +125,7 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         assert departure == Alive("viewer", "1", False, departure.received_ns)
         viewer = start("viewer", "1", "60")
         wait_for(bus, lambda event: isinstance(event, Alive) and event.service == "viewer" and event.alive)
-        wait_for(bus, carries(m.Assignment, 30))
+        awaited(bus, m.Assignment, 30)
 
         # The log of a killed integrator lacks at most what came after its last write.
         killed_ns = time.time_ns()
@@ -179,7 +155,7 @@ def test_all_roles_end_with_sigterm(start: Start, endpoint: str, tmp_path: Path)
     with ZenohBus.open(client(endpoint), RIG, RealClock()) as bus:
         bus.subscribe(ASSIGNMENT)
         viewer, integrator = start("viewer", "1", "30"), start("integrator", str(tmp_path / "take.mcap"))
-        wait_for(bus, carries(m.Assignment))
+        awaited(bus, m.Assignment)
     ends = [terminated(process) for process in (viewer, integrator, router)]
     assert [status for status, _, _ in ends] == [0, 0, 0]
     assert max(seconds for _, seconds, _ in ends) < END_S
@@ -199,32 +175,27 @@ def test_service_without_a_router_stops_on_sigterm(start: Start) -> None:
 
 
 def test_services_reconnect_to_a_restarted_router(endpoint: str) -> None:
-    listening = ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)
-    router = open_session(listening)
+    first = open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False))
     with ZenohBus.open(client(endpoint), RIG, RealClock()) as sender:
         sender.publish(PARTIAL_BDP, bdp("1"))
         with ZenohBus.open(client(endpoint), RIG, RealClock()) as reader:
             reader.subscribe(PARTIAL_BDP)
-            wait_for(reader, carries(m.PartialBdp))
-            router.close()
+            awaited(reader, m.PartialBdp)
+            first.close()
             changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", lengths={})
             sender.publish(PARTIAL_BDP, changed)
-            with open_session(listening):
-                found = wait_for(reader, carries(m.PartialBdp))
-    assert isinstance(found, Envelope)
-    assert found.message == changed
+            with router(endpoint):
+                assert awaited(reader, m.PartialBdp) == changed
 
 
-def test_restarted_publisher_replaces_its_latched_state(routed: ZenohOptions) -> None:
-    with ZenohBus.open(routed, RIG, RealClock()) as reader:
-        reader.subscribe(PARTIAL_BDP)
-        for frame in (5, 3, 1):
-            message = m.PartialBdp(frame=frame, captured_ns=0, viewer="1", side="side", lengths={})
-            with ZenohBus.open(routed, RIG, RealClock()) as sender:
-                sender.publish(PARTIAL_BDP, message)
-                found = wait_for(reader, carries(m.PartialBdp))
-            assert isinstance(found, Envelope)
-            assert found.message == message
+def test_restarted_publisher_replaces_its_latched_state(opened: Open) -> None:
+    reader = opened()
+    reader.subscribe(PARTIAL_BDP)
+    for frame in (5, 3, 1):
+        message = m.PartialBdp(frame=frame, captured_ns=0, viewer="1", side="side", lengths={})
+        with opened() as sender:
+            sender.publish(PARTIAL_BDP, message)
+            assert awaited(reader, m.PartialBdp) == message
 
 
 def test_older_of_two_equal_services_continues_after_a_network_split(endpoint: str) -> None:
@@ -235,7 +206,7 @@ def test_older_of_two_equal_services_continues_after_a_network_split(endpoint: s
         older.declare_alive("viewer", "1")
         newer.declare_alive("viewer", "1")
         assert newer.receive(0.0) is None
-        with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+        with router(endpoint):
             with pytest.raises(DuplicateService, match=f"viewer 1 of rig {RIG} is already running"):
                 wait_for(newer, lambda _: False)
             assert older.receive(0.0) is None
@@ -271,12 +242,9 @@ def test_a_token_of_an_earlier_claim_stops_no_service(routed: ZenohOptions, star
         assert len(tokens) == 4
 
 
-def test_queueing_latest_all_and_every_over_the_network(routed: ZenohOptions) -> None:
-    with (
-        ZenohBus.open(routed, RIG, RealClock()) as sender,
-        ZenohBus.open(routed, RIG, RealClock()) as reader,
-        reader.reader() as log,
-    ):
+def test_queueing_latest_all_and_every_over_the_network(opened: Open) -> None:
+    sender, reader = opened(), opened()
+    with reader.reader() as log:
         reader.subscribe(SIGHTING, viewer="1")
         reader.subscribe(UNIVERSAL_BAP)
         log.subscribe(SIGHTING, every=True)
@@ -293,9 +261,7 @@ def test_queueing_latest_all_and_every_over_the_network(routed: ZenohOptions) ->
         sent = [(key, frame) for frame in range(100, 120) for key in (SIGHTING.on(RIG, viewer="1"), UNIVERSAL_BAP.on(RIG))]
         assert [(event.key, _frame(event)) for event in everything if isinstance(event, Envelope)] == sent
         # The reader has its own connection: its newest sighting arrives when the 19 before it were superseded.
-        end_s = time.monotonic() + PATIENCE_S
-        while reader.counters.dropped.get("superseded", 0) < before + 19 and time.monotonic() < end_s:
-            time.sleep(0.01)
+        until(lambda: reader.counters.dropped.get("superseded", 0) >= before + 19, "sightings are superseded")
         received: list[Received] = []
         while sum(map(carries(m.UniversalBap), received)) < 20:
             received.append(wait_for(reader, lambda event: _frame(event) >= 100))
@@ -322,27 +288,32 @@ def _publish_until_received(sender: ZenohBus, reader: ZenohBus, viewer: str) -> 
     pytest.fail("the reader receives nothing")
 
 
-def test_clock_queries_are_answered_with_ordered_times(routed: ZenohOptions) -> None:
-    with ZenohBus.open(routed, RIG, RealClock()) as clock_server, ZenohBus.open(routed, RIG, RealClock()) as querier:
-        clock_server.serve_clock()
-        trips: list[RoundTrip] = []
-        end_s = time.monotonic() + PATIENCE_S
-        while len(trips) < 3:
-            assert time.monotonic() < end_s
-            querier.query_clock()
-            if isinstance(trip := querier.receive(0.1), RoundTrip):
-                trips.append(trip)
-        assert all(trip.sent_ns <= trip.answered_ns <= trip.received_ns for trip in trips)
+def test_clock_queries_are_answered_with_ordered_times(opened: Open) -> None:
+    clock_server, querier = opened(), opened()
+    clock_server.serve_clock()
+    trips: list[RoundTrip] = []
+
+    def three() -> bool:
+        querier.query_clock()
+        if isinstance(trip := querier.receive(0.1), RoundTrip):
+            trips.append(trip)
+        return len(trips) == 3
+
+    until(three, "answers")
+    assert all(trip.sent_ns <= trip.answered_ns <= trip.received_ns for trip in trips)
 
 
-def test_invalid_clock_queries_are_rejected(routed: ZenohOptions) -> None:
-    with ZenohBus.open(routed, RIG, RealClock()) as clock_server, open_session(routed) as foreign_session:
-        clock_server.serve_clock()
-        end_s = time.monotonic() + PATIENCE_S
-        while not clock_server.counters.rejected and time.monotonic() < end_s:
-            list(foreign_session.get(f"zenocap/{RIG}/integrator/clock", payload=b"\x91" * 9, timeout=0.2))
+def test_invalid_clock_queries_are_rejected(opened: Open, routed: ZenohOptions) -> None:
+    clock_server = opened()
+    clock_server.serve_clock()
+    with open_session(routed) as foreign:
+
+        def rejected() -> bool:
+            list(foreign.get(f"zenocap/{RIG}/integrator/clock", payload=b"\x91" * 9, timeout=0.2))
+            return bool(clock_server.counters.rejected)
+
+        until(rejected, "a rejected query")
         assert set(clock_server.counters.rejected) == {"invalid"}
-        assert isinstance(foreign_session, zenoh.Session)
 
 
 def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOptions) -> None:
@@ -357,9 +328,7 @@ def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOpti
                     rig_bus.watch_alive()
                     wait_for(rig_bus, lambda event: isinstance(event, Alive) and event.alive)
                     bus.publish(UNIVERSAL_BAP, bap(7))
-                    event = wait_for(rig_bus, lambda event: isinstance(event, Envelope))
-                    assert isinstance(event, Envelope)
-                    assert event.key == f"zenocap/{rig}/integrator/bap"
+                    assert wait_for(rig_bus, carries(m.UniversalBap)).key == f"zenocap/{rig}/integrator/bap"
         _wait_for_rigs(observer, set())
         with pytest.raises(ValueError, match="rig"):
             observer.reader_of("*")
@@ -367,10 +336,7 @@ def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOpti
 
 def _wait_for_rigs(observer: ZenohBus, expected: set[str]) -> None:
     """Wait until the observer finds exactly these rigs: liveliness takes a moment to reach it."""
-    end_s = time.monotonic() + PATIENCE_S
-    while observer.rigs() != expected:
-        assert time.monotonic() < end_s, (observer.rigs(), expected)
-        time.sleep(0.05)
+    until(lambda: observer.rigs() == expected, f"{expected} found")
 
 
 def test_liveliness_tokens_with_invalid_names_are_ignored(routed: ZenohOptions) -> None:

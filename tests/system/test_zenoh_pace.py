@@ -8,15 +8,15 @@ from contextlib import contextmanager
 import pytest
 
 from tests.common.bus.test_inbox import sighting
+from tests.support.live_cameras import until
+from tests.support.networks import mesh, options_of
 from tests.support.processes import PATIENCE_S
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.codec import encode
 from zenocap.common.messages import PaceQuery
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import FLOW_CONTROL, SIGHTING
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.nightly
 RIG, MAIN = "pace", ("integrator", "main")
@@ -27,9 +27,7 @@ TOGETHER_S = 10.0  # for queries that are waited for together; one after the oth
 @pytest.fixture
 def buses() -> Iterator[tuple[ZenohBus, ZenohBus]]:
     """Player and service, connected."""
-    one, two = (
-        ZenohOptions("peer", place.connect, (place.listen,), multicast_scouting=False) for place in peer_mesh(free_ports(2))
-    )
+    one, two = map(options_of, mesh(2))
     with ZenohBus.open(one, RIG, RealClock()) as player, ZenohBus.open(two, RIG, RealClock()) as service:
         yield player, service
 
@@ -57,9 +55,7 @@ def handling(bus: ZenohBus, handled: list[int], each_s: float = 0.0) -> Iterator
 
 def wait_until_answered(player: ZenohBus) -> None:
     """Query until answered: the declaration of a queryable takes a moment to arrive."""
-    end_s = time.monotonic() + PATIENCE_S
-    while not player.wait_until_handled([MAIN], 1.0):
-        assert time.monotonic() < end_s
+    until(lambda: player.wait_until_handled([MAIN], 1.0), "an answer")
 
 
 def test_nothing_is_superseded_when_the_player_keeps_pace(buses: tuple[ZenohBus, ZenohBus]) -> None:

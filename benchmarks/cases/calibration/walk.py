@@ -4,7 +4,7 @@ Adults walk a figure of eight for 20 s, seen in 320 x 240 with ragged edges by c
 rolled by up to 4 degrees, whose poses are unknown.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import cv2
@@ -15,7 +15,7 @@ from benchmarks.people.simulated_clips import cycle_clip
 from benchmarks.people.tracker import ANATOMY, track_clip
 from benchmarks.people.tracker import errors as tracking_errors
 from tests.support.walkers import Walker, walker
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import outline_of
@@ -32,7 +32,7 @@ CIRCLE_EVERY = 8  # frames of 60 a second
 FIRST_PERSON = 100  # constants were chosen on 0 to 3
 LATE_PERSON = 20  # of the walks with a late camera
 LIVE_S = 15.0
-FPS = 30.0
+FPS, FILM_S = 30.0, 20.0
 
 
 def run(one: Case) -> Figures:
@@ -42,7 +42,7 @@ def run(one: Case) -> Figures:
         if not delay_s:
             found, true = simulated(FIRST_PERSON + one.seed, views, PER_S)
             return errors(found, true) | {"poor": verdict(found)[0] == "poor"}
-        found, subject = timed(LATE_PERSON + one.seed, views, delay_s, FPS)
+        found, subject = timed(LATE_PERSON + one.seed, views, delay_s)
     except UserError:
         return {"failed": 1}
     late = found.delays["cam02"]
@@ -70,12 +70,8 @@ def run_tracker(one: Case) -> Figures:
     """Errors of the tracker with the true cameras and with those from the person's walk in a circle.  Options: views."""
     clip = cycle_clip(f"walking-{one.seed}", one.option("views", 4))
     instants = [clip.masks(instant, clip.cameras) for instant in clip.instants[clip.motion_from :: CIRCLE_EVERY]]
-    hulls: dict[str, Hulls] = {}
-    for name, camera in clip.cameras.items():
-        own = replace(camera, rotation=np.eye(3), translation=np.zeros(3))
-        hulls[name] = hulls_of(own, [outline_of(own, instant[name], 0.0) for instant in instants])
     try:
-        found = calibrated_walk(clip.cameras, hulls, person(one.seed).height)
+        found = calibrated_walk(clip.cameras, hulls_in(clip.cameras, instants), person(one.seed).height)
     except UserError:
         return {"failed": 1}
     moved = replace(clip, cameras=aligned({each.camera.name: each.camera for each in found.cameras}, clip.cameras))
@@ -118,21 +114,29 @@ def best_turn(cameras: Mapping[str, Camera], true: Mapping[str, Camera]) -> Floa
 def simulated(seed: int, views: int, per_s: float) -> tuple[WalkCalibration, Mapping[str, Camera]]:
     """Calibration from one walker, and the true cameras.  Raises UserError."""
     one = walker(seed, views)
-    instants = list(one.instants(per_s))
-    hulls: dict[str, Hulls] = {}
-    for name, camera in one.cameras.items():
-        own = replace(camera, rotation=np.eye(3), translation=np.zeros(3))
-        hulls[name] = hulls_of(own, [outline_of(own, instant[name], 0.0) for instant in instants])
-    return calibrated_walk(one.cameras, hulls, one.person.height), one.cameras
+    return calibrated_walk(one.cameras, hulls_in(one.cameras, list(one.instants(per_s))), one.person.height), one.cameras
 
 
-def timed(seed: int, views: int, delay_s: float, fps: float, seconds: float = 20.0) -> tuple[WalkCalibration, Walker]:
-    """Calibration from films at full rate, of which the second camera's is late, and the walker.  Raises UserError."""
+def hulls_in(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Mask]]) -> dict[str, Hulls]:
+    """Hulls of the silhouettes of instants, by camera, in its own coordinates."""
+    found = {}
+    for name, camera in cameras.items():
+        own = _at_the_origin(camera)
+        found[name] = hulls_of(own, [outline_of(own, instant[name], 0.0) for instant in instants])
+    return found
+
+
+def _at_the_origin(camera: Camera) -> Camera:
+    return replace(camera, rotation=np.eye(3), translation=np.zeros(3))
+
+
+def timed(seed: int, views: int, delay_s: float) -> tuple[WalkCalibration, Walker]:
+    """Calibration from films of 20 s at FPS, of which the second camera's is late, and the walker.  Raises UserError."""
     one = walker(seed, views)
-    times = np.arange(int(min(seconds, one.motion.duration_s) * fps)) / fps
+    times = np.arange(int(min(FILM_S, one.motion.duration_s) * FPS)) / FPS
     series = {}
     for k, (name, camera) in enumerate(one.cameras.items()):
-        own = replace(camera, rotation=np.eye(3), translation=np.zeros(3))
+        own = _at_the_origin(camera)
         late = np.clip(times + delay_s * (k == 1), 0.0, one.motion.duration_s)
         outlines = [outline_of(own, mask, time_s) for mask, time_s in zip(one.film(name, late), times, strict=True)]
         series[name] = series_of(times, hulls_of(own, outlines))

@@ -22,22 +22,21 @@ REPETITION_FROM = 10  # other repetitions than in the takes of the same people
 class Event:
     """A movement from start_s to end_s, seconds from frame 0.  label: None for other movements than postures.
 
-    at_s: time of an answer.  name: true movement.
+    at_s: time of an answer.
     """
 
     label: str | None
     start_s: float
     end_s: float
     at_s: float = 0.0
-    name: str = ""
 
 
 @dataclass(frozen=True)
 class Score:
     """right: answers that fit an event of their posture.  wrong: other answers with a posture.  events: true postures.
 
-    unknown: movements that are no posture.  unknown_wrong: those with a wrong answer.  known_wrong: postures with a wrong
-    answer.  delays_s: from the true end to each right answer.
+    unknown: movements that are no posture.  unknown_wrong: those with a wrong answer.  delays_s: from the true end to each
+    right answer.
     """
 
     right: int
@@ -45,7 +44,6 @@ class Score:
     events: int
     unknown: int
     unknown_wrong: int
-    known_wrong: int
     delays_s: tuple[float, ...]
     minutes: float
 
@@ -72,7 +70,7 @@ def events_of(script: MotionTimeline) -> list[Event]:
     for segment in script.segments:
         if segment.name in (*POSTURES, *ACTIVITIES, RETURNING):
             label = segment.name if segment.name in POSTURES else None
-            found.append(Event(label, segment.start_s, segment.end_s, name=segment.name))
+            found.append(Event(label, segment.start_s, segment.end_s))
     return found
 
 
@@ -97,7 +95,6 @@ def score_of(events: Sequence[Event], answers: Sequence[Event], minutes: float) 
         events=sum(event.label is not None for event in events),
         unknown=len(unknown),
         unknown_wrong=sum(any(overlaps(event, answer) for answer in wrong) for event in unknown),
-        known_wrong=sum(any(overlaps(event, answer) for answer in wrong) for event in free),
         delays_s=tuple(delays),
         minutes=minutes,
     )
@@ -107,7 +104,7 @@ def sum_of(scores: Sequence[Score]) -> Score:
     """Sum of the scores of all sessions."""
     counts = {
         name: sum(getattr(score, name) for score in scores)
-        for name in ("right", "wrong", "events", "unknown", "unknown_wrong", "known_wrong")
+        for name in ("right", "wrong", "events", "unknown", "unknown_wrong")
     }
     delays = tuple(delay for score in scores for delay in score.delays_s)
     return Score(**counts, delays_s=delays, minutes=sum(score.minutes for score in scores))

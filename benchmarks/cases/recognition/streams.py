@@ -6,7 +6,6 @@ end to the time of the answer.
 
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,20 +28,11 @@ PEOPLE = 4  # of a seed
 Session = tuple[MotionTimeline, Floats, Floats]  # what happens, and times (T,) and rows (T, d) of the poses
 
 
-@dataclass(frozen=True)
-class SessionResult:
-    """Answers of a stream to a take, and the true events."""
-
-    events: tuple[Event, ...]
-    answers: tuple[Event, ...]
-    score: Score
-
-
 def run(one: Case) -> Figures:
     """Figures of four people.  Options: poses, minutes (of each), people."""
     setup = stream_setup(read_model(find_model(MODEL)))
     each = sessions(one.option("poses", "truth"), one.seed, one.option("people", PEOPLE), one.option("minutes", 5.0))
-    return figures(sum_of([recognized_session(setup, session).score for session in each]))
+    return figures(sum_of([score_of_session(setup, session) for session in each]))
 
 
 def figures(score: Score) -> dict[str, float]:
@@ -74,8 +64,8 @@ def _rows(method: str, script: MotionTimeline, seed: int) -> tuple[Floats, Float
     return motion.times_s, motion.features
 
 
-def recognized_session(setup: StreamSetup, session: Session) -> SessionResult:
-    """Answers to a session."""
+def score_of_session(setup: StreamSetup, session: Session) -> Score:
+    """Score of the answers to a session."""
     script, times_s, rows = session
     stream = initial_stream(setup)
     answers = []
@@ -85,9 +75,7 @@ def recognized_session(setup: StreamSetup, session: Session) -> SessionResult:
         stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
         if answer is not None:
             answers.append(Event(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, float(time_s)))
-    events = events_of(script)
-    minutes = (script.duration_s - script.motion_from_s) / 60.0
-    return SessionResult(tuple(events), tuple(answers), score_of(events, answers, minutes))
+    return score_of(events_of(script), answers, (script.duration_s - script.motion_from_s) / 60.0)
 
 
 COLUMNS = (

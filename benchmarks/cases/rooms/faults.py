@@ -7,8 +7,8 @@ from itertools import islice
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, Scene, Shot, Situation, Tone, shots
-from benchmarks.cases.rooms.situations import SITUATIONS, WHITE_BALANCE
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, Scene, Shot, Situation, shots
+from benchmarks.cases.rooms.situations import SITUATIONS, WHITE_BALANCE, scaled
 from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import Camera
@@ -40,8 +40,7 @@ COLOUR: Codes = frozenset({A.WHITE_BALANCE})
 
 def _flicker(scene: Scene, time_s: float, image: Image) -> Image:
     rows = np.linspace(0.0, READOUT_S, image.shape[0])[:, None, None]
-    share = 1.0 + RIPPLE * np.cos(2.0 * np.pi * MAINS_HZ * (1.003 * time_s + rows))
-    return np.asarray(np.clip(np.rint(image * share), 0, 255), dtype=np.uint8)
+    return scaled(image, 1.0 + RIPPLE * np.cos(2.0 * np.pi * MAINS_HZ * (1.003 * time_s + rows)))
 
 
 def _soft(scene: Scene, time_s: float, image: Image) -> Image:
@@ -52,12 +51,11 @@ def _soft(scene: Scene, time_s: float, image: Image) -> Image:
 
 def _slow_colours(scene: Scene, time_s: float, image: Image) -> Image:
     part = np.clip((time_s - EMPTY_S) / TOWARDS_S, 0.0, 1.0)
-    share = 1.0 + part * (np.array(WHITE_BALANCE) - 1.0)
-    return np.asarray(np.clip(np.rint(image * share), 0, 255), dtype=np.uint8)
+    return scaled(image, 1.0 + part * (np.array(WHITE_BALANCE) - 1.0))
 
 
 def _dark(scene: Scene, time_s: float, image: Image) -> Image:
-    return np.asarray(np.clip(np.rint(image * 0.25), 0, 255), dtype=np.uint8)
+    return scaled(image, 0.25)
 
 
 def _bright(scene: Scene, time_s: float, image: Image) -> Image:
@@ -88,13 +86,8 @@ class Film:
 
     def without_tone(self) -> "Film":
         """The film that is rendered; equal for films that differ in their tone."""
-        return replace(
-            self,
-            situation=replace(self.situation, name="", tone=None),
-            wanted=frozenset(),
-            allowed=frozenset(),
-            since_s=0.0,
-        )
+        plain = replace(self.situation, name="", tone=None)
+        return replace(self, situation=plain, wanted=frozenset(), allowed=frozenset(), since_s=0.0)
 
     def toned(self, scene: Scene, shot: Shot) -> Shot:
         """A shot of `without_tone` as it is in this film."""
@@ -146,10 +139,6 @@ def _turned_up(camera: Camera) -> Camera:
     return replace(camera, matrix=matrix)
 
 
-def _toned(name: str, tone: Tone) -> Situation:
-    return Situation(name, tone=tone)
-
-
 SEVERAL = "all of it"  # situation of several faults at once, of which none can be told alone
 RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
     "light fades by 40 %": (LIGHT, frozenset({A.DARK}), EMPTY_S),
@@ -159,28 +148,18 @@ RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
     "automatic exposure": (frozenset(), LIGHT, EMPTY_S),
     "glossy floor": (frozenset(), frozenset({A.GLOSSY_FLOOR, A.CONTRAST, A.CUT_OFF}), EMPTY_S),
 }
+MIRRORS = frozenset({A.GLOSSY_FLOOR}), frozenset({A.CONTRAST, A.CUT_OFF})  # wanted and allowed
 FILMS = (
     *(Film(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S))) for one in SITUATIONS if one.name != SEVERAL),
     Film(Situation("the demo"), demo=True),
-    Film(_toned("colours drift slowly", _slow_colours), COLOUR, LIGHT),
-    Film(_toned("lamps flicker", _flicker), frozenset({A.FLICKER}), LIGHT),
-    Film(_toned("out of focus", _soft), frozenset({A.FOCUS}), frozenset({A.MOTION_BLUR})),
-    Film(_toned("dark", _dark), frozenset({A.DARK})),
-    Film(_toned("too bright", _bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
+    Film(Situation("colours drift slowly", tone=_slow_colours), COLOUR, LIGHT),
+    Film(Situation("lamps flicker", tone=_flicker), frozenset({A.FLICKER}), LIGHT),
+    Film(Situation("out of focus", tone=_soft), frozenset({A.FOCUS}), frozenset({A.MOTION_BLUR})),
+    Film(Situation("dark", tone=_dark), frozenset({A.DARK})),
+    Film(Situation("too bright", tone=_bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
     Film(Situation("long exposure"), frozenset({A.MOTION_BLUR}), exposed=EXPOSED),
-    Film(
-        Situation("floor that mirrors 35 %"),
-        frozenset({A.GLOSSY_FLOOR}),
-        frozenset({A.CONTRAST, A.CUT_OFF}),
-        gloss=GLOSS,
-    ),
-    Film(
-        Situation("the demo, floor that mirrors 35 %"),
-        frozenset({A.GLOSSY_FLOOR}),
-        frozenset({A.CONTRAST, A.CUT_OFF}),
-        gloss=GLOSS,
-        demo=True,
-    ),
+    Film(Situation("floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS),
+    Film(Situation("the demo, floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS, demo=True),
     Film(Situation("person far away"), view=_focal),
     Film(Situation("camera turned up"), view=_turned_up),
 )

@@ -24,7 +24,7 @@ GLOSS = 0.3  # of the light, that a glossy floor mirrors
 
 def _light(scene: Scene, time_s: float, image: Image) -> Image:
     share = 1.0 - 0.4 * np.clip((time_s - EMPTY_S / 2) / RAMP_S, 0.0, 1.0)
-    return _scaled(image, share)
+    return scaled(image, share)
 
 
 def _switched(scene: Scene, time_s: float, image: Image) -> Image:
@@ -32,15 +32,15 @@ def _switched(scene: Scene, time_s: float, image: Image) -> Image:
     if time_s < CHANGE_S:
         return image
     across = np.linspace(1.0, LAMP, image.shape[1])[None, :, None]
-    return _scaled(image, across)
+    return scaled(image, across)
 
 
 def _white_balance(scene: Scene, time_s: float, image: Image) -> Image:
-    return image if time_s < CHANGE_S else _scaled(image, np.array(WHITE_BALANCE))
+    return image if time_s < CHANGE_S else scaled(image, np.array(WHITE_BALANCE))
 
 
 def _early_white_balance(scene: Scene, time_s: float, image: Image) -> Image:
-    return image if time_s < EMPTY_S / 2 else _scaled(image, np.array(WHITE_BALANCE))
+    return image if time_s < EMPTY_S / 2 else scaled(image, np.array(WHITE_BALANCE))
 
 
 def _exposure(scene: Scene, time_s: float, image: Image) -> Image:
@@ -48,7 +48,7 @@ def _exposure(scene: Scene, time_s: float, image: Image) -> Image:
     height, width = image.shape[:2]
     middle = np.s_[height // 4 : 3 * height // 4, width // 4 : 3 * width // 4]
     wanted = float(scene.room[middle].mean())
-    return _scaled(image, (wanted / float(image[middle].mean())) ** 2.0)
+    return scaled(image, (wanted / float(image[middle].mean())) ** 2.0)
 
 
 def _compressed(scene: Scene, time_s: float, image: Image) -> Image:
@@ -69,7 +69,7 @@ def _noisy(scene: Scene, time_s: float, image: Image) -> Image:
     return np.clip(image + rng.normal(0.0, NOISE, image.shape), 0, 255).astype(np.uint8)
 
 
-def _scaled(image: Image, share: float | Floats) -> Image:
+def scaled(image: Image, share: float | Floats) -> Image:
     scaled: Image = np.clip(np.rint(image * share), 0, 255).astype(np.uint8)
     return scaled
 

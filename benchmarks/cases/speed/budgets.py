@@ -6,7 +6,6 @@ pass alone.  Real time: silhouettes in memory to pose, 30 frame sets a second, a
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -42,15 +41,15 @@ Step = Callable[[object, object, object], tuple[object, Sequence[Message]]]
 
 
 def run(one: Case) -> Figures:
-    """One measurement.  Options: views, jobs, busy, frames (0: all), size, method, budget."""
+    """One measurement.  Options: views, jobs, busy, size, method, postures, budget."""
     found = {OFFLINE: offline, REAL_TIME: real_time, VIEWER: viewer}[one.film](one)
     budget = one.option("budget", 0.0)
-    return {**found, **({"budget": budget} if budget else {})}
+    return found | ({"budget": budget} if budget else {})
 
 
 def offline(one: Case) -> dict[str, float]:
     """Frame sets per second and processor time of each, of both passes and of the first one."""
-    views, frames = one.option("views", 7), one.option("frames", 0)
+    views = one.option("views", 7)
     rig = load_rig(SHARED / "clips" / CLIPS[views])
     if CLIPS[views] == "walk7" and clips.RINGS[views]:
         names = {f"cam{k:02d}" for k in clips.RINGS[views]}
@@ -59,13 +58,10 @@ def offline(one: Case) -> dict[str, float]:
 
     def note(_: TrackedFrameSet) -> None:
         times.append((time.perf_counter(), time.process_time()))
-        if len(times) == frames:
-            raise StopIteration
 
     with TemporaryDirectory() as folder:
         take = Path(folder) / "take.mcap"
-        with suppress(StopIteration):
-            track(rig, take, note, one.option("jobs", 2))
+        track(rig, take, note, one.option("jobs", 2))
         first = (np.array(times[-1]) - times[0]) / (len(times) - 1)
         ended = time.perf_counter(), time.process_time()
         add_both_ways(rig, take, jobs=one.option("jobs", 2))
@@ -80,7 +76,7 @@ def offline(one: Case) -> dict[str, float]:
 
 def real_time(one: Case) -> dict[str, float]:
     """Times of a frame set of the motion at a fixed rate, ms."""
-    views, frames = one.option("views", 7), one.option("frames", 0)
+    views = one.option("views", 7)
     clip_case = case(CLIPS[views], views=views if CLIPS[views] == "walk7" else 7)
     clip = clips.film_of(clip_case)
     setup = clips.setup_of(clip_case, clip)
@@ -88,14 +84,14 @@ def real_time(one: Case) -> dict[str, float]:
     state, spent = tracking.initial_state(setup), []
     with busy_processes(one.option("busy", 0)):
         due_s = time.perf_counter()
-        for instant in clip.instants[: frames or None]:
+        for instant in clip.instants:
             masks = clip.masks(instant, setup.cameras)
             if instant.frame >= clip.motion_from:
                 due_s = max(due_s + PERIOD_S, time.perf_counter())
                 time.sleep(max(0.0, due_s - time.perf_counter()))
             started = time.perf_counter(), time.process_time()
             state, outcome = tracking.track(setup, state, instant.captured_ns, masks)
-            if outcome.pose is not None or frames:
+            if outcome.pose is not None:
                 spent.append((time.perf_counter() - started[0], time.process_time() - started[1]))
     return _times(np.array(spent))
 

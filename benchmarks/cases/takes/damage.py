@@ -20,6 +20,7 @@ from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.tools.cli.main import program
 
+RANDOM = 25  # files of a seed and a kind
 Damaging = Callable[[bytes, random.Random], bytes]
 
 
@@ -160,7 +161,7 @@ def in_process(*arguments: str) -> tuple[int, str]:
     return result.exit_code, f"Traceback {result.exception!r}" if failed else result.output
 
 
-def truncations(judge: Judge, findings: Findings, percents: range = range(0, 101)) -> None:
+def truncations(judge: Judge, findings: Findings, percents: range) -> None:
     for percent in percents:
         judge.check(judge.content[: len(judge.content) * percent // 100], f"cut at {percent} %", findings, in_process)
 
@@ -188,7 +189,7 @@ def _identity(message: Recorded) -> tuple[str, int, int, int, bytes]:
 
 
 def run(one: Case) -> Figures:
-    """Findings of one kind of damage.  Options: count, of random ones, and every, of the cuts (%)."""
+    """Findings of one kind of damage.  Options: every, of the cuts (%)."""
     findings = Findings()
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -196,7 +197,7 @@ def run(one: Case) -> Figures:
         if one.film == CUT:
             truncations(judge, findings, range(0, 101, one.option("every", 1)))
         else:
-            corruptions(judge, NAMED[one.film], one.option("count", 25), one.seed, findings)
+            corruptions(judge, NAMED[one.film], RANDOM, one.seed, findings)
     for fault in findings.faults[:20]:
         print(f"fault: {fault}")
     return findings.figures()

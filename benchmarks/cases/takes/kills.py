@@ -28,16 +28,15 @@ from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
 from zenocap.tools.takes.recover import recover
 
 VIEWER_MESSAGES = (m.Sighting, m.PartialBap, m.Silhouette, m.Preview)
-PATIENCE_S = 60.0
+PATIENCE_S, FPS = 60.0, 60.0
 
 
 class Feeder(threading.Thread):
-    """Publishes the messages of two viewers at a frame rate until `stop`."""
+    """Publishes the messages of two viewers at FPS until `stop`."""
 
-    def __init__(self, endpoint: str, messages: list[Envelope], fps: float) -> None:
+    def __init__(self, endpoint: str, messages: list[Envelope]) -> None:
         super().__init__(daemon=True)
-        self._options = ZenohOptions(listen=(endpoint,), multicast_scouting=False)
-        self._messages, self._fps = messages, fps
+        self._options, self._messages = ZenohOptions(listen=(endpoint,), multicast_scouting=False), messages
         self.stop = threading.Event()
 
     def run(self) -> None:
@@ -53,19 +52,17 @@ class Feeder(threading.Thread):
                     if isinstance(each.message, VIEWER_MESSAGES):
                         bus.publish(each.topic, each.message)
                 frame += 1
-                time.sleep(max(0.0, start_s + frame / self._fps - time.monotonic()))
+                time.sleep(max(0.0, start_s + frame / FPS - time.monotonic()))
 
 
 @dataclass(frozen=True)
 class KillResult:
-    """after_s: from the beginning of the file to the kill.  lost_s: time before the kill that is missing in the file.
+    """messages: that the file has.  lost_s: time before the kill that is missing in it.
 
-    problem: reason why the take cannot be read or recovered.  recovered: number of recovered messages.
+    problem: reason why the take cannot be read or recovered.
     """
 
-    after_s: float
     messages: int
-    recovered: int
     lost_s: float
     problem: str | None
 
@@ -99,19 +96,19 @@ def kill_integrator(endpoint: str, take: Path, after_s: float) -> KillResult:
             and recovered_take.attachments == read.attachments
         )
     except UserError as error:
-        return KillResult(after_s, 0, 0, after_s, str(error))
+        return KillResult(0, after_s, str(error))
     last_ns = max([start_ns, *(each.log_ns for each in messages)])
     problem = (
         None if equal and found.lost and read.cut else "recovered messages differ from those read, or no loss is reported"
     )
-    return KillResult(after_s, len(messages), found.messages, (killed_ns - last_ns) / 1e9, problem)
+    return KillResult(len(messages), (killed_ns - last_ns) / 1e9, problem)
 
 
 def run(one: Case) -> Figures:
-    """Kills of one seed.  Options: count, within (s), fps."""
+    """Kills of one seed.  Options: count, within (s)."""
     rng = random.Random(one.seed)
     (place,) = peer_mesh(free_ports(1))
-    feeder = Feeder(place.listen, mixture(), one.option("fps", 60.0))
+    feeder = Feeder(place.listen, mixture())
     feeder.start()
     with tempfile.TemporaryDirectory() as folder:
         found = [

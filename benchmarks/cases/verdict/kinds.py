@@ -11,24 +11,23 @@ from scipy.stats import spearmanr
 
 from benchmarks.cases.verdict.faults import FAULTS
 from benchmarks.cases.verdict.takes import MOTIONS, Trial, shots, taken, trial_of, trials
-from benchmarks.cases.verdict.truth import CLASSES, Truth, evidence_for, true_error
+from benchmarks.cases.verdict.truth import CLASSES, Truth, true_error
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
+from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.verdict import verdict_of
 
 ALL = "all"
 PAIRS = tuple((true, found) for true in CLASSES for found in CLASSES)
 CLASS_COLUMNS = tuple(Column(f"{true} in truth, called {found}", "takes", 0, "", "sum") for true, found in PAIRS)
-EVIDENCE = {"hybrid": "both-ways", "two-view": "two-view"}
 
 
 def run(one: Case) -> Figures:
-    """Verdicts on takes: of one shot with a fault, the film, or of all trials.  Options: method, evidence."""
+    """Verdicts on takes: of one shot with a fault, the film, or of all trials.  Options: method."""
     method = one.option("method", "hybrid")
     chosen = trials(method) if one.film == ALL else [trial_of(shots(method)[one.seed], one.film)]
-    evidence = one.option("evidence", EVIDENCE[method])
-    every = [_judged(trial, method, evidence) for trial in chosen]
+    every = [_judged(trial, method) for trial in chosen]
     found = figures(every)
     if one.film == ALL:
         errors = [float(true.frames.mean()) for true, _ in every]
@@ -39,9 +38,9 @@ def run(one: Case) -> Figures:
     return found
 
 
-def _judged(trial: Trial, method: str, evidence: str) -> tuple[Truth, m.Verdict]:
+def _judged(trial: Trial, method: str) -> tuple[Truth, m.Verdict]:
     take = taken(trial, method)
-    found = evidence_for(take, evidence)
+    found = evidence_of(take.messages)
     return true_error(take, found), verdict_of(found)
 
 

@@ -11,19 +11,19 @@ from benchmarks.people.captured import captured_take
 from benchmarks.people.films import motion_file
 from benchmarks.people.session import rig_of, stepped
 from benchmarks.people.simulated_clips import SIZE, SimulatedClip, captured_clip, simulated_clip
+from tests.support.built_messages import silhouette
+from tests.support.foxglove_reader import in_envelope
 from tests.support.stored import stored
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import bdp_of, pose_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.session.session import Session
-from zenocap.common.topics import TOPICS, topic_of
-from zenocap.common.vision.mask_codec import pack
+from zenocap.common.topics import TOPICS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import Options, TrackerSetup
 from zenocap.services.viewer.frame import SegmentedFrame
@@ -65,7 +65,6 @@ class FaultyTake:
     frames: (n,) frame numbers of the truth that are scored.  names: of the joints.  points: (n, joints, 3) metres.
     """
 
-    trial: Trial
     messages: tuple[m.Message, ...]
     names: tuple[str, ...]
     frames: Ints
@@ -75,7 +74,7 @@ class FaultyTake:
 def taken(trial: Trial, method: str = "hybrid") -> FaultyTake:
     """The take of a trial, tracked once."""
     encoded, names, frames, points = stored(lambda: _encoded(trial, method), trial, method, sources=(__name__,))
-    return FaultyTake(trial, tuple(codec.decode(data, kind) for kind, data in encoded), names, frames, points)
+    return FaultyTake(tuple(codec.decode(data, kind) for kind, data in encoded), names, frames, points)
 
 
 def _encoded(trial: Trial, method: str) -> tuple[list[tuple[type[m.Message], bytes]], tuple[str, ...], Ints, Floats]:
@@ -128,10 +127,9 @@ def two_view_messages(scene: Scene) -> list[m.Message]:
     """Messages of viewers, which are given the silhouettes, and integrator; the cameras' first."""
     rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "two-view")
     found: list[m.Message] = list(cameras(rig, EPOCH_NS))
-    frames = _frames(scene)
     segmented = (
         {view: SegmentedFrame(k, at_ns, mask if mask.any() else None) for view, mask in masks.items()}
-        for k, at_ns, masks in frames
+        for k, at_ns, masks in _frames(scene)
     )
     for messages, (k, at_ns, masks) in zip(stepped(rig, segmented), _frames(scene), strict=True):
         found += [silhouette(view, k, at_ns, mask) for view, mask in masks.items()]
@@ -154,10 +152,7 @@ def _forward(rig: Rig, scene: Scene, seed: int) -> Iterator[m.Message]:
     yield from cameras(rig, EPOCH_NS)
     for k, at_ns, masks in _frames(scene):
         for view, mask in masks.items():
-            message = silhouette(view, k, at_ns, mask)
-            topic = topic_of(type(message))
-            key = topic.at(rig.name, **topic.names_of(message))
-            sent = session.replay(Envelope(key, topic, message, at_ns, codec.encode(message)))
+            sent = session.replay(in_envelope(silhouette(view, k, at_ns, mask), rig.name, at_ns))
             yield from (one.message for one in sent if not isinstance(one.message, m.ScenePoints))
 
 
@@ -165,12 +160,6 @@ def _frames(scene: Scene) -> Iterator[tuple[int, int, Mapping[str, Mask]]]:
     """Number, capture time and silhouettes of each frame from the first on that is recorded."""
     for k in range(scene.first, len(next(iter(scene.masks.values())))):
         yield k, EPOCH_NS + round(k * 1e9 / scene.fps), {view: scene.masks[view][k] for view in scene.cameras}
-
-
-def silhouette(view: str, frame: int, captured_ns: int, mask: Mask) -> m.Silhouette:
-    """mask: (height, width), not 0 on the person."""
-    region, data = pack(mask)
-    return m.Silhouette(frame=frame, captured_ns=captured_ns, viewer=view, size=SIZE, region=region, data=data)
 
 
 def _both_ways(setup: TrackerSetup, scene: Scene, forward: Sequence[m.Message]) -> Iterator[m.Message]:

@@ -1,25 +1,18 @@
 """True errors of takes and their stretches, and what of a take a kind of evidence has."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.cases.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats, Ints
+from zenocap.common.arrays import Floats
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
-from zenocap.tools.judge.evidence import PoseRow, TakeEvidence, evidence_of
-from zenocap.tools.judge.parameters import (
-    GOOD_ERROR_M,
-    GOOD_LOST,
-    LOST_ERROR_M,
-    START_NS,
-    UNUSABLE_ERROR_M,
-    UNUSABLE_LOST,
-)
+from zenocap.tools.judge.evidence import PoseRow, TakeEvidence
+from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, LOST_ERROR_M, START_NS, UNUSABLE_ERROR_M, UNUSABLE_LOST
 from zenocap.tools.parameters import EPOCH_NS
 
 LOST_M = 0.25  # as in `zenocap evaluate`
@@ -28,9 +21,8 @@ CLASSES: tuple[m.Rating, ...] = ("good", "doubtful", "unusable")
 
 @dataclass(frozen=True)
 class Truth:
-    """errors: (frames, joints) m, NaN without a pose.  times: (frames,) capture times, ns."""
+    """errors: (frames, joints) m, NaN without a pose."""
 
-    times: Ints
     errors: Floats
 
     @property
@@ -57,24 +49,13 @@ class Truth:
         return "good" if self.mean <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
 
 
-def evidence_for(take: FaultyTake, kind: str) -> TakeEvidence:
-    """The evidence of a take as far as a kind has it."""
-    found = evidence_of(take.messages)
-    if kind == "both-ways":
-        return found
-    found.both = {}
-    return replace(found, samples={}) if kind == "poses-only" else found
-
-
 def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
     """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
-    joints = [take.names.index(name) for name in take.names]
     first_ns = min(
         (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS
     )
     frames = take.frames[take.frames >= (first_ns + START_NS - EPOCH_NS) / 1e9 * FPS - 0.5]
-    times = np.array([EPOCH_NS + round(int(k) * 1e9 / FPS) for k in frames], dtype=np.int64)
-    errors = np.full((len(frames), len(joints)), np.nan)
+    errors = np.full((len(frames), len(take.names)), np.nan)
     if evidence.body is not None and evidence.poses:
         anatomy = anatomy_of(evidence.body)
         bdp = bdp_of(anatomy, evidence.body)
@@ -92,4 +73,4 @@ def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
             found = joint_centres(anatomy, bdp, Pose(row.position, angles))[columns]
             errors[k] = np.linalg.norm(found - truth[frame], axis=1)
         errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
-    return Truth(times, errors)
+    return Truth(errors)

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from tests.support.built_messages import silhouette
 from tests.support.walkers import Walker, walker
 from zenocap.common.bus.protocol import Envelope, Tick
 from zenocap.common.messages import CameraDelays, Silhouette
 from zenocap.common.topics import SILHOUETTE
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.integrator import timekeeper
 from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.rate_reports import RateSetup
@@ -30,11 +30,7 @@ def silhouettes(one: Walker, name: str, delay_s: float, fps: float) -> Iterator[
     length_s = one.motion.duration_s
     moments = length_s - np.abs(np.maximum(0.0, times - delay_s) % (2 * length_s) - length_s)
     for k, (time_s, mask) in enumerate(zip(times, one.film(name, moments), strict=True)):
-        region, data = pack(mask)
-        yield Silhouette(
-            frame=k, captured_ns=START_NS + round(1e9 * time_s), viewer=name, size=one.cameras[name].size, region=region,
-            data=data,
-        )  # fmt: skip
+        yield silhouette(name, k, START_NS + round(1e9 * time_s), mask)
 
 
 def run(one: Case) -> Figures:

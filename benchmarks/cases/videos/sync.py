@@ -14,7 +14,8 @@ from scipy.signal import butter, fftconvolve, sosfilt
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
-from zenocap.common.arrays import Floats, Mask
+from benchmarks.people.tracker import Film
+from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
@@ -71,14 +72,14 @@ def run(one: Case) -> Figures:
 def _outlines_of(one: Case) -> tuple[Mapping[str, Camera], dict[str, list[Outline]]]:
     views = one.option("views", 2)
     if one.film.partition("-")[0] in CYCLES:
-        return simulated_outlines(one.film, views)
-    every, outlines = clip_outlines(one.film)
+        return outlines_of(cycle_clip(one.film, views))
+    every, outlines = outlines_of(load_clip(one.film, t_pose=False))
     return {name: every[name] for name in list(every)[:: len(every) // views][:views]}, outlines
 
 
 def run_unrelated(one: Case) -> Figures:
     """The first view of each person beside the second view of each other one: no offset is right."""
-    people = [simulated_outlines(name, 2) for name, views in SIMULATED if views == 2][: one.option("people", 3)]
+    people = [outlines_of(cycle_clip(name, 2)) for name, views in SIMULATED if views == 2][: one.option("people", 3)]
     certain = uncertain = 0
     for (cameras, own), (_, other) in permutations(people, 2):
         first, second = cameras
@@ -105,29 +106,16 @@ def run_sound(one: Case) -> Figures:
     return score.figures()
 
 
-def simulated_outlines(name: str, views: int) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
-    """Cameras and outlines of a simulated person at 60 frames/s."""
-    clip = cycle_clip(name, views)
+def outlines_of(clip: Film) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
+    """Cameras and outlines of a clip, from its first silhouette on."""
     start_ns = clip.instants[0].captured_ns
-    instants = [((one.captured_ns - start_ns) / 1e9, clip.masks(one, clip.cameras)) for one in clip.instants]
-    return dict(clip.cameras), _outlines(clip.cameras, instants)
-
-
-def clip_outlines(name: str) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
-    """Cameras and outlines of a shared clip, from its first silhouette on."""
-    clip = load_clip(name, t_pose=False)
-    start_ns = clip.instants[0].captured_ns
-    instants = [((one.captured_ns - start_ns) / 1e9, clip.masks(one, clip.cameras)) for one in clip.instants]
-    return clip.cameras, _outlines(clip.cameras, instants)
-
-
-def _outlines(cameras: Mapping[str, Camera], instants: Sequence[tuple[float, dict[str, Mask]]]) -> dict[str, list[Outline]]:
-    found: dict[str, list[Outline]] = {name: [] for name in cameras}
-    for time_s, masks in instants:
-        for name, mask in masks.items():
-            if (outline := outline_of(cameras[name], mask, time_s)) is not None:
+    found: dict[str, list[Outline]] = {name: [] for name in clip.cameras}
+    for instant in clip.instants:
+        time_s = (instant.captured_ns - start_ns) / 1e9
+        for name, mask in clip.masks(instant, clip.cameras).items():
+            if (outline := outline_of(clip.cameras[name], mask, time_s)) is not None:
                 found[name].append(outline)
-    return found
+    return dict(clip.cameras), found
 
 
 def cut(outlines: Outlines, shift_s: float) -> tuple[dict[str, list[Outline]], dict[str, float]]:
@@ -150,13 +138,11 @@ def of_silhouettes(cameras: Mapping[str, Camera], outlines: Outlines) -> dict[st
     return offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=MAX_S), {})
 
 
-def recordings(cameras: int, snr_db: float, seed: int, seconds: float = SOUND_S) -> tuple[list[Floats], list[float]]:
+def recordings(cameras: int, snr_db: float, seed: int) -> tuple[list[Floats], list[float]]:
     """Sound (n,) at each camera, SOUND_RATE samples/s, all from time 0 on, and the delays of the direct sound, seconds."""
     rng = np.random.default_rng(seed)
-    count = round((seconds + 3) * SOUND_RATE)
-    syllables = np.interp(
-        np.arange(count) / SOUND_RATE, np.arange(0, seconds + 4, 0.18), rng.random(int((seconds + 4) / 0.18) + 1)
-    )
+    count, times_s = round((SOUND_S + 3) * SOUND_RATE), np.arange(0, SOUND_S + 4, 0.18)
+    syllables = np.interp(np.arange(count) / SOUND_RATE, times_s, rng.random(int((SOUND_S + 4) / 0.18) + 1))
     speech = sosfilt(butter(2, (250, 3000), "band", fs=SOUND_RATE, output="sos"), rng.standard_normal(count))
     source = 0.05 * speech / speech.std() * np.clip(syllables - 0.4, 0, None)
     clap = round((0.4 + 0.3 * rng.random()) * count)

@@ -9,8 +9,8 @@ import pytest
 import zenoh
 
 from tests.common.bus.test_inbox import bap
+from tests.support.networks import client, free_endpoint, wait_for
 from tests.support.processes import PATIENCE_S
-from tests.system.test_zenoh_bus import client, free_endpoint, wait_for
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus

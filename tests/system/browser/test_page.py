@@ -85,7 +85,6 @@ def expected_px(visit: Visit, point: Floats) -> Floats:
         "({at: zenocap.scene.position, to: zenocap.scene.eye.target, shift: zenocap.scene.shift, "
         "width: innerWidth, height: innerHeight})"
     )
-    assert isinstance(eye, dict)
     backwards = np.subtract(eye["at"], eye["to"])
     z = backwards / np.linalg.norm(backwards)
     x = np.cross([0.0, 1.0, 0.0], z)
@@ -103,7 +102,6 @@ def test_joints_are_on_the_page_where_the_kinematics_put_them(visit: Visit, anim
         sees(visit, 2 + k)
         for marker in ("RWrist", "LAnkle", "Head"):
             where = visit.evaluate(f"zenocap.locate('{marker}')")
-            assert isinstance(where, dict)
             np.testing.assert_allclose(where["world"], centres[marker], atol=1e-3)
             np.testing.assert_allclose(where["page"], expected_px(visit, centres[marker]), atol=0.6)
             places.append(where["page"])
@@ -128,8 +126,7 @@ def pixel(visit: Visit, at: Floats) -> tuple[int, int, int]:
         gl.readPixels(Math.round({at[0]} * scale), Math.round(canvas.height - {at[1]} * scale), 1, 1, gl.RGBA,
           gl.UNSIGNED_BYTE, out); return [...out]; }})()"""
     )
-    assert isinstance(rgb, list)
-    return rgb[0], rgb[1], rgb[2]
+    return tuple(rgb)[:3]
 
 
 def test_no_request_leaves_the_machine(visit: Visit) -> None:
@@ -211,9 +208,7 @@ def test_the_scene_turns_and_views_enlarge_by_keys(visit: Visit) -> None:
     visit.page.keyboard.press("Enter")
     visit.until(lambda: visit.evaluate(longer) == 640, "the large view, drawn in its size without a new silhouette")
     assert view.get_attribute("aria-expanded") == "true"
-    box = view.bounding_box()
-    assert box is not None
-    assert box["width"] > 0.9 * 1280
+    assert view.bounding_box()["width"] > 0.9 * 1280
     visit.page.keyboard.press("Escape")
     assert view.get_attribute("aria-expanded") == "false"
     visit.until(lambda: visit.evaluate(longer) == 320, "the small view again")
@@ -322,8 +317,6 @@ def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit, animator: Stan
     visit.evaluate("for (const _ of '12') document.getElementById('record').click()")  # the second one is refused
     visit.until(lambda: visit.text("#notice").startswith("refused: the recording was"), "the notice")
     box, alert = notice.bounding_box(), visit.page.locator("#alert").bounding_box()
-    assert box is not None
-    assert alert is not None
     assert box["y"] >= alert["y"] + alert["height"]
     visit.page.clock.run_for(7900)
     assert visit.text("#notice") != ""

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.support.browser import visited
+from tests.support.browser import WINDOWS, visited
 from tests.support.live_cameras import at_once, camera_of
 from tests.support.room_pictures import ROOM, marked_picture, room_camera
 from tests.support.simulated_cameras import paper_cameras
@@ -168,7 +168,7 @@ def test_the_lines_of_the_paper_with_the_verdict_at_once(browser, tmp_path) -> N
         assert found[camera.name].matrix[0, 0] == pytest.approx(600.0, rel=0.01)
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_nothing_is_wider_than_the_window(browser, tmp_path, width, scheme) -> None:
     camera = room_camera("cam01", 0.3)
     (tmp_path / "points.toml").write_text(scene_file(camera))

@@ -1,23 +1,20 @@
 """Page of postures in a browser: labelled, trained and tried."""
 
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tests.support.browser import Visit, visited
+from tests.support.browser import WINDOWS, Visit, visited
+from tests.support.networks import free_endpoint, listener
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_spans, posture_take
+from tests.support.processes import started
 from tests.tools.teach.page.test_session import reader_of
-from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.training.manifest import read_manifest
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.teach.dataset.generate import dataset_rig
 from zenocap.tools.teach.page.live_trial import LiveTrial, live_trial
 from zenocap.tools.teach.page.manifest_file import ManifestFile
@@ -137,17 +134,12 @@ def test_what_is_refused_is_one_line_and_changes_nothing(browser, take, tmp_path
             visit.until(lambda: one.locator("#labels .segment").count() == 0, "the deletion in the other tab")
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, take, tmp_path, width, scheme) -> None:
     with served(take, tmp_path / "examples.csv") as page, opened(browser, page, width, scheme) as visit:
         one = visit.page
         assert one.evaluate("document.documentElement.scrollWidth") <= width
-        ink, back = (
-            np.array(eval(one.evaluate(f"getComputedStyle(document.body).{key}").removeprefix("rgb")), dtype=float)
-            for key in ("color", "backgroundColor")
-        )
-        assert np.abs(ink - back).min() > 150
-        assert (back.mean() > 128) == (scheme == "light")
+        visit.check_colours(scheme)
         nameless = one.evaluate(
             "[...document.querySelectorAll('button, input, select, [role=slider]')].filter((one) => "
             "!(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"
@@ -158,11 +150,10 @@ def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, tak
 def test_the_postures_of_a_running_rig_are_shown_on_the_page(browser, take, tmp_path) -> None:
     manifest = tmp_path / "examples.csv"
     ManifestFile(manifest).model.write_bytes(find_model("fifteen").read_bytes())  # as if it was trained earlier
-    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    options = ZenohOptions("peer", listen=(endpoint,), multicast_scouting=False)
+    endpoint = free_endpoint()
 
     def live(publish: Publish) -> LiveTrial:
-        return live_trial(dataset_rig("truth"), options, lambda update: publish("live", update))
+        return live_trial(dataset_rig("truth"), listener(endpoint), lambda update: publish("live", update))
 
     with served(take, manifest, live) as page, opened(browser, page) as visit:
         one = visit.page
@@ -170,19 +161,12 @@ def test_the_postures_of_a_running_rig_are_shown_on_the_page(browser, take, tmp_
         assert button.text_content() == "Try live on rig demo"
         button.click()
         visit.until(lambda: "no poses come from rig demo" in one.text_content("#live-text"), "no poses")
-        command = [
-            sys.executable, "-P", "-m", "zenocap", "replay", str(take), "--rate", "4", "--mode", "peer",
-            "--connect", endpoint, "--no-multicast-scouting",
-        ]  # fmt: skip
-        replay = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
+        network = ("--mode", "peer", "--connect", endpoint, "--no-multicast-scouting")
+        with started(["replay", take, "--rate", "4", *network], tmp_path):
             visit.until(lambda: one.text_content("#live-text") == "recognizing", "poses")
             visit.until(lambda: all(name in one.text_content("#live-counts") for name in NAMES), "every posture")
             assert one.locator("#live-now b").text_content() in NAMES
             assert "% confident" in one.text_content("#live-now span")
-        finally:
-            replay.terminate()
-            replay.wait(20)
         button.click()
         visit.until(lambda: button.text_content() == "Try live on rig demo", "the end")
         assert one.text_content("#live-text") == ""

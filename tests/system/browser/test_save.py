@@ -62,8 +62,7 @@ def go_to(visit: Visit, position_s: float) -> None:
     page.evaluate(f"zenocap.player.seek({position_s}); zenocap.player.last.asked = true")  # before its next state
     places = "[zenocap.player.place.position_s, zenocap.player.last.asked ? -1 : zenocap.player.last.position_s]"
     visit.until(
-        lambda: all(abs(place_s - position_s) < 0.03 for place_s in page.evaluate(places)),
-        f"the pose at {position_s:g} s",
+        lambda: all(abs(place_s - position_s) < 0.03 for place_s in page.evaluate(places)), f"the pose at {position_s:g} s"
     )
 
 

@@ -95,7 +95,6 @@ def test_poses_are_shown_while_the_slider_is_dragged(visit: Visit) -> None:
         return int(np.argmin([np.abs(found - one).max() for one in centres])) / RATE
 
     box = page.locator("#position").bounding_box()
-    assert box is not None
     for k, share in enumerate((0.3, 0.8, 0.5)):
         page.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
         if k == 0:

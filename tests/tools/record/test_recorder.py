@@ -11,9 +11,9 @@ import pytest
 from tests.common.bus.test_inbox import bap, sighting
 from tests.support.command import zenocap
 from tests.support.live_cameras import until
+from tests.support.networks import free_endpoint, router
 from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.rig_process import bdp
-from tests.system.test_zenoh_bus import free_endpoint
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -29,9 +29,8 @@ from zenocap.tools.record.recorder import RecordingSelection, own_id, parse_sele
 
 @pytest.fixture
 def routed() -> Iterator[ZenohOptions]:
-    endpoint = free_endpoint()
-    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
-        yield ZenohOptions("client", connect=(endpoint,), multicast_scouting=False)
+    with router(free_endpoint()) as options:
+        yield options
 
 
 class Recorder(threading.Thread):

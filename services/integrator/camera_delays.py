@@ -95,7 +95,7 @@ def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple
 
     It is published as it was, or without its corrections where they are not followed any more.
     """
-    if not message.found_ms.keys() <= setup.cameras.keys() or not message.applied_ms.keys() <= setup.cameras.keys():
+    if not message.found_ms.keys() | message.errors_ms.keys() | message.applied_ms.keys() <= setup.cameras.keys():
         return state, []
     applied = dict(message.applied_ms) if setup.follow else {}
     if applied != message.applied_ms:

@@ -1,4 +1,4 @@
-"""Rig files in a folder: the demo's under another name or with more tables, and those of network cameras."""
+"""Rig files in a folder: the demo's, changed, and those of network cameras."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -145,8 +145,10 @@ def test_each_camera_is_compared_with_the_next_two(count: int, pairs: int) -> No
     assert all(sum(name in pair for pair in found) == min(4, count - 1) for name in {one for pair in found for one in pair})
 
 
-def test_a_correction_of_another_program_is_answered_with_the_own_one() -> None:
-    foreign = structs.replace(CORRECTION, found_ms={}, errors_ms={}, applied_ms={"cam01": 500.0})
+@pytest.mark.parametrize("named", ["found_ms", "errors_ms", "applied_ms"])
+def test_a_correction_of_another_program_is_answered_with_the_own_one(named: str) -> None:
+    nothing: dict[str, dict[str, float]] = {"found_ms": {}, "errors_ms": {}, "applied_ms": {}}
+    foreign = structs.replace(CORRECTION, **nothing | {named: {"cam01": 500.0}})
     one, state = setup(), ticked()
     state, _ = timekeeper.step(one, state, envelope(foreign))
     state, messages = timekeeper.step(one, state, Tick(START_NS + RECOVERY_TICKS * 10**9))

@@ -1,4 +1,4 @@
-"""Scaled orthographic projection, the model image of the paper, and the position by its shifts.  [Two-view 3.2, 4.2]"""
+"""Scaled orthographic projection, model image, and position by its shifts.  [Two-view 3.2, 4.2]"""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Films and pictures of takes: one picture per frame time, as stored, complete files only, clear errors."""
+"""Films and pictures of takes: times, golden pictures, complete files only, clear errors."""
 
 from pathlib import Path
 

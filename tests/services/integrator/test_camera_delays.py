@@ -146,9 +146,15 @@ def test_each_camera_is_compared_with_the_next_two(count: int, pairs: int) -> No
 
 
 @pytest.mark.parametrize("named", ["found_ms", "errors_ms", "applied_ms"])
-def test_a_correction_of_another_program_is_answered_with_the_own_one(named: str) -> None:
-    nothing: dict[str, dict[str, float]] = {"found_ms": {}, "errors_ms": {}, "applied_ms": {}}
-    foreign = structs.replace(CORRECTION, **nothing | {named: {"cam01": 500.0}})
+def test_a_decision_that_names_a_camera_of_another_rig_is_not_continued(named: str) -> None:
+    state, messages = timekeeper.step(
+        setup(), TimekeeperState(), envelope(structs.replace(CORRECTION, **{named: {"hall": 1.0}}))
+    )
+    assert (state, messages) == (TimekeeperState(), [])
+
+
+def test_a_correction_of_another_program_is_answered_with_the_own_one() -> None:
+    foreign = structs.replace(CORRECTION, found_ms={}, errors_ms={}, applied_ms={"cam01": 500.0})
     one, state = setup(), ticked()
     state, _ = timekeeper.step(one, state, envelope(foreign))
     state, messages = timekeeper.step(one, state, Tick(START_NS + RECOVERY_TICKS * 10**9))

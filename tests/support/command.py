@@ -1,5 +1,7 @@
 """The command line in this process."""
 
+import logging
+
 from typer.testing import CliRunner, Result
 
 from zenocap.tools.cli.main import program
@@ -8,7 +10,12 @@ app = program()
 
 
 def _ended(*arguments: object) -> Result:
+    """Result of a command; its logging, on a stream that is closed then, ends with it, also in a fixture of a session."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
     result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
+    root.handlers[:] = handlers
+    root.setLevel(level)
     if result.exception and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

@@ -88,6 +88,13 @@ class TooManyFailures(Exception):
     """The step failed `max_failures` times in a row."""
 
 
+def interrupted(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is among the causes of an error: numba makes a SystemError of one in the first call of a kernel."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 def new_pose_service(method: Method, rig: object) -> Service[object, object, Never]:
     """The service that publishes the poses of a `Rig` of a method.  Raises as the method's factory does."""
     return cast("Callable[[object], Service[object, object, Never]]", attribute(method.pose))(rig)
@@ -150,6 +157,8 @@ class Runner(Generic[Setup, State, F]):
         try:
             messages = self._stepper.step(event)
         except Exception as error:  # one bad frame must not end a take; the previous state is kept
+            if interrupted(error):
+                raise KeyboardInterrupt from error
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
             if of_source:

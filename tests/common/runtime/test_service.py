@@ -121,6 +121,19 @@ def test_a_failing_step_keeps_the_state_and_is_counted(caplog: pytest.LogCapture
     assert "Traceback" in caplog.text
 
 
+def test_an_interruption_that_a_library_has_made_an_error_of_is_one() -> None:
+    """As numba does while it loads a kernel."""
+
+    def unpickling(*_: object) -> tuple[RecordedEvents, Sequence[m.Message]]:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemError("returned a result with an exception set") from error
+
+    with pytest.raises(KeyboardInterrupt):
+        runner_of(step=unpickling).handle(Image(1, 1))
+
+
 def test_a_step_that_keeps_failing_ends_the_service_and_one_successful_step_resets_the_count() -> None:
     runner = runner_of(setup=Setup(frozenset(range(100)) - {9, 19}))
     for frame in range(29):

@@ -112,8 +112,16 @@ class Stepper(Generic[Setup, State, F]):
         self.state = self._service.initial()
 
     def step(self, event: Event[F]) -> Sequence[Message]:
-        """Messages published for an input.  Raises as the step does, and then keeps the state before it."""
-        self.state, messages = self._service.step(self._service.setup, self.state, event)
+        """Messages published for an input.  Raises as the step does, and then keeps the state before it.
+
+        Raises KeyboardInterrupt for an error that it has become, so that no user counts Ctrl-C as a failed step.
+        """
+        try:
+            self.state, messages = self._service.step(self._service.setup, self.state, event)
+        except Exception as error:
+            if interrupted(error):
+                raise KeyboardInterrupt from error
+            raise
         return messages
 
 
@@ -157,8 +165,6 @@ class Runner(Generic[Setup, State, F]):
         try:
             messages = self._stepper.step(event)
         except Exception as error:  # one bad frame must not end a take; the previous state is kept
-            if interrupted(error):
-                raise KeyboardInterrupt from error
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
             if of_source:

@@ -15,7 +15,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
-from zenocap.common.runtime.service import Event, Runner, Service, TooManyFailures, TopicSubscription, run
+from zenocap.common.runtime.service import Event, Runner, Service, Stepper, TooManyFailures, TopicSubscription, run
 from zenocap.common.topics import FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 M = TypeVar("M", bound=m.Message)
@@ -122,7 +122,7 @@ def test_a_failing_step_keeps_the_state_and_is_counted(caplog: pytest.LogCapture
 
 
 def test_an_interruption_that_a_library_has_made_an_error_of_is_one() -> None:
-    """As numba does while it loads a kernel."""
+    """As numba does while it loads a kernel; for a runner, and for `zenocap verify`, which has steps alone."""
 
     def unpickling(*_: object) -> tuple[RecordedEvents, Sequence[m.Message]]:
         try:
@@ -130,8 +130,9 @@ def test_an_interruption_that_a_library_has_made_an_error_of_is_one() -> None:
         except KeyboardInterrupt as error:
             raise SystemError("returned a result with an exception set") from error
 
-    with pytest.raises(KeyboardInterrupt):
-        runner_of(step=unpickling).handle(Image(1, 1))
+    for step_of in (runner_of(step=unpickling).handle, Stepper(viewer(step=unpickling)).step):
+        with pytest.raises(KeyboardInterrupt):
+            step_of(Image(1, 1))
 
 
 def test_a_step_that_keeps_failing_ends_the_service_and_one_successful_step_resets_the_count() -> None:

@@ -37,8 +37,9 @@ def rooms(checkout: Path) -> dict[str, int]:
     found = {}
     for layer in ("common", "services", "tools"):
         found[f"{layer}/*.py"] = lines_of(sorted((checkout / layer).glob("*.py")))
-        for folder in sorted(path for path in (checkout / layer).iterdir() if path.is_dir() and path.name != "__pycache__"):
-            found[f"{layer}/{folder.name}"] = lines_of(sources(checkout, f"{layer}/{folder.name}"))
+        for folder in sorted(path for path in (checkout / layer).iterdir() if path.is_dir()):
+            if its := sources(checkout, f"{layer}/{folder.name}"):  # not caches, nor what an earlier commit has left
+                found[f"{layer}/{folder.name}"] = lines_of(its)
     found["zenocap/*.py"] = lines_of(sorted((checkout / "zenocap").glob("*.py")))
     return found | {name: lines_of(sources(checkout, name)) for name in ("simulation", "benchmarks", "tests")}
 

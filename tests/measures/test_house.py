@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.measures.house import functions, is_kernel, length, repeated, sources
+from tests.measures.house import functions, is_kernel, length, repeated, rooms, sources
 
 
 @pytest.fixture
@@ -33,3 +33,10 @@ def test_kernels_are_known_by_their_decorator(folder: Path) -> None:
     path = folder / "common" / "one.py"
     path.write_text("@kernel\ndef a(x):\n    return x\n\n\ndef b(x):\n    return x\n")
     assert [(is_kernel(node), length(node)) for _, node in functions([path])] == [(True, 2), (False, 2)]
+
+
+def test_a_folder_that_an_earlier_commit_has_left_is_no_room(folder: Path) -> None:
+    for place in ("common/bus", "common/left/__pycache__", "services", "tools"):
+        (folder / place).mkdir(parents=True)
+    (folder / "common" / "bus" / "one.py").write_text("a = 1\n")
+    assert [name for name in rooms(folder) if name.startswith("common/")] == ["common/*.py", "common/bus"]

@@ -16,8 +16,8 @@ from typing import Self
 
 from benchmarks.chaos.gate import Gate
 from benchmarks.chaos.schedule import ROUTER, SERVICES, VIEWERS
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
 UP = "up"

@@ -17,6 +17,7 @@ from tests.support.ros_listener import session_at
 from tests.support.virtual_actors import BODIES, START_NS, stretched
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import UniversalBap, UniversalBdp
 from zenocap.common.rig.animator import FoxgloveTable, LslTable, RosTable, UdpTable, VmcTable, VrchatTable
@@ -27,8 +28,6 @@ from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
 from zenocap.services.animator.outputs.vrchat import VrchatOutput
-from zenocap.services.animator.replay_process import free_port
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.takes.render.camera_path import framing_camera
 from zenocap.tools.takes.render.scene import Ground, Scene, sun_of
 from zenocap.tools.takes.render.surfaces import body_surface, posed_surface
@@ -96,7 +95,7 @@ def test_ros(benchmark: BenchmarkFixture, name: str) -> None:
 
 @pytest.mark.parametrize("with_client", [False, True], ids=["no client", "one client"])
 def test_foxglove(benchmark: BenchmarkFixture, with_client: bool) -> None:
-    output = FoxgloveOutput(FoxgloveTable(port=free_port()), "studio")
+    output = FoxgloveOutput(FoxgloveTable(port=free_ports(1)[0]), "studio")
     body = body_of(TEN_PARTS, BODIES["ten-parts"][1])
     output.receive(in_envelope(UniversalBdp(frame=0, captured_ns=START_NS, body=body, ratio=1.0)))
     actor = stretched("ten-parts")

@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_pose, served
 from tests.support.demo_rigs import written_demo
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
 SIZES: tuple[ViewportSize, ...] = (

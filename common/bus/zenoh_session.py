@@ -1,12 +1,15 @@
-"""Zenoh sessions: options and configuration."""
+"""Zenoh sessions: options, configuration, free ports."""
 
 import json
 import logging
+import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from random import SystemRandom
 from typing import Literal
 
 import zenoh
@@ -17,6 +20,8 @@ from zenocap.common.bus.security import Security, secured
 logger = logging.getLogger(__name__)
 
 Mode = Literal["peer", "client", "router"]
+HOST = "127.0.0.1"
+PORTS = range(20_000, 32_768)  # below those that systems give to connections and to programs that ask for any port
 
 # Chosen for a rig: a frozen machine is detected after 2 s, a restarted router found within 0.5 s, and a service may
 # start before its router.  No message is near 8 MiB.  A lost recovery of LATCHED state delays it by at most 2 s.
@@ -130,3 +135,20 @@ def _check_endpoint(key: str, endpoint: str) -> None:
 
 def _reason(error: object) -> str:
     return str(error).split(" at /")[0].strip() or type(error).__name__
+
+
+def free_ports(count: int, named: Collection[int] = ()) -> list[int]:
+    """Different free TCP ports of this machine, which nobody takes by chance until they are used.  Raises BusError.
+
+    named: ports that are left out, because another program of the rig is going to use them.
+    """
+    found: list[int] = []
+    with ExitStack() as stack:
+        for port in SystemRandom().sample(PORTS, len(PORTS)):
+            if len(found) < count and port not in named:
+                with suppress(OSError):  # in use
+                    stack.enter_context(socket.create_server((HOST, port)))
+                    found.append(port)
+    if len(found) < count:
+        raise BusError(f"{count} free TCP ports: {len(found)} found from {PORTS[0]} to {PORTS[-1]}")
+    return found

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.errors import UserError
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
@@ -26,7 +26,7 @@ from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.presence import Presence, observed
-from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, free_port
+from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess
 from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
 from zenocap.services.animator.step import step
 from zenocap.services.animator.take_marks import postures_update, verdict_update
@@ -126,7 +126,7 @@ class TakePlayer:
         if not path.is_file():
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
-        port, pose_s, summary = free_port(), _pose_s(path), _summary(path)
+        port, pose_s, summary = free_ports(1)[0], _pose_s(path), _summary(path)
         start_ns = None if summary is None else summary.start_ns  # where the position of the player is 0
         topics = topics_shown(path, self._topics, raw=self._raw)
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)

@@ -2,7 +2,6 @@
 
 import logging
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -118,10 +117,3 @@ class ReplayProcess:
             self._error = line.strip().removeprefix(ERROR_PREFIX)
         else:
             logger.debug("replay: %s", line.rstrip())
-
-
-def free_port() -> int:
-    """Return a free TCP port of the loopback interface."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -21,8 +21,8 @@ from benchmarks.chaos.takes import Content, missing_poses
 from tests.support.built_messages import built
 from zenocap.common import codec
 from zenocap.common import messages as m
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.topics import REQUEST
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 S = 1_000_000_000
 

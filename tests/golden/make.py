@@ -32,7 +32,7 @@ from tests.support.walkers import walker
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.file import LogTable
@@ -44,7 +44,6 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import CAMERA_DELAYS, TRACKER_POSE
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.takes.both_ways import track_both_ways
 from zenocap.tools.takes.rig_changes import with_tracker
 from zenocap.tools.takes.track import track

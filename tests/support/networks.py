@@ -11,8 +11,8 @@ from tests.support.processes import PATIENCE_S, M
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import Mode, ZenohOptions, open_session
-from zenocap.tools.record.launcher.peer_mesh import Peer, free_ports, peer_mesh
+from zenocap.common.bus.zenoh_session import Mode, ZenohOptions, free_ports, open_session
+from zenocap.tools.record.launcher.peer_mesh import Peer, peer_mesh
 
 Condition = Callable[[Received], bool]
 

@@ -79,11 +79,18 @@ def output_of(folder: Path) -> str:
     return "\n".join(path.read_text() for path in sorted(folder.glob("*.out")) + sorted(folder.glob("*.err")))
 
 
-def wait_until(reached: Callable[[], bool], folder: Path, patience_s: float = PATIENCE_S) -> None:
-    """Wait until `reached`; fails with the output of the processes in `folder` after `patience_s` seconds."""
+def wait_until(
+    reached: Callable[[], bool], folder: Path, patience_s: float = PATIENCE_S,
+    running: Sequence[subprocess.Popen[str]] = (),
+) -> None:  # fmt: skip
+    """Wait until `reached`; fails with the output of the processes in `folder` after `patience_s` seconds.
+
+    running: processes whose end fails at once.
+    """
     end_s = time.monotonic() + patience_s
     while not reached():
         assert time.monotonic() < end_s, output_of(folder)
+        assert all(process.poll() is None for process in running), output_of(folder)
         time.sleep(0.05)
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import zenoh
 from rosbags.typesys import Stores, get_typestore
 
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, NO_HASH, TF_MESSAGE
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WAIT_S = 150.0

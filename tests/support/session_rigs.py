@@ -25,12 +25,11 @@ from zenocap.common import messages as m
 from zenocap.common.bus.access import OPERATOR, REPLAY, Member
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.rig.rig import Rig, demo_rig_file, load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.setup.certificates.folder import certify
 
 START_S = 600.0  # time limit for a first pose, with kernels to be compiled before it (s)
@@ -66,7 +65,7 @@ def two_view(folder: Path) -> Iterator[SessionRig]:
     port, page = free_ports(2)
     rig = SessionRig(demo_rig_file("two-view"), folder, f"tcp/127.0.0.1:{port}", page)
     with _up(rig):
-        wait_until(lambda: both_contribute(last_line(folder)) and all_run(folder), folder, START_S)
+        wait_until(lambda: both_contribute(last_line(folder)) and all_run(folder), folder, START_S, rig.processes)
         wait_for_frames(folder, TRACKED)
         yield rig
 
@@ -81,7 +80,9 @@ def ring(folder: Path) -> Iterator[SessionRig]:
         file.write_text(f"{file.read_text()}\n[animator.udp]\nport = {listening.getsockname()[1]}\n")
         rig = SessionRig(file, folder, f"tcp/127.0.0.1:{port}", page)
         with _up(rig):
-            wait_until(lambda: shows(folder, r"tracker: [\d.]+/s tracking ") and all_run(folder), folder, START_S)
+            wait_until(
+                lambda: shows(folder, r"tracker: [\d.]+/s tracking ") and all_run(folder), folder, START_S, rig.processes
+            )
             wait_for_frames(folder, TRACKED)
             yield rig
 
@@ -121,7 +122,7 @@ def secured(folder: Path) -> Iterator[SessionRig]:
                         running.add((service, id))
                 return len(whole) >= 30 and len(running) == len(lines) - 1  # all but the router
 
-            wait_until(tracked, folder, START_S)
+            wait_until(tracked, folder, START_S, rig.processes)
         yield rig
 
 

@@ -14,8 +14,8 @@ from tests.support.page_client import Updates, connected, read_until
 from tests.support.processes import PATIENCE_S, ended, messages_in, output_of, recomputed_poses, run, started, wait_until
 from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 
 def rig_file(folder: Path, port: int) -> Path:

@@ -16,9 +16,9 @@ from tests.support.networks import free_endpoint
 from tests.support.page_client import connected
 from tests.support.processes import PATIENCE_S, completed, output_of, started
 from tests.support.simulated_cameras import paper_cameras
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.simulation.body.person import person
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
 SIZE, FPS = (160, 120), 20.0

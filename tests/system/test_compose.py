@@ -20,7 +20,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
 from tests.support.places import ROOT
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = [pytest.mark.core, pytest.mark.timeout(1800)]
 FILE = ROOT / "deploy" / "compose.yaml"

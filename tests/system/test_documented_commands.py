@@ -15,7 +15,7 @@ import pytest
 
 from tests.support.documentation import command_of, distinct_commands, words_of
 from tests.support.documented_folder import documented_folder, zenocap
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = pytest.mark.timeout(600)
 DONE, FAILED, LOSS, UNUSABLE = 0, 1, 3, 4

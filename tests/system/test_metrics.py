@@ -18,7 +18,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from tests.support.processes import PATIENCE_S, ended, output_of, run, started, wait_until
 from tests.support.session_rigs import SessionRig
 from tests.tools.operate.metrics.test_families import dashboard_queries
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = pytest.mark.nightly
 SERVICES = 7  # three viewers, integrator, tracker, recognizer, animator

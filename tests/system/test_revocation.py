@@ -17,12 +17,11 @@ from zenocap.common.bus.access import ROUTER, Member
 from zenocap.common.bus.certificate import valid_until
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.nightly

@@ -22,7 +22,7 @@ from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envel
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_query_server import QueryServer
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports, open_session
 from zenocap.common.codec import encode
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.security import security_of
@@ -41,7 +41,6 @@ from zenocap.common.topics import (
 )  # fmt: skip
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.core

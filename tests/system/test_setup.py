@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.person_films import walker_film
 from tests.support.processes import run
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
 

@@ -16,8 +16,8 @@ from tests.support.processes import ended, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from tests.system.test_film import FPS, NAMES, SIZE, Scene
 from tests.system.test_setup import setup
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
 

@@ -10,7 +10,7 @@ from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.page_client import Updates, connected, read_until
 from tests.support.pose_tracks import moving
 from tests.support.processes import PATIENCE_S, completed, ended, output_of, started, wait_until
-from zenocap.tools.record.launcher.peer_mesh import free_ports
+from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = pytest.mark.nightly
 

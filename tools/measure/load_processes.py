@@ -6,13 +6,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import HOST, ZenohOptions, free_ports
 from zenocap.common.rig.services import MAIN
 from zenocap.tools.measure.load_plan import Plan
 from zenocap.tools.measure.resources import ProcessKey, title
 from zenocap.tools.record.launcher.child_processes import ChildProcesses, Spawn, spawn
 from zenocap.tools.record.launcher.fork_server import fork_server
-from zenocap.tools.record.launcher.peer_mesh import HOST, free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.service_arguments import ServiceArguments, ZenohArguments, arguments_of, words
 
 MANY = 8  # processes, from which loading their compiled functions once takes less time than in each; measured

@@ -19,12 +19,12 @@ from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.takes.recover import recover
 
 VIEWER_MESSAGES = (m.Sighting, m.PartialBap, m.Silhouette, m.Preview)

@@ -1,4 +1,4 @@
-"""Zenoh's configuration: defaults, the user's file and options, errors."""
+"""Zenoh's configuration: defaults, the user's file and options, errors; free ports."""
 
 import json
 import socket
@@ -8,7 +8,7 @@ import pytest
 
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_router import router
-from zenocap.common.bus.zenoh_session import ZenohOptions, configuration, open_session
+from zenocap.common.bus.zenoh_session import HOST, PORTS, ZenohOptions, configuration, free_ports, open_session
 
 
 def setting(options: ZenohOptions, key: str) -> object:
@@ -84,3 +84,24 @@ def test_a_router_runs_until_stopped() -> None:
     stop_requested = iter([False] * 20 + [True] * 100)
     options = ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False)
     assert router(lambda _: options, lambda: next(stop_requested)) is None
+
+
+def test_free_ports_differ_and_are_none_that_a_system_gives_away() -> None:
+    found = free_ports(20)
+    assert len(set(found)) == 20
+    assert set(found) <= set(PORTS)
+    with socket.socket() as any_port:
+        any_port.bind((HOST, 0))
+        assert any_port.getsockname()[1] not in PORTS
+
+
+def test_ports_in_use_and_named_ones_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    (one,) = free_ports(1)
+    monkeypatch.setattr("zenocap.common.bus.zenoh_session.PORTS", range(one, one + 1))
+    assert free_ports(1) == [one]
+    with pytest.raises(BusError, match="1 free TCP ports: 0 found"):
+        free_ports(1, named=[one])
+    with socket.socket() as user:
+        user.bind((HOST, one))
+        with pytest.raises(BusError, match="0 found"):
+            free_ports(1)

@@ -9,11 +9,11 @@ import pytest
 from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common.bus.protocol import Alive, Envelope, Received, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.observe.watch import Watch
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import SIGHTING, UNIVERSAL_BAP
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 
 RIGS = ("one", "two")
 PATIENCE_S = 30.0

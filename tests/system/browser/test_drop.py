@@ -14,9 +14,9 @@ from tests.support.pose_tracks import moving
 from tests.support.processes import output_of, recomputed_poses, started, wait_until
 from tests.system.browser.test_save import save
 from tests.system.test_animator import rig_file
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.show import TakePage
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
 DROP = """([name, content]) => {

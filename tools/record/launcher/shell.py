@@ -1,9 +1,10 @@
 """Run a whole rig on this machine: compile, start, supervise, display, stop."""
 
 import logging
+import re
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from itertools import repeat
@@ -15,7 +16,7 @@ from rich.live import Live
 from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.observe.account import Account
 from zenocap.common.observe.losses import lost
 from zenocap.common.observe.view import RigView
@@ -32,7 +33,7 @@ from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildPro
 from zenocap.tools.record.launcher.display import plain_line, table
 from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
-from zenocap.tools.record.launcher.peer_mesh import free_ports, peer_mesh
+from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
 from zenocap.tools.record.launcher.statement import Statement, frame_lines, new_takes, statement
 from zenocap.tools.service_arguments import arguments_of, words
@@ -73,7 +74,8 @@ def run_rig(
     # The integrator first, others in order.
     starting = sorted((one for one in services if one not in away), key=lambda service: service[0] != TIMEKEEPER)
     clock = RealClock()
-    places = _places(options, len(starting) + 2, reachable=bool(elsewhere))
+    named = {_port_of(endpoint) for endpoint in options.listen} | {rig.animator.page.port if port is None else port}
+    places = _places(options, free_ports(len(starting) + 2, named), reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
         own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
@@ -258,18 +260,24 @@ def _loss(found: Statement) -> str:
     return f"{found.lost} lost{more}"
 
 
-def _places(options: ZenohOptions, count: int, *, reachable: bool = False) -> list[ZenohOptions]:
-    """Connection options of each member, the integrator's first, this process's two last.
+def _port_of(endpoint: str) -> int:
+    """Port of a Zenoh endpoint such as tcp/0.0.0.0:7447; 0 without one."""
+    found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
+    return int(found[1]) if found else 0
+
+
+def _places(options: ZenohOptions, ports: Sequence[int], *, reachable: bool = False) -> list[ZenohOptions]:
+    """Connection options of each member, the integrator's first, this process's two last.  ports: one for each.
 
     Peers form a mesh over loopback, in addition to the rig's own endpoints, so that other machines can join.  Clients
     connect only to their router.  reachable: whether peers find those of other machines by multicast, where it is allowed.
     """
     if options.mode == "client":
-        return [options] * count
+        return [options] * len(ports)
     peer = replace(options, mode="peer", multicast_scouting=bool(reachable and options.multicast_scouting))
     members = [
         replace(peer, listen=(place.listen,), connect=(*place.connect, *options.connect))
-        for place in peer_mesh(free_ports(count), "tls" if options.security else "tcp")
+        for place in peer_mesh(ports, "tls" if options.security else "tcp")
     ]
     members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
     return members

@@ -20,12 +20,12 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.output import OutputError
-from zenocap.services.animator.replay_process import free_port
 
 CAMERA = built(
     m.CameraInfo, captured_ns=START_NS, matrix=[150, 0, 79.5, 0, 150, 59.5, 0, 0, 1],
@@ -111,7 +111,7 @@ class Panel:
 
 @pytest.fixture
 def output() -> Iterator[FoxgloveOutput]:
-    with closing(FoxgloveOutput(FoxgloveTable(port=free_port()), "studio")) as one:
+    with closing(FoxgloveOutput(FoxgloveTable(port=free_ports(1)[0]), "studio")) as one:
         yield one
 
 

@@ -14,17 +14,17 @@ from websockets.typing import Subprotocol
 
 from tests.common.web.test_access import SPARE, few_descriptors, wait_for_descriptors
 from tests.support.bare_connections import bare_connections
+from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.web.parameters import MAX_WAITING
 from zenocap.services.animator.outputs import gate as gate_module
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS, MAX_HANDSHAKE_BYTES
-from zenocap.services.animator.replay_process import free_port
 
 
 @pytest.fixture
 def output() -> Iterator[FoxgloveOutput]:
-    table = FoxgloveTable(port=free_port(), origins=("https://rig.example",))
+    table = FoxgloveTable(port=free_ports(1)[0], origins=("https://rig.example",))
     with closing(FoxgloveOutput(table, "studio")) as one:
         yield one
 

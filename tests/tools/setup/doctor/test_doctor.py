@@ -17,13 +17,12 @@ from tests.common.rig.test_security import demo_with
 from tests.support.command import zenocap
 from zenocap.common.bus.access import Member
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports, open_session
 from zenocap.common.rig.rig import Rig, Viewer, demo_rig, load_rig
 from zenocap.common.rig.services import SERVICES
 from zenocap.common.rig.sources import Device, Images
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import service_info
-from zenocap.tools.record.launcher.peer_mesh import free_ports
 from zenocap.tools.setup.certificates.folder import certify
 from zenocap.tools.setup.doctor import machine_probe as probe
 

@@ -138,9 +138,9 @@ def _reason(error: object) -> str:
 
 
 def free_ports(count: int, named: Collection[int] = ()) -> list[int]:
-    """Different free TCP ports of this machine, which nobody takes by chance until they are used.  Raises BusError.
+    """Different free TCP ports of this machine, from a range that systems do not assign.  Raises BusError.
 
-    named: ports that are left out, because another program of the rig is going to use them.
+    named: ports that are left out, because other parts of the rig are going to use them.
     """
     found: list[int] = []
     with ExitStack() as stack:

@@ -4,7 +4,7 @@ import logging
 import re
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from itertools import repeat
@@ -74,8 +74,7 @@ def run_rig(
     # The integrator first, others in order.
     starting = sorted((one for one in services if one not in away), key=lambda service: service[0] != TIMEKEEPER)
     clock = RealClock()
-    named = {_port_of(endpoint) for endpoint in options.listen} | {rig.animator.page.port if port is None else port}
-    places = _places(options, free_ports(len(starting) + 2, named), reachable=bool(elsewhere))
+    places = places_of(options, len(starting) + 2, named_ports(rig, options, port), reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
         own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
@@ -260,24 +259,25 @@ def _loss(found: Statement) -> str:
     return f"{found.lost} lost{more}"
 
 
-def _port_of(endpoint: str) -> int:
-    """Port of a Zenoh endpoint such as tcp/0.0.0.0:7447; 0 without one."""
-    found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
-    return int(found[1]) if found else 0
+def named_ports(rig: Rig, options: ZenohOptions, page: int | None) -> set[int]:
+    """Ports that the rig file or the command line names: of the page, the outputs and Zenoh.  page: as in `run_rig`."""
+    outputs = {getattr(output, "port", 0) for output in rig.animator.outputs.values()}
+    listen = [re.search(r":(\d+)(?:[?#]|$)", endpoint) for endpoint in options.listen]  # such as tcp/0.0.0.0:7447
+    return {rig.animator.page.port if page is None else page, *outputs, *(int(one[1]) for one in listen if one)}
 
 
-def _places(options: ZenohOptions, ports: Sequence[int], *, reachable: bool = False) -> list[ZenohOptions]:
-    """Connection options of each member, the integrator's first, this process's two last.  ports: one for each.
+def places_of(options: ZenohOptions, count: int, named: Collection[int], *, reachable: bool = False) -> list[ZenohOptions]:
+    """Connection options of each member, the integrator's first, this process's two last.  named: see `free_ports`.
 
     Peers form a mesh over loopback, in addition to the rig's own endpoints, so that other machines can join.  Clients
     connect only to their router.  reachable: whether peers find those of other machines by multicast, where it is allowed.
     """
     if options.mode == "client":
-        return [options] * len(ports)
+        return [options] * count
     peer = replace(options, mode="peer", multicast_scouting=bool(reachable and options.multicast_scouting))
     members = [
         replace(peer, listen=(place.listen,), connect=(*place.connect, *options.connect))
-        for place in peer_mesh(ports, "tls" if options.security else "tcp")
+        for place in peer_mesh(free_ports(count, named), "tls" if options.security else "tcp")
     ]
     members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
     return members

@@ -1,7 +1,8 @@
-"""Summary of `up`: the takes and all messages, from the files and the last healths."""
+"""Summary of `up`, from takes and last healths; where its members listen."""
 
 import io
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,11 +14,14 @@ from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.writer import Recording
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, OutputTable, PageTable
+from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
-from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor
+from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor, named_ports, places_of
 
 SERVICES = [("viewer", "1"), ("integrator", "main")]
 
@@ -128,3 +132,17 @@ def test_without_a_take_nothing_is_complete(take: Path) -> None:
 def test_a_failed_service_is_a_failure(take: Path) -> None:
     assert summary(take, 1)[0] == FAILED
     assert summary(None, DONE)[0] == DONE
+
+
+def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, ports = demo_rig(), range(20_000, 20_006)
+    outputs: dict[str, OutputTable] = {"foxglove": FoxgloveTable(port=20_001), "csv": OutputTable()}
+    rig = replace(rig, animator=AnimatorTable(page=PageTable(port=20_000), outputs=outputs))
+    options = ZenohOptions("peer", listen=("tcp/0.0.0.0:20003", "tls/[::]:20004#iface=eth0"), multicast_scouting=False)
+    assert named_ports(rig, options, None) == {20_000, 20_001, 0, 20_003, 20_004}
+    assert named_ports(rig, options, 20_002) == {20_002, 20_001, 0, 20_003, 20_004}
+    monkeypatch.setattr("zenocap.common.bus.zenoh_session.PORTS", ports)
+    (one, other) = places_of(options, 2, {20_000, 20_001, 20_003, 20_004})
+    assert {one.listen[0], *other.listen} == {"tcp/127.0.0.1:20002", "tcp/127.0.0.1:20005"}
+    clients = replace(options, mode="client")
+    assert places_of(clients, 9, ()) == [clients] * 9  # they listen nowhere

@@ -1,6 +1,6 @@
 """Start of the bundle adjustment: camera poses from board poses in shared views."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -106,12 +106,24 @@ def _consensus(
         for first in seen[k][one]:
             for second in seen[k][other]:
                 pose = relative_pose(first[:2], second[:2])
-                errors = [_transfer(pose, seen[j][one], lens, frame_sets[j].views[other], corners) for j in checked]
-                error = float(np.median(errors))
+                errors = (_transfer(pose, seen[j][one], lens, frame_sets[j].views[other], corners) for j in checked)
+                error = _median_below(np.inf if best is None else best[0], errors, len(checked))
                 if best is None or error < best[0]:
                     best = (error, pose)
     assert best is not None
     return best[1], best[0]
+
+
+def _median_below(limit: float, errors: Iterable[float], count: int) -> float:
+    """Median of `count` errors; infinity as soon as more than half of them say that it is not below the limit."""
+    taken: list[float] = []
+    above = 0
+    for error in errors:
+        taken.append(error)
+        above += error >= limit
+        if above > count // 2:
+            return np.inf
+    return float(np.median(taken))
 
 
 def _transfer(pose: Pose, firsts: Proposals, lens: LensModel, view: View, corners: Floats) -> float:

@@ -5,6 +5,7 @@ The board itself is given by its picture and its corners.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -77,18 +78,22 @@ def board_image(
     picture: of the board, with side_m (width, height) m.  Drawn through every pixel's ray: lens distortion is exact.
     """
     width, height = camera.size
-    columns, rows = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
-    pixels = np.stack([columns, rows], axis=-1).reshape(-1, 1, 2)
-    rays = cv2.undistortPoints(pixels, camera.matrix, camera.distortions).reshape(-1, 2)
+    rays = _rays(camera.size, camera.matrix.tobytes(), camera.distortions.tobytes())
     rotation, shift = camera.rotation @ pose[0], camera.rotation @ pose[1] + camera.translation
     # The plane of the board: (x, y, z) = R (a, b, 0) + t, so that (a, b) follows from a ray by a homography.
     homography = np.linalg.inv(np.stack([rotation[:, 0], rotation[:, 1], shift], axis=1))
-    plane = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ homography.T
     scale = np.array(picture.shape[1::-1]) / np.array(side_m)
-    ahead = plane[:, 2] > 0
-    places = np.where(ahead[:, None], plane[:, :2] / np.where(ahead, plane[:, 2], 1.0)[:, None], -1.0) * scale - 0.5
+    places = cv2.perspectiveTransform(rays, homography)[:, 0] * scale - 0.5
+    places[rays[:, 0, 0] * homography[2, 0] + rays[:, 0, 1] * homography[2, 1] + homography[2, 2] <= 0] = -1.0
     maps = places.astype(np.float32).reshape(height, width, 2).transpose(2, 0, 1).copy()
     drawn = cv2.remap(picture, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=190)
     noise = np.random.default_rng(seed).normal(0.0, 3.0, drawn.shape)
     soft = cv2.GaussianBlur(drawn.astype(np.float32), (0, 0), 0.7)
     return np.asarray(np.clip(soft + noise, 0, 255), dtype=np.uint8)
+
+
+@lru_cache(maxsize=4)
+def _rays(size: tuple[int, int], matrix: bytes, distortions: bytes) -> Floats:
+    """(height * width, 1, 2) at depth 1 of all pixels."""
+    pixels = np.stack(np.meshgrid(*(np.arange(count, dtype=np.float64) for count in size)), axis=-1).reshape(-1, 1, 2)
+    return np.asarray(cv2.undistortPoints(pixels, np.frombuffer(matrix).reshape(3, 3), np.frombuffer(distortions)))

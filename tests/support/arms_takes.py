@@ -1,14 +1,16 @@
 """Takes of a simulated person who raises both arms once, kept on disk."""
 
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from tests.support.stored import stored_files
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.common.rig.tracker import TrackerOverrides
-from zenocap.tools.takes.both_ways import track_both_ways
+from zenocap.tools.takes.both_ways import add_both_ways, track_both_ways
 from zenocap.tools.takes.rig_changes import with_tracker
 from zenocap.tools.takes.track import track
 
@@ -27,8 +29,14 @@ def forward_take(folder: Path) -> Path:
 
 
 def both_ways_take(folder: Path) -> Path:
-    """The same film tracked both ways."""
-    return _kept(folder, "both ways", lambda path: track_both_ways(arms_rig(), path))
+    """The same film tracked both ways, from the take of the forward pass."""
+
+    def make(take: Path) -> None:
+        with TemporaryDirectory() as place:
+            shutil.copy(forward_take(Path(place) / "forward"), take)
+        add_both_ways(arms_rig(), take)
+
+    return _kept(folder, "both ways", make)
 
 
 def reversed_take(folder: Path) -> Path:

@@ -32,9 +32,9 @@ POSTURES = "zenocap/demo/recognizer/posture"
 
 
 def rig_with(model: Path) -> Rig:
-    """The demo rig with a boxing simulated person: movement, but no posture of the small model."""
+    """The demo rig with a simulated person who squats with the arms forward: no posture of the small model."""
     rig = demo_rig("two-view")
-    viewers = tuple(replace(viewer, source=Actor("boxing", 3), preview=False) for viewer in rig.viewers)
+    viewers = tuple(replace(viewer, source=Actor("squat-arms-forward", 3), preview=False) for viewer in rig.viewers)
     return replace(rig, viewers=viewers, recognizer=RecognizerSpec(model, "integrator"))
 
 

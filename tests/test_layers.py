@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.measures.house import statements
 from tests.support.places import ROOT
 
 ROOMS = ("cli", "measure", "teach", "record", "operate", "setup", "takes", "judge")  # of tools, by what their user does
@@ -72,7 +73,7 @@ def names_in(nodes: Iterator[ast.AST]) -> Iterator[str]:
 @cache
 def imported(module: str) -> frozenset[str]:
     """Full names of the modules that a module imports, including imports inside functions."""
-    return frozenset(names_in(ast.walk(tree(module))))
+    return frozenset(names_in(statements(tree(module).body)))
 
 
 def within(module: str, places: tuple[str, ...]) -> bool:

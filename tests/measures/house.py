@@ -10,8 +10,10 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 from tests.support.places import ROOT
 
@@ -44,18 +46,41 @@ def rooms(checkout: Path) -> dict[str, int]:
     return found | {name: lines_of(sources(checkout, name)) for name in ("simulation", "benchmarks", "tests")}
 
 
-def functions(paths: Sequence[Path]) -> Iterator[tuple[Path, ast.FunctionDef | ast.AsyncFunctionDef]]:
-    for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                yield path, node
+class Function(NamedTuple):
+    lines: int
+    positional: int  # parameters, without `self` and `cls`
+    is_kernel: bool
 
 
-def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    return (function.end_lineno or 0) - function.lineno + 1
+class Definitions(NamedTuple):
+    """Functions of a module, and the names of its classes, at any depth."""
+
+    functions: tuple[Function, ...]
+    classes: tuple[str, ...]
 
 
-def is_kernel(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+@cache
+def definitions(path: Path) -> Definitions:
+    functions, classes = [], []
+    for node in statements(ast.parse(path.read_bytes()).body):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            positional = sum(one.arg not in ("self", "cls") for one in node.args.posonlyargs + node.args.args)
+            functions.append(Function((node.end_lineno or 0) - node.lineno + 1, positional, _is_kernel(node)))
+        elif isinstance(node, ast.ClassDef):
+            classes.append(node.name)
+    return Definitions(tuple(functions), tuple(classes))
+
+
+def statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+    """Statements at any depth.  Without their expressions: `ast.walk` takes several times as long."""
+    for node in body:
+        yield node
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            for inner in getattr(node, name, ()):
+                yield from statements([inner] if isinstance(inner, ast.stmt) else inner.body)
+
+
+def _is_kernel(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     names = {node.id for each in function.decorator_list for node in ast.walk(each) if isinstance(node, ast.Name)}
     return bool(names & {"kernel", "leaf_kernel", "njit"})
 
@@ -86,11 +111,6 @@ def complex_functions(checkout: Path) -> int:
     return len(json.loads(subprocess.run(command, cwd=checkout, check=True, capture_output=True, text=True).stdout))
 
 
-def positional(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Positional parameters of a function, without `self` and `cls`."""
-    return sum(one.arg not in ("self", "cls") for one in function.args.posonlyargs + function.args.args)
-
-
 def words(*pages: Path) -> int:
     """Words of pages: blanks separate them, and the bars of tables are none."""
     return sum(not set(word) <= set("|:-") for page in pages for word in page.read_text(encoding="utf-8").split())
@@ -99,8 +119,7 @@ def words(*pages: Path) -> int:
 def figures(checkout: Path) -> Mapping[str, int]:
     """Sizes of a checkout, by name."""
     package, benchmarks = sources(checkout, *PACKAGE), sources(checkout, "benchmarks")
-    its = list(functions([*package, *benchmarks]))
-    taken = [positional(node) for _, node in its if not is_kernel(node)]
+    its = [function for path in (*package, *benchmarks) for function in definitions(path).functions]
     scripts = [path for folder in PACKAGE[:-1] for path in (checkout / folder).rglob("*") if path.suffix in (".js", ".css")]
     return {
         "lines of the package": lines_of(package),
@@ -109,10 +128,10 @@ def figures(checkout: Path) -> Mapping[str, int]:
         "lines of scripts and styles": lines_of(scripts),
         "files of the package": len(package),
         f"of them below {SMALL} lines": sum(lines_of([path]) < SMALL for path in package),
-        "longest function, lines": max(length(node) for _, node in its),
+        "longest function, lines": max(function.lines for function in its),
         f"functions above {MOST_BRANCHES} branches": complex_functions(checkout),
         f"functions above {MOST_POSITIONAL} positional parameters, no kernels": sum(
-            count > MOST_POSITIONAL for count in taken
+            function.positional > MOST_POSITIONAL and not function.is_kernel for function in its
         ),
         "repeated lines of package and benchmarks": repeated([*package, *benchmarks]),
         "words of README": words(checkout / "README.md"),

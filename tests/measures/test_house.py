@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.measures.house import functions, is_kernel, length, repeated, rooms, sources
+from tests.measures.house import Function, definitions, repeated, rooms, sources
 
 
 @pytest.fixture
@@ -32,7 +32,17 @@ def test_repeated_lines_are_those_in_runs_of_six(folder: Path) -> None:
 def test_kernels_are_known_by_their_decorator(folder: Path) -> None:
     path = folder / "common" / "one.py"
     path.write_text("@kernel\ndef a(x):\n    return x\n\n\ndef b(x):\n    return x\n")
-    assert [(is_kernel(node), length(node)) for _, node in functions([path])] == [(True, 2), (False, 2)]
+    assert definitions(path).functions == (Function(2, 1, True), Function(2, 1, False))
+
+
+def test_definitions_are_found_at_any_depth(folder: Path) -> None:
+    path = folder / "common" / "one.py"
+    inner = {"if x:": "class A: pass", "class B:": "def b(self, x, /, y, *, z): pass", "for _ in x:": "async def c(): pass"}
+    tried = "try:\n    pass\nexcept ValueError:\n    class C: pass\nelse:\n    class D: pass\nfinally:\n    class E: pass\n"
+    text = "".join(f"{outer}\n    {line}\n" for outer, line in inner.items())
+    path.write_text(text + tried + "match x:\n    case 1:\n        class F: pass\n")
+    assert sorted(definitions(path).classes) == ["A", "B", "C", "D", "E", "F"]
+    assert [function.positional for function in definitions(path).functions] == [2, 0]
 
 
 def test_a_folder_that_an_earlier_commit_has_left_is_no_room(folder: Path) -> None:

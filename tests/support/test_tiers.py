@@ -61,7 +61,7 @@ def test_times_and_tiers_are_written(run, tmp_path: Path) -> None:
     assert rows["test_one.py::test_slow_core"]["processor_s"] >= 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_groups_with_slow_tests_begin_first_and_stay_together(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

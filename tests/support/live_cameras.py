@@ -10,10 +10,12 @@ from tests.support.processes import PATIENCE_S
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import Viewer
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.setup.cameras.named_sources import named_sources
 from zenocap.tools.setup.page.camera import LiveCamera
 
 SIZE = (96, 64)
+SILENT_S = 1.0
 
 
 def picture(seed: int = 0, level: float = 120.0, noise: float = 3.0, size: tuple[int, int] = SIZE) -> Image:
@@ -27,10 +29,18 @@ def viewers(names: Sequence[str], fps: float = 30.0, size: tuple[int, int] = SIZ
     return named_sources([f"{name}={number}" for number, name in enumerate(names)], size, fps)
 
 
-def camera_of(images: Callable[[], Iterator[Frame]], name: str = "left", fps: float = 30.0) -> LiveCamera:
-    """A camera with these frames."""
+def camera_of(images: Callable[[], Iterator[Frame | None]], name: str = "left", fps: float = 30.0) -> LiveCamera:
+    """A camera with these frames; it is silent for a while where one is None."""
     (viewer,) = viewers([name], fps)
-    return LiveCamera(viewer, 0, opener=lambda *_: images())
+
+    def opened(_: Viewer, playback: Playback, *_others: object) -> Iterator[Frame]:
+        for frame in images():
+            if frame is None:
+                playback.sleep(SILENT_S)
+            else:
+                yield frame
+
+    return LiveCamera(viewer, 0, opener=opened)
 
 
 @contextmanager
@@ -55,12 +65,12 @@ def paced(make: Callable[[int], Image], fps: float = 30.0, count: int | None = N
         k += 1
 
 
-def at_once(make: Callable[[int], Image], count: int, fps: float = 30.0) -> Iterator[Frame]:
+def at_once(make: Callable[[int], Image], count: int, fps: float = 30.0) -> Iterator[Frame | None]:
     """`count` frames without waiting, of a source that is then silent for a while."""
     begin_ns = time.time_ns()
     for k in range(count):
         yield Frame(k, begin_ns + round(k * 1e9 / fps), make(k))
-    time.sleep(1.0)
+    yield None
 
 
 def until(condition: Callable[[], bool], text: str, seconds: float = PATIENCE_S) -> None:

@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 from zenocap.tools.setup.cameras.onvif_discovery import GROUP
 
 LOOPBACK = "127.0.0.1"
+POLL_S = 0.02
 ALONE_S = 120.0  # until the device of another worker or clone on this machine has ended
 S = "{http://www.w3.org/2003/05/soap-envelope}"
 NAMES = (
@@ -97,9 +98,11 @@ class SimulatedOnvif:
         self._udp.bind(("", GROUP[1]))
         member = struct.pack("4s4s", socket.inet_aton(GROUP[0]), socket.inet_aton(LOOPBACK))
         self._udp.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-        self._udp.settimeout(0.1)
+        self._udp.settimeout(POLL_S)
         self._stop = threading.Event()
-        self._threads = [threading.Thread(target=self._http.serve_forever), threading.Thread(target=self._discovery)]
+        self._threads = [
+            threading.Thread(target=self._http.serve_forever, args=(POLL_S,)), threading.Thread(target=self._discovery)
+        ]  # fmt: skip
 
     def __enter__(self) -> "SimulatedOnvif":
         for thread in self._threads:

@@ -164,7 +164,7 @@ def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(
     assert outcomes[-1].limb_features is not None
     assert outcomes[-1].toes is not None
     config = setup(CAMERAS)
-    printed = replace(config, options=replace(config.options, filter=PRESETS["paper"].filter))
+    printed = replace(config, options=replace(config.options, filter=PRESETS["paper"].filter, iterations=2))
     _, outcomes, _ = run(printed, [None, *[t_pose_at(SEED)] * 5])
     assert outcomes[-1].pose is not None
     assert outcomes[-1].limb_features is None

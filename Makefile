@@ -23,7 +23,7 @@ CORE := core and not nightly
 
 # With no target: the list of targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-unit test-core test-nightly coverage check format compile docs benchmark evaluate priors postures sbom lock clean
+.PHONY: help demo test checked tested test-unit test-core test-nightly coverage check format compile docs benchmark evaluate priors postures sbom lock clean
 
 help:
 	@echo "make demo        set up $(VENV) and run the demo; open http://127.0.0.1:8080"
@@ -43,8 +43,15 @@ help:
 demo: $(RUNTIME)
 	$(BIN)/zenocap demo $(ARGS)
 
+# The checks use what the tests leave of the processors; their result comes last.
 test: $(RUNTIME)
-	@$(MAKE) --no-print-directory -j2 compile check ARGS=
+	@$(MAKE) --no-print-directory -j2 compile $(DEV) ARGS=
+	@$(MAKE) --no-print-directory -j2 checked tested; status=$$?; cat build/check.log; exit $$status
+
+checked:
+	@mkdir -p build && $(MAKE) --no-print-directory check >build/check.log 2>&1
+
+tested:
 	$(PYTEST) -m "$(FAST)" $(PARALLEL) $(ARGS)
 
 test-unit: $(DEV)

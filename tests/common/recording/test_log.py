@@ -47,7 +47,7 @@ def test_a_slow_disk_loses_messages_and_reports_them(network, tmp_path, monkeypa
     bus, disk = network.bus(), threading.Event()
     slow = recording(tmp_path)
     write = slow.record
-    monkeypatch.setattr(slow, "record", lambda envelope: (disk.wait(10.0), write(envelope)))
+    monkeypatch.setattr(slow, "record", lambda envelope: (disk.wait(60.0), write(envelope)))
     log = Log(bus.reader(), slow)
     log.start()
     for frame in range(100):

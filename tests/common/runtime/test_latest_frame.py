@@ -48,7 +48,7 @@ def test_stopping_closes_the_source() -> None:
     def endless() -> Iterator[Image]:
         try:
             while True:
-                taken.acquire(timeout=5.0)
+                taken.acquire(timeout=60.0)
                 yield Image(0)
         finally:
             closed.set()

@@ -49,7 +49,7 @@ def test_prefetch_is_limited_by_the_buffer_size(monkeypatch: pytest.MonkeyPatch)
             yield prepared(produced[0])
 
     prefetch = Prefetch(endless())
-    assert full.wait(5.0)
+    assert full.wait(60.0)
     assert prefetch.buffered == (8, 80)
     for _ in range(100):
         assert prefetch.peek(5.0) is not None

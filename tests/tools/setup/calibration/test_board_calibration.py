@@ -59,14 +59,14 @@ def test_places_are_measured_within_the_claimed_error(rig, found):
 
 def test_delays_and_lenses_are_found(rig, found):
     np.testing.assert_allclose([one.delay_s for one in found.cameras], [0.0, 0.04], atol=0.006)
-    for one, true in zip(found.cameras, rig, strict=False):
+    for one, true in zip(found.cameras, rig[:2], strict=True):
         assert one.camera.matrix[0, 0] == pytest.approx(true.matrix[0, 0], rel=0.02)
 
 
 def test_the_floor_is_that_of_the_board(rig, found):
     # The board lies in the middle of the room with its rows along X, so that the worlds are the same.
     assert found.world.known
-    for one, true in zip(found.cameras, rig, strict=False):
+    for one, true in zip(found.cameras, rig[:2], strict=True):
         np.testing.assert_allclose(one.camera.centre, true.centre, atol=0.1)
 
 

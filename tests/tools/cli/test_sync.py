@@ -32,13 +32,12 @@ def offsets(folder: Path) -> dict[str, float]:
 
 def test_silhouettes_without_sound_write_sync_toml_that_load_rig_reads(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS)
+    (folder / "sync.toml").write_text("[offset_s]\ncam01 = 0.0\ncam02 = 0.2\n")  # an existing file does not matter
     assert "no video has sound" in sync(folder)
     assert offsets(folder)["cam01"] == 0
     assert abs(offsets(folder)["cam02"] - 0.7) < EXACT_S
     assert "from silhouettes" in (folder / "sync.toml").read_text().splitlines()[0]
     assert any("sync.toml" in note for note in load_rig(folder).notes)
-    sync(folder)  # an existing file does not matter
-    assert abs(offsets(folder)["cam02"] - 0.7) < EXACT_S
 
 
 @pytest.mark.nightly

@@ -31,7 +31,7 @@ def test_the_text_equals_the_content_of_the_take(name: str) -> None:
 
 
 @pytest.mark.parametrize("reader", TEXTS)
-@pytest.mark.parametrize("name", TAKES)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_reader_finds_what_it_found(name: str, reader: str) -> None:
     if reader in COMPUTED and not of_this_processor(name):
         pytest.skip(f"recorded on another processor than {processor()}")

@@ -9,7 +9,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from coverage import Coverage
 
@@ -66,11 +65,10 @@ def only_last(
     """By file, the lines that are reached after and not before."""
     found = []
     for name, file in sorted(after.items()):
-        if Path(name).is_absolute() and not Path(name).is_relative_to(ROOT):
-            continue  # of a package that a test wrote
+        path = ROOT / name
         lines = set(file["executed_lines"]) - set(before.get(name, {}).get("executed_lines", ()))
-        if lines:
-            found.append((str(Path(name).relative_to(ROOT)) if Path(name).is_absolute() else name, sorted(lines)))
+        if lines and path.is_relative_to(ROOT):  # others are of packages that tests write
+            found.append((str(path.relative_to(ROOT)), sorted(lines)))
     return found
 
 

@@ -14,6 +14,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.runtime.service_info import processor
 
 FOLDER = ROOT / "benchmarks" / "results"
+WRITTEN = ("benchmarks/results", "docs", "README.md")  # by --publish and --pictures: no result depends on them
 
 
 class Heading(msgspec.Struct, frozen=True):
@@ -85,8 +86,15 @@ def summary(name: str, kind: Kind, runs: Sequence[Figures]) -> Row:
 
 
 def commit() -> str:
-    """Short commit of the checkout, with `-dirty` where files differ from it; "" without git."""
-    done = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=False)
+    """Short commit of the checkout, with `-dirty` where files differ from it that are not written here; "" without git."""
+    head = _git("rev-parse", "--short", "HEAD")
+    changed = _git("status", "--porcelain", "--untracked-files=no", "--", ".", *(f":!{name}" for name in WRITTEN))
+    return f"{head}-dirty" if head and changed else head
+
+
+def _git(*arguments: str) -> str:
+    """Standard output of git; "" where it fails."""
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
     return done.stdout.strip() if done.returncode == 0 else ""
 
 

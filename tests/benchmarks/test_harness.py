@@ -1,5 +1,6 @@
 """The harness: what a result depends on, what is kept, honest statistics, stored figures, the command."""
 
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -162,6 +163,25 @@ def test_a_row_replaces_that_of_the_same_case_and_machine(folder: Path) -> None:
     ]  # fmt: skip
     results.store(replace(KIND, cases={"large": case("film")}), [])
     assert [row.case for row in results.load(folder / "doubled.json").figures] == ["large"]
+
+
+def test_published_pages_do_not_make_a_checkout_dirty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def git(*arguments: str) -> None:
+        subprocess.run(["git", "-c", "user.name=x", "-c", "user.email=x", *arguments], cwd=tmp_path, check=True)
+
+    monkeypatch.setattr(results, "ROOT", tmp_path)
+    assert results.commit() == ""
+    for name in ("docs/page.md", "code.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("before\n")
+    git("init", "--quiet")
+    git("add", ".")
+    git("commit", "--quiet", "--message", "one")
+    clean = results.commit()
+    (tmp_path / "docs" / "page.md").write_text("after\n")
+    assert results.commit() == clean != ""
+    (tmp_path / "code.py").write_text("after\n")
+    assert results.commit() == f"{clean}-dirty"
 
 
 def test_a_damaged_file_is_named(tmp_path: Path) -> None:

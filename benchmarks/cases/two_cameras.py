@@ -130,9 +130,9 @@ def inputs(one: Case) -> tuple[str, ...]:
 _NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved", HYBRID)
 VARIANTS = Kind(
     "variants",
-    "Sets of twelve simulated people with body measures of ANSUR II, one in five a child, in colour by the paper's two "
-    "cameras at 160×120. Postures: fifteen, two takes each, 15 frames/s; motions: motion capture at 30 frames/s, four "
-    "people. Lost: no pose, or a mean joint error above 250 mm. Matchings are those of the tri-tree searches.",
+    "Sets of four simulated people with body measures of ANSUR II, one in five a child, in colour by the paper's two "
+    "cameras at 160×120. Postures: fifteen, two takes each, 15 frames/s; motions: motion capture at 30 frames/s. "
+    "Lost: no pose, or a mean joint error above 250 mm. Matchings are those of the tri-tree searches.",
     run,
     (
         Column("segments", "°"),
@@ -142,7 +142,7 @@ VARIANTS = Kind(
         Column("lost", "%"),
         *(Column(name, "matchings", 0, "") for name in ("arm", "leg", "view and frame")),
     ),
-    {f"{name}, postures": case("postures", variant=name) for name in _NAMES}
+    {f"{name}, postures": case("postures", variant=name, people=4) for name in _NAMES}
     | {f"{name}, motions": case("motions", variant=name, people=4) for name in _NAMES}
     | {
         f"hybrid without {name}, {film}": case(film, variant=f"{HYBRID}-{name}", people=4)
@@ -150,7 +150,7 @@ VARIANTS = Kind(
         for film in ("postures", "motions")
     }
     | {f"{name}, postures, 640×480": case("postures", variant=name, people=4, size="640x480") for name in _NAMES}
-    | {f"improved, {posture}": case(posture) for posture in POSTURES},
+    | {f"improved, {posture}": case(posture, people=4) for posture in POSTURES},
     case("squat", people=1),
     rows="variant",
     inputs=inputs,

@@ -61,7 +61,9 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("kind", nargs="*", help="kinds, or `all`")
     found.add_argument("--list", action="store_true", help="list kinds and cases")
-    found.add_argument("--only", nargs="+", default=(), metavar="TEXT", help="cases with one of these in their names")
+    found.add_argument(
+        "--only", nargs="+", default=(), metavar="TEXT", help="cases of these names, or with one of these in their names"
+    )
     found.add_argument("--seeds", type=int, metavar="N", help="seeds of a case (default: those of the kind)")
     found.add_argument("--jobs", type=int, default=2, metavar="N", help="processes (default 2); timed kinds have one")
     found.add_argument("--fresh", action="store_true", help="run again what is kept for the same sources and inputs")

@@ -93,11 +93,17 @@ class Kind:
         return self.run.__module__
 
     def selected(self, patterns: Sequence[str]) -> Mapping[str, Case]:
-        """Cases whose name has one of the patterns in it; all for none.  Raises UserError where a pattern has no case."""
+        """Cases that a pattern names, or has in their name; all for none.  Raises UserError where a pattern has no case."""
         for pattern in patterns:
             if not any(pattern in name for name in self.cases):
                 raise UserError(f"{self.name}: --only {pattern!r}: allowed: a part of {', '.join(self.cases)}")
-        return {name: one for name, one in self.cases.items() if not patterns or any(part in name for part in patterns)}
+        wanted = set(patterns)
+        parts = wanted - set(self.cases)
+        return {
+            name: one
+            for name, one in self.cases.items()
+            if not patterns or name in wanted or any(part in name for part in parts)
+        }
 
     def missing(self, one: Case) -> list[str]:
         """Inputs that are not beside the checkout."""

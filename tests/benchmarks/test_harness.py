@@ -184,6 +184,13 @@ def test_published_pages_do_not_make_a_checkout_dirty(tmp_path: Path, monkeypatc
     assert results.commit() == f"{clean}-dirty"
 
 
+def test_a_full_name_chooses_only_that_case() -> None:
+    kind = replace(KIND, cases={name: case(name) for name in ("paper", "paper, large", "improved, large")})
+    assert list(kind.selected(["paper"])) == ["paper"]
+    assert list(kind.selected(["large"])) == ["paper, large", "improved, large"]
+    assert list(kind.selected(["paper", "impr"])) == ["paper", "improved, large"]
+
+
 def test_a_damaged_file_is_named(tmp_path: Path) -> None:
     path = tmp_path / "doubled.json"
     path.write_text('{"kind": "doubled", "figures": [')

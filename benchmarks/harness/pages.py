@@ -4,22 +4,27 @@
     <!-- table KIND [COLUMN ...] [across] [rows=PATTERN] -->
     ...
     <!-- end -->
+    <!-- kinds unmeasured -->
+    ...
+    <!-- end -->
 
 CASE in quotation marks where it has spaces.  rows: only cases whose names match the regular expression;
-`across`, of one column: the last part of the names of the cases goes across.
+`across`, of one column: the last part of the names of the cases goes across.  kinds unmeasured: those without results.
 """
 
 import re
 import shlex
+import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from benchmarks.harness.cache import ROOT
 from benchmarks.harness.results import Results
 from benchmarks.harness.text import across, cell, markdown
+from benchmarks.kinds import KINDS
 from zenocap.common.errors import UserError
 
-MARKER = re.compile(r"(<!-- (figure|table) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
+MARKER = re.compile(r"(<!-- (figure|table|kinds) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 
 
 def pages() -> list[Path]:
@@ -33,7 +38,7 @@ def written(text: str, results: Mapping[str, Results], page: str = "") -> str:
     def replaced(match: re.Match[str]) -> str:
         start, what, words, _, end = match.groups()
         try:
-            content = _figure(words, results) if what == "figure" else f"\n{_table(words, results)}\n"
+            content = _figure(words, results) if what == "figure" else f"\n{OF_LINES[what](words, results)}\n"
         except (UserError, ValueError, re.error) as error:
             raise UserError(f"{page}: {start}: {error}") from error
         return f"{start}{content}{end}"
@@ -83,6 +88,16 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     if len(names) != 1:
         raise UserError("across: one COLUMN expected")
     return across(found, rows, headings[0])
+
+
+def _unmeasured(words: str, results: Mapping[str, Results]) -> str:
+    if words != "unmeasured":
+        raise UserError("`unmeasured` expected")
+    names = [f"`{name}`" for name in KINDS.names() if name not in results]
+    return textwrap.fill(", ".join(names) + ".", 120, break_on_hyphens=False) if names else "None."
+
+
+OF_LINES = {"table": _table, "kinds": _unmeasured}
 
 
 def _results(kind: str, results: Mapping[str, Results]) -> Results:

@@ -184,6 +184,15 @@ def test_published_pages_do_not_make_a_checkout_dirty(tmp_path: Path, monkeypatc
     assert results.commit() == f"{clean}-dirty"
 
 
+def test_kinds_without_results_are_named() -> None:
+    page = pages.written("<!-- kinds unmeasured --><!-- end -->", {})
+    assert "`chaos`, `faults`" in page.replace("\n", " ")
+    found = {"chaos": results.results_of(KIND, [])}
+    assert "`chaos`" not in pages.written("<!-- kinds unmeasured --><!-- end -->", found)
+    with pytest.raises(UserError, match="page: <!-- kinds all -->: `unmeasured` expected"):
+        pages.written("<!-- kinds all --><!-- end -->", {}, "page")
+
+
 def test_a_full_name_chooses_only_that_case() -> None:
     kind = replace(KIND, cases={name: case(name) for name in ("paper", "paper, large", "improved, large")})
     assert list(kind.selected(["paper"])) == ["paper"]

@@ -11,7 +11,6 @@ from benchmarks.cases.clips import take_prior
 from benchmarks.cases.paper import LIMB_ANGLES, TABLE_2, angle_curves, angle_rmse_deg
 from benchmarks.people.tracker import ANATOMY, TrackedPath, trajectories
 from benchmarks.pictures.plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
-from tests.support.places import ROOT
 from zenocap.common.body.definition import neutral_pose
 from zenocap.services.tracker.body.average_body import body_of_height
 
@@ -59,10 +58,3 @@ def test_plots_are_small_files_even_with_gaps(tmp_path: Path) -> None:
         written = (tmp_path / f"{name}.png").read_bytes()
         assert written.startswith(b"\x89PNG")
         assert len(written) < 100_000
-
-
-def test_documented_figures_are_small_and_shown() -> None:
-    page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
-    for number in range(4, 10):
-        assert f"(papers/figure-{number}.png)" in page
-        assert 0 < (ROOT / "docs" / "papers" / f"figure-{number}.png").stat().st_size < 100_000

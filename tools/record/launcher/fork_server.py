@@ -7,6 +7,7 @@ exists.  Linux only; elsewhere, and when the fork server has ended, processes ar
 """
 
 import ctypes
+import gc
 import json
 import os
 import select
@@ -16,10 +17,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, NoReturn, cast
 
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.runtime.compiled import is_compiled
@@ -30,6 +31,7 @@ COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
 ROOM = 4096  # bytes of the command line of a forked service
 PROGRAM = "zenocap.tools.cli.main"  # by name: it starts this server itself
 STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
+CLOSED_S = 1.0  # for the server to end: longer while it imports, which nothing needs any more; chosen by hand
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
 UNKNOWN = 1  # exit status of a service whose fork server ended before
 
@@ -106,9 +108,10 @@ class ForkServer:
 
     def close(self) -> None:
         """End the server; its services are not affected."""
-        self._socket.close()
+        with suppress(OSError):  # it has ended
+            self._socket.shutdown(socket.SHUT_RDWR)  # `close` alone has no effect while `_listen` waits in recv
         try:
-            self._process.wait(5.0)
+            self._process.wait(CLOSED_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -156,6 +159,7 @@ class ForkServer:
                 else:
                     self._ends[number] = value
                 self._answered.notify_all()
+        self._socket.close()
         with self._answered:
             left, self._children = list(self._children.values()), {}
             self._answered.notify_all()
@@ -166,7 +170,8 @@ class ForkServer:
 def serve(connection: socket.socket) -> list[str] | None:
     """Fork a process for each request until the connection is closed.
 
-    Returns the arguments of its command in a forked process, None in the server at its end.
+    Returns None in the server at its end, in a forked process the arguments of its command: there the signals of IGNORED
+    wait until they are unblocked.
     """
     woken, waker = os.pipe()
     os.set_blocking(waker, False)
@@ -183,6 +188,7 @@ def serve(connection: socket.socket) -> list[str] | None:
         if not data:
             return None
         request, arguments = json.loads(data)
+        signal.pthread_sigmask(signal.SIG_BLOCK, IGNORED)  # ignored until its own handlers are set, they would be lost
         pid = os.fork()
         if pid == 0:
             signal.set_wakeup_fd(-1)
@@ -192,6 +198,7 @@ def serve(connection: socket.socket) -> list[str] | None:
             connection.close()
             _become(arguments, *descriptors)
             return [str(argument) for argument in arguments]
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
         for descriptor in descriptors:
             os.close(descriptor)
         connection.send(json.dumps(["started", request, pid]).encode())
@@ -257,6 +264,7 @@ def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
     command_line = cast("Callable[[], None]", attribute(f"{PROGRAM}:main"))  # imported before anything is forked
     command_at = cast("Callable[[str], object]", attribute(f"{PROGRAM}:command_at"))
+    leave = cast("Callable[[int], NoReturn]", attribute(f"{PROGRAM}:leave"))
     for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
         command_at(name)
@@ -265,11 +273,13 @@ def main() -> None:
                 attribute(method_of(method).viewer)
     for part in filter(is_compiled, sys.argv[3].split()):
         _load(part)
+    gc.freeze()  # a collection in each service would copy what they share: half a second of processor
     arguments = serve(connection)
     if arguments is None:
-        return
+        leave(0)
     for number, handler in before.items():
         signal.signal(number, handler)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
     sys.argv = ["zenocap", *arguments]
     command_line()
 

@@ -96,6 +96,24 @@ def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     server.close()
 
 
+@pytest.mark.core
+def test_a_server_that_runs_ends_by_itself_when_it_is_closed() -> None:
+    """Its end of the connection stayed open while a thread waited in `recv` at the other, and it was killed after 5 s."""
+    server = ForkServer([])
+    assert started(server, "--version").wait(60.0) == 0
+    server.close()
+    assert server._process.returncode == 0
+
+
+@pytest.mark.core
+def test_a_signal_right_after_the_fork_ends_the_service(server: ForkServer) -> None:
+    """It was ignored until the service had set its own handlers: nine of twelve were lost."""
+    for _ in range(20):
+        router = started(server, *ROUTER)
+        router.send_signal(signal.SIGTERM)
+        assert router.wait(60.0) in (0, -signal.SIGTERM)
+
+
 @pytest.mark.nightly
 def test_services_and_server_end_with_a_launcher_that_is_killed() -> None:
     network = ("--mode", "peer", "--listen", ENDPOINT, "--no-multicast-scouting")

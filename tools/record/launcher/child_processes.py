@@ -7,7 +7,7 @@ import queue
 import signal
 import subprocess
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
@@ -15,6 +15,8 @@ FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
 SETTLED_S = 10.0  # run time after which a start counts as successful
 STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
+WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
+FAILED = 1  # status of a process that ended without a failure of its own, although it was to run on
 
 
 class Process(Protocol):
@@ -70,9 +72,11 @@ class ChildProcesses:
     """The children of this process.  clock: monotonic, seconds.  `lines` returns their output and status changes."""
 
     def __init__(
-        self, commands: Sequence[tuple[str, Sequence[str]]], clock: Callable[[], float], start: Spawn = spawn
-    ) -> None:
-        self._clock, self._spawn = clock, start
+        self, commands: Sequence[tuple[str, Sequence[str]]], clock: Callable[[], float], start: Spawn = spawn,
+        finishing: Collection[str] = (),
+    ) -> None:  # fmt: skip
+        """finishing: names of those that end by themselves; others are started again when something else stops them."""
+        self._clock, self._spawn, self._finishing = clock, start, finishing
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.all = [ChildProcess(name, tuple(arguments)) for name, arguments in commands]
 
@@ -109,7 +113,7 @@ class ChildProcesses:
         for child in self.all:
             if names(child.name):
                 if child.due_s is not None and child.quick_failures >= QUICK_FAILURES:
-                    child.status = child.last_status
+                    child.status = child.last_status or FAILED
                 child.due_s = None
                 if child.process is not None and child.process.poll() is None:
                     child.process.send_signal(signal.SIGTERM)
@@ -145,7 +149,7 @@ class ChildProcesses:
         child.process = None
         if child.reader is not None:
             child.reader.join(1.0)
-        if status == 0:
+        if status == 0 and child.name in self._finishing:
             child.status = 0
             self._lines.put(f"{child.name}: finished")
             return
@@ -153,11 +157,11 @@ class ChildProcesses:
         child.last_status = status
         child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
-        # A process that exits right after its first start would fail again.  One that was killed may not, and for one that
-        # ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
-        first_failed = status > 0 and child.starts == 1 and child.quick_failures
+        # A process that fails right after its first start would fail again.  One that was killed or stopped may not, and for
+        # one that ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
+        first_failed = status > 0 and status not in WITHOUT_FAILURE and child.starts == 1 and child.quick_failures
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):
-            child.status = status
+            child.status = status or FAILED
             self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
             return
         pause_s = min(FIRST_PAUSE_S * 2 ** max(0, child.quick_failures - 1), LONGEST_PAUSE_S)
@@ -171,4 +175,6 @@ def _exit_text(status: int) -> str:
             return f"died ({signal.Signals(-status).name})"
         except ValueError:
             return f"died (signal {-status})"
+    if status in WITHOUT_FAILURE:
+        return f"ended, although it was to run on (exit status {status})"
     return f"failed (exit status {status})"

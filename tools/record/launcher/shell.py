@@ -84,7 +84,8 @@ def run_rig(
         ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
         ExitStack() as stack,
     ):
-        children = ChildProcesses(commands, time.monotonic, start)
+        finishing = [title(("viewer", viewer.id)) for viewer in rig.viewers if viewer.source.finishes]
+        children = ChildProcesses(commands, time.monotonic, start, finishing)
         hosted = None
         if elsewhere and options.security is not None:
             for line in secured_advice(elsewhere, rig_argument):

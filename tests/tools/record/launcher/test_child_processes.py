@@ -48,7 +48,8 @@ class Harness:
     def __init__(self, names: Sequence[str] = ("viewer 1",)) -> None:
         self.now_s = 0.0
         self.started: list[FakeProcess] = []
-        self.children = ChildProcesses([(name, [name]) for name in names], lambda: self.now_s, self._start)
+        commands = [(name, [name]) for name in names]
+        self.children = ChildProcesses(commands, lambda: self.now_s, self._start, ["viewer of a video"])
         self.children.start()
 
     def _start(self, arguments: Sequence[str]) -> FakeProcess:
@@ -92,9 +93,10 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     [
         (1, 2.0, "failed (exit status 1) after 2.0 s; not started again", 1, ["viewer 1"]),
         (1, SETTLED_S + 1, "starting it again", 2, []),
-        (0, 1.0, "finished", 1, []),
+        (0, 1.0, "ended, although it was to run on (exit status 0); starting it again in 0.5 s", 2, []),
+        (3, 1.0, "ended, although it was to run on (exit status 3); starting it again in 0.5 s", 2, []),
     ],
-    ids=["failed-at-its-first-start", "failed-after-a-long-run", "finished"],
+    ids=["failed-at-its-first-start", "failed-after-a-long-run", "stopped", "stopped-with-loss"],
 )
 def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given_up):
     harness = Harness()
@@ -104,10 +106,19 @@ def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given
     assert len(harness.started) == starts
 
 
-def test_process_with_repeated_short_runs_is_given_up() -> None:
+def test_a_viewer_of_a_video_finishes_and_is_not_started_again() -> None:
+    harness = Harness(["viewer of a video"])
+    assert harness.end_newest(0, 1.0) == "a line\nviewer of a video: finished"
+    harness.pass_time(100)
+    assert len(harness.started) == 1
+    assert harness.children.given_up == []
+
+
+@pytest.mark.parametrize("status", [-11, 0])
+def test_process_with_repeated_short_runs_is_given_up(status: int) -> None:
     harness = Harness()
     for _ in range(QUICK_FAILURES):
-        harness.end_newest(-11, 0.1)
+        harness.end_newest(status, 0.1)
         harness.pass_time(10.0)
     assert len(harness.started) == QUICK_FAILURES
     assert harness.children.given_up

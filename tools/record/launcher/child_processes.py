@@ -11,8 +11,11 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
+from zenocap.common.runtime.signals import STACKS
+
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
 SETTLED_S = 10.0  # run time after which a start counts as successful
+HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
 STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
 WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
@@ -37,7 +40,7 @@ class Process(Protocol):
     def kill(self) -> None: ...
 
 
-Spawn = Callable[[Sequence[str]], Process]
+Spawn = Callable[[Sequence[str]], Process]  # raises InterruptedError when it is to start no more
 
 
 def spawn(arguments: Sequence[str]) -> Process:
@@ -108,7 +111,7 @@ class ChildProcesses:
         return sum(max(0, child.starts - 1) for child in self.all)
 
     def stop(self, names: Callable[[str], bool] = lambda _: True) -> None:
-        """End processes by name: SIGTERM, then SIGKILL after STOPPED_S."""
+        """End processes by name: SIGTERM, then SIGKILL after STOPPED_S.  One that hangs logs its stacks after HANGING_S."""
         running = []
         for child in self.all:
             if names(child.name):
@@ -118,21 +121,40 @@ class ChildProcesses:
                 if child.process is not None and child.process.poll() is None:
                     child.process.send_signal(signal.SIGTERM)
                     running.append(child)
-        end_s = self._clock() + STOPPED_S
-        for child in running:
-            assert child.process is not None  # it is running
-            try:
-                child.status = child.process.wait(max(0.05, end_s - self._clock()))
-            except subprocess.TimeoutExpired:
+        begin_s = self._clock()
+        for child in self._left(running, begin_s + HANGING_S):
+            if child.process is not None and STACKS is not None:
+                self._lines.put(f"{child.name}: has not stopped in {HANGING_S:g} s; the stacks of its threads:")
+                child.process.send_signal(STACKS)
+        for child in self._left(running, begin_s + STOPPED_S):
+            if child.process is not None:
                 child.process.kill()
-                child.status = child.process.wait()
                 self._lines.put(f"{child.name}: did not stop in {STOPPED_S:g} s and was killed")
+        self._left(running, None)
+
+    def _left(self, stopping: Collection[ChildProcess], end_s: float | None) -> list[ChildProcess]:
+        """Processes that still run at a time; None: wait for all.  Those that have ended get their status."""
+        left = []
+        for child in stopping:
+            if child.process is None:
+                continue
+            try:
+                status = child.process.wait(None if end_s is None else max(0.05, end_s - self._clock()))
+            except subprocess.TimeoutExpired:
+                left.append(child)
+                continue
+            # One that had just been started has no handler of the signal yet.
+            child.status = 0 if status == -signal.SIGTERM else status
             child.process = None
             if child.reader is not None:
                 child.reader.join(1.0)
+        return left
 
     def _start(self, child: ChildProcess) -> None:
-        child.process = self._spawn(child.arguments)
+        try:
+            child.process = self._spawn(child.arguments)
+        except InterruptedError:  # the launcher is to stop
+            return
         child.started_s, child.due_s = self._clock(), None
         child.starts += 1
         if child.starts > 1:
@@ -157,7 +179,7 @@ class ChildProcesses:
         child.last_status = status
         child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
-        # A process that fails right after its first start would fail again.  One that was killed or stopped may not, and for
+        # A process that fails right after its first start would fail again.  One that was killed or stopped may not, and of
         # one that ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
         first_failed = status > 0 and status not in WITHOUT_FAILURE and child.starts == 1 and child.quick_failures
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):

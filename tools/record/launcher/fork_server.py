@@ -16,6 +16,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -31,7 +32,8 @@ COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
 ROOM = 4096  # bytes of the command line of a forked service
 PROGRAM = "zenocap.tools.cli.main"  # by name: it starts this server itself
 STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
-CLOSED_S = 1.0  # for the server to end: longer while it imports, which nothing needs any more; chosen by hand
+STOPPED_S = 0.1  # between two looks whether to stop
+CLOSED_S = 1.0  # for the server to end; chosen by hand
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
 UNKNOWN = 1  # exit status of a service whose fork server ended before
 
@@ -80,11 +82,15 @@ class ForkedProcess:
 class ForkServer:
     """Starts services by `spawn`.  The server ends with this process, or with `close`."""
 
-    def __init__(self, services: Collection[str], parts: Collection[str] = ()) -> None:
-        """services: names of those whose modules are imported at once.
+    def __init__(
+        self, services: Collection[str], parts: Collection[str] = (), stopped: Callable[[], bool] = lambda: False
+    ) -> None:
+        """services: names of those whose modules are imported at once.  stopped: whether to start no more.
 
         parts: of `zenocap warmup`, whose compiled functions are loaded at once if they are cached; they start no thread.
         """
+        self._stopped = stopped
+        self._answers = False  # while the server imports, it does not notice its end either
         self._lock = threading.Lock()
         self._children: dict[int, ForkedProcess] = {}
         self._pids: dict[int, int] = {}  # by request
@@ -99,7 +105,10 @@ class ForkServer:
         threading.Thread(target=self._listen, name="fork server", daemon=True).start()
 
     def spawn(self, arguments: Sequence[str]) -> Process:
-        """Start a process; one that is no command of zenocap, or cannot be forked, is executed."""
+        """Start a process; one that is no command of zenocap, or cannot be forked, is executed.
+
+        Raises InterruptedError when it is to start no more.
+        """
         if tuple(arguments[:4]) != (sys.executable, *COMMAND):
             return spawn(arguments)
         with self._lock:
@@ -111,7 +120,7 @@ class ForkServer:
         with suppress(OSError):  # it has ended
             self._socket.shutdown(socket.SHUT_RDWR)  # `close` alone has no effect while `_listen` waits in recv
         try:
-            self._process.wait(CLOSED_S)
+            self._process.wait(CLOSED_S if self._answers else 0.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -126,13 +135,16 @@ class ForkServer:
             message = json.dumps([request, arguments]).encode()
             socket.send_fds(self._socket, [message], [stdin_there, stderr_there])
             with self._answered:
-                self._answered.wait_for(lambda: request in self._pids or self._process.poll() is not None, STARTED_S)
+                self._wait_for_answer(request)
                 pid = self._pids.pop(request, 0)
                 if pid:
                     child = self._children[pid] = ForkedProcess(pid, stdin, stderr)
                     if pid in self._ends:
                         child.end(self._ends.pop(pid))
                     return child
+        except InterruptedError:
+            stdin.close()  # ends it, should it still be forked
+            raise
         except OSError:  # the server has ended, or the process already has and is not there for its pidfd
             pass
         finally:
@@ -141,6 +153,14 @@ class ForkServer:
         stdin.close()
         stderr.close()
         return None
+
+    def _wait_for_answer(self, request: int) -> None:
+        """Wait until a process is forked or the server has ended.  Raises InterruptedError when it is to stop before."""
+        end_s = time.monotonic() + STARTED_S
+        while not (request in self._pids or self._process.poll() is not None or time.monotonic() > end_s):
+            if self._stopped():
+                raise InterruptedError
+            self._answered.wait(STOPPED_S)
 
     def _listen(self) -> None:
         while True:
@@ -152,6 +172,7 @@ class ForkServer:
                 break
             what, number, value = json.loads(data)
             with self._answered:
+                self._answers = True
                 if what == "started":
                     self._pids[number] = value
                 elif (child := self._children.pop(number, None)) is not None:
@@ -235,15 +256,17 @@ def _show_command(words: Sequence[str]) -> None:
 
 
 @contextmanager
-def fork_server(services: Collection[str], parts: Collection[str] = ()) -> Iterator[Spawn]:
+def fork_server(
+    services: Collection[str], parts: Collection[str] = (), stopped: Callable[[], bool] = lambda: False
+) -> Iterator[Spawn]:
     """Context of a function that starts processes, those of `services` without importing their modules again.
 
-    parts: see `ForkServer`.
+    parts, stopped: see `ForkServer`.
     """
     if sys.platform != "linux":
         yield spawn
         return
-    server = ForkServer(services, parts)
+    server = ForkServer(services, parts, stopped)
     try:
         yield server.spawn
     finally:

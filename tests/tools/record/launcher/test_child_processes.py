@@ -22,7 +22,7 @@ class FakeProcess:
         self.pid = 1
         self.status: int | None = None
         self.signals: list[int] = []
-        self.stubborn = False
+        self.stubborn, self.ends_with = False, 0
         self.stderr: IO[str] | None = io.StringIO("a line\n")
 
     def poll(self) -> int | None:
@@ -36,7 +36,7 @@ class FakeProcess:
     def send_signal(self, sig: int) -> None:
         self.signals.append(sig)
         if not self.stubborn:
-            self.status = 0
+            self.status = self.ends_with
 
     def kill(self) -> None:
         self.status = -9
@@ -139,13 +139,35 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
     assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
 
 
-def test_process_that_ignores_sigterm_is_killed() -> None:
+def test_process_that_ignores_sigterm_prints_its_stacks_and_is_killed() -> None:
     harness = Harness(("a", "b"))
     harness.started[0].stubborn = True
     harness.children.stop()
-    assert [process.signals for process in harness.started] == [[signal.SIGTERM], [signal.SIGTERM]]
+    assert [process.signals for process in harness.started] == [[signal.SIGTERM, signal.SIGUSR1], [signal.SIGTERM]]
     assert harness.started[0].status == -9
-    assert any("was killed" in line for line in harness.children.lines())
+    lines = harness.children.lines()
+    asked, killed = (index for index, line in enumerate(lines) if line.startswith("a: "))
+    assert "has not stopped in 8 s; the stacks" in lines[asked]
+    assert "was killed" in lines[killed]
+    assert [child.name for child in harness.children.given_up] == ["a"]
+
+
+def test_a_process_that_is_stopped_before_it_has_a_handler_has_not_failed() -> None:
+    """Ctrl-C during the start of a rig said that its integrator had failed."""
+    harness = Harness()
+    harness.started[0].ends_with = -signal.SIGTERM
+    harness.children.stop()
+    assert harness.children.given_up == []
+
+
+def test_a_launcher_that_is_to_stop_starts_no_process() -> None:
+    def refused(arguments: Sequence[str]) -> FakeProcess:
+        raise InterruptedError
+
+    children = ChildProcesses([("a", ["a"]), ("b", ["b"])], lambda: 0.0, refused)
+    children.start()
+    children.stop()
+    assert [(child.process, child.status) for child in children.all] == [(None, None)] * 2
 
 
 def test_no_process_is_restarted_while_stopping() -> None:

@@ -106,6 +106,14 @@ def test_a_server_that_runs_ends_by_itself_when_it_is_closed() -> None:
 
 
 @pytest.mark.core
+def test_a_launcher_that_is_to_stop_does_not_wait_for_the_imports_of_the_server() -> None:
+    server = ForkServer(["tracker"], stopped=lambda: True)
+    with pytest.raises(InterruptedError):
+        started(server, *ROUTER)
+    server.close()
+
+
+@pytest.mark.core
 def test_a_signal_right_after_the_fork_ends_the_service(server: ForkServer) -> None:
     """It was ignored until the service had set its own handlers: nine of twelve were lost."""
     for _ in range(20):

@@ -21,7 +21,7 @@ from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
-from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor, named_ports, places_of
+from zenocap.tools.record.launcher.shell import DONE, FAILED, INTERRUPTED, LOSS, Supervisor, named_ports, places_of
 
 SERVICES = [("viewer", "1"), ("integrator", "main")]
 
@@ -41,11 +41,12 @@ def cut(path: Path) -> None:
 
 
 def summary(
-    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole
-) -> tuple[int, str]:
+    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole,
+    interrupted: bool = False,
+) -> tuple[int, str]:  # fmt: skip
     """Exit status and text after the children have ended.
 
-    status: exit status of the integrator.  write: writes the takes of the run.
+    status: exit status of the integrator.  write: writes the takes of the run.  interrupted: by Ctrl-C.
     """
     bus = LocalNetwork("studio", ManualClock(1)).bus()
     children = ChildProcesses([], lambda: 0.0)
@@ -57,7 +58,7 @@ def summary(
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    return supervisor.summary(), console.file.getvalue()
+    return supervisor.summary(interrupted=interrupted), console.file.getvalue()
 
 
 @pytest.fixture
@@ -124,9 +125,24 @@ def test_the_loss_of_several_takes_is_said_once_and_they_are_in_order(take: Path
 
 
 def test_without_a_take_nothing_is_complete(take: Path) -> None:
-    status, text = summary(take, DONE, write=lambda _: None)
-    assert "takes: an unknown number lost" in text
+    status, text = summary(take, DONE, health("integrator", "main"), write=lambda _: None, interrupted=True)
+    assert "takes: 0 lost, and an unknown number in" in text
     assert status == LOSS
+
+
+@pytest.mark.parametrize(("interrupted", "ended"), [(True, INTERRUPTED), (False, DONE)])
+def test_an_end_during_the_start_loses_nothing(take: Path, interrupted: bool, ended: int) -> None:
+    """It was "an unknown number lost", or "integrator failed; see its output above", where there was none."""
+    status, text = summary(take, None, health("viewer", "1"), write=lambda _: None, interrupted=interrupted)
+    assert "take: none, the end came before its beginning" in text
+    assert "lost" not in text
+    assert "failed" not in text
+    assert status == ended
+
+
+def test_ctrl_c_is_the_ordinary_end_of_a_run_that_has_begun(take: Path) -> None:
+    last = health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 90})
+    assert summary(take, DONE, last, interrupted=True)[0] == DONE
 
 
 def test_a_failed_service_is_a_failure(take: Path) -> None:

@@ -35,7 +35,7 @@ from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
-from zenocap.tools.record.launcher.statement import Statement, frame_lines, new_takes, statement
+from zenocap.tools.record.launcher.statement import frame_lines, new_takes, statement
 from zenocap.tools.service_arguments import arguments_of, words
 
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
@@ -175,7 +175,6 @@ class Supervisor:
     def summary(self, *, interrupted: bool = False) -> int:
         """Print the result; return the exit status.  interrupted: whether the user has ended the run."""
         failed = self._failed_services()
-        integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
         if self._first_s is not None:
             dropped = sum(lost(health.counts) for health in self._status.services.health.values())
             self._print(
@@ -190,7 +189,7 @@ class Supervisor:
         for line in frame_lines(self._status.services, self._frames):
             self._print(line)
         incomplete = self._take is not None and self._print_takes(self._take)
-        broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
+        broken = [child for child in failed if not (child is self._integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
         never_ran = self._hosted.never_ran if self._hosted is not None else []
@@ -206,6 +205,10 @@ class Supervisor:
             self._handle(event)
 
     @property
+    def _integrator(self) -> ChildProcess:
+        return next(child for child in self._children.all if child.name == TIMEKEEPER)
+
+    @property
     def _has_begun(self) -> bool:
         """Whether the integrator, which begins the take, was there."""
         return (TIMEKEEPER, MAIN) in self._status.services.services
@@ -218,20 +221,19 @@ class Supervisor:
             return False
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         whole = integrator is None or not (integrator.total("log_stopped") or integrator.total("log_removed"))
-        whole = whole and bool(takes) and all(one.complete for one in takes)
+        whole = whole and self._integrator.status is not None  # else it had ended before the others were stopped
+        whole = whole and bool(takes) and not unreadable and all(one.complete for one in takes)
         found = statement(takes, self._reports, self._services, whole=whole)
-        loss = _loss(found) if found.lines or whole else "an unknown number lost: see the integrator's output"
-        for one in takes:
-            self._print(f"take: {one.path}: {one.messages} messages" + (f", {loss}" if len(takes) == 1 else ""))
         for line in unreadable:
             self._print(f"take: {printable(line)}")
-        if len(takes) != 1:
-            self._print(f"takes: {loss}")
+        for line in found.take_text():
+            self._print(line)
         for line in found.text():
             self._print(line)
         if takes and self._status.poses:
-            self._print(f"content: zenocap info {takes[0].path}")
-            self._print(f"joint centres: zenocap export {takes[0].path} --to trc -o {takes[0].path.stem}.trc")
+            longest = max(takes, key=lambda take: take.messages).path
+            self._print(f"content: zenocap info {longest}")
+            self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
         return not (found.complete and whole)
 
     def _handle(self, event: Received) -> None:
@@ -266,13 +268,6 @@ class Supervisor:
     def _print(self, text: str) -> None:
         self._console.print(text, markup=False, highlight=False, soft_wrap=True)
         self._console.file.flush()
-
-
-def _loss(found: Statement) -> str:
-    """What is lost as text."""
-    unknown_ns = sum(end - begin for spans in found.unknown.values() for begin, end in spans)
-    more = f", and an unknown number in {unknown_ns / 1e9:.1f} s" if found.unknown else ""
-    return f"{found.lost} lost{more}"
 
 
 def named_ports(rig: Rig, options: ZenohOptions, page: int | None) -> set[int]:

@@ -101,7 +101,19 @@ def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Pa
 def test_a_cut_take_has_the_messages_that_can_be_read(take: Path) -> None:
     status, text = summary(take, LOSS, write=cut)
     assert "take.mcap: 0 messages" not in text
-    assert "messages, an unknown number lost: see the integrator's output" in text
+    assert "messages, an unknown number lost: see the integrator's output; cut: its integrator did not close it" in text
+    assert status == LOSS
+
+
+def test_a_file_that_was_cut_before_its_first_record_is_a_take_of_the_run(take: Path) -> None:
+    def write(path: Path) -> None:
+        whole(path.with_name("a.mcap"))
+        path.write_bytes(path.with_name("a.mcap").read_bytes()[:40])
+        path.with_name("empty.mcap").touch()
+
+    status, text = summary(take, DONE, write=write)
+    assert f"take: {take}: 0 messages, 0 lost; cut" in text
+    assert "empty.mcap is no MCAP file" in text
     assert status == LOSS
 
 
@@ -120,8 +132,8 @@ def test_the_loss_of_several_takes_is_said_once_and_they_are_in_order(take: Path
         with_later.close()
 
     text = summary(take, DONE, write=write)[1]
-    assert text.index("take.mcap: 180 messages\n") < text.index("a-later-one.mcap: 1 messages\n")
-    assert text.count("0 lost") == text.count("takes: 0 lost") == 1
+    assert text.index("take.mcap: 180 messages, 0 lost\n") < text.index("a-later-one.mcap: 1 messages, 0 lost\n")
+    assert text.count("takes: 0 lost") == 1
 
 
 def test_without_a_take_nothing_is_complete(take: Path) -> None:

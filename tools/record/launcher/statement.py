@@ -146,8 +146,8 @@ def statement(
         refused = sum(count for (service, _), count in take.refused.items() if service in services)
         shares.append(TakeShare(take, own + refused, gap, max(0, missing(all) - missing(account) - own)))
         account = all
-    between = not whole or any(one.gap is not None for one in shares)
-    account = completed(account, reports, continued=not whole, between=between)
+    last, gaps = takes[-1].account if takes else None, any(one.gap is not None for one in shares)
+    account = completed(account, reports, continued=not whole, last=last, between=gaps)
     lines = {place: line for place, line in account.lines().items() if place[0] in services}
     refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
     return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))

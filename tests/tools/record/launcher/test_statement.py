@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
@@ -300,6 +300,7 @@ RESTARTS = st.one_of(
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
+@example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
 @given(st.lists(RESTARTS, max_size=25))
 def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
     """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written"."""

@@ -14,6 +14,7 @@ from typing import IO, Protocol
 from zenocap.common.runtime.signals import STACKS
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
+SETTLED_PAUSE_S = 0.1  # after a run of SETTLED_S; chosen by hand
 SETTLED_S = 10.0  # run time after which a start counts as successful
 HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
 STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
@@ -186,7 +187,9 @@ class ChildProcesses:
             child.status = status or FAILED
             self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
             return
-        pause_s = min(FIRST_PAUSE_S * 2 ** max(0, child.quick_failures - 1), LONGEST_PAUSE_S)
+        pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 1), LONGEST_PAUSE_S)
+        if not child.quick_failures:
+            pause_s = SETTLED_PAUSE_S
         child.due_s = self._clock() + pause_s
         self._lines.put(f"{child.name}: {_exit_text(status)}; starting it again in {pause_s:g} s")
 

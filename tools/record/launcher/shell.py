@@ -79,11 +79,10 @@ def run_rig(
     for (name, id), place in zip(starting, places, strict=False):
         own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
         commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
-    with (
-        fork_server({name for name, _ in starting}, stopped=stopped) as start,
-        ExitStack() as session,
-        ExitStack() as stack,
-    ):
+    names = {name for name, _ in starting}
+    # Loaded once: two viewers would take as long at the start, and one that is started again would load them again.
+    parts = ("silhouettes",) if "viewer" in names else ()
+    with fork_server(names, parts, stopped) as start, ExitStack() as session, ExitStack() as stack:
         try:
             bus = session.enter_context(ZenohBus.open(places[-1], rig.name, clock, stopped))
         except BusError:

@@ -1,4 +1,4 @@
-"""A rig that is stopped after one of its services was started again: no service hangs, and the loss is said."""
+"""Stop of a rig one of whose services was started again: no service hangs, and the loss is said."""
 
 from pathlib import Path
 

@@ -184,9 +184,18 @@ def new_takes(folder: Path, known: Collection[Path], rig: str, reports: Account)
 
     reports: see `statement`.
     """
+
+    def is_own(take: TakeAccount) -> bool:
+        """Whether a take may be of this run: of a second rig of the same name another integrator has reported."""
+        processes = take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
+        seen = reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
+        return (take.rig == rig and (not processes or not seen or bool(processes & seen))) or not (
+            take.rig or take.complete
+        )
+
     paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
     found = [readable(path) for path in paths]
-    takes = [one for one in found if isinstance(one, TakeAccount) and (one.rig == rig or not (one.rig or one.complete))]
+    takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
     takes.sort(key=lambda take: take.start_ns)
     order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
     ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())

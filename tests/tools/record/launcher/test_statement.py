@@ -348,6 +348,17 @@ def test_an_ordinary_run_loses_nothing() -> None:
     ]  # the last health, of the end of the log
 
 
+def test_a_take_of_another_run_of_the_same_rig_is_none_of_this_one(tmp_path: Path) -> None:
+    """It was named as the take before a gap, and the integrator as started again."""
+    worlds = World(tmp_path), World(tmp_path)
+    for world in worlds:
+        world.start(INTEGRATOR)
+        world.second()
+    for world in worlds:
+        world.stop(INTEGRATOR)
+    assert [[one.take.path for one in world.found().takes] for world in worlds] == [world.created for world in worlds]
+
+
 def test_what_is_sent_while_the_recording_is_stopped_is_not_lost() -> None:
     stopped = [("second",), ("close_log",), ("send", VIEWER, 5), ("second",), ("record",), ("second",)]
     found = check(stopped)[1]

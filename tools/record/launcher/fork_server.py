@@ -73,10 +73,9 @@ class ForkedProcess:
     def kill(self) -> None:
         self.send_signal(signal.SIGKILL)
 
-    def wait_for_end(self) -> None:
-        """Wait without the fork server, whose exit statuses are lost."""
-        select.select([self._pidfd], [], [])
-        self.end(UNKNOWN)
+    def fileno(self) -> int:
+        """Descriptor that is readable when the service has ended."""
+        return self._pidfd.fileno()
 
 
 class ForkServer:
@@ -184,8 +183,10 @@ class ForkServer:
         with self._answered:
             left, self._children = list(self._children.values()), {}
             self._answered.notify_all()
-        for child in left:
-            child.wait_for_end()
+        while left:  # without the server, their exit statuses are lost
+            for child in select.select(left, [], [])[0]:
+                child.end(UNKNOWN)
+                left.remove(child)
 
 
 def serve(connection: socket.socket) -> list[str] | None:

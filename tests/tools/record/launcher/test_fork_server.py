@@ -83,14 +83,17 @@ def test_other_programs_are_executed(server: ForkServer) -> None:
 @pytest.mark.nightly
 def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     server = ForkServer(["integrator"])
-    router = started(server, *ROUTER)
-    assert "listens" in listening(router)
+    router, other = started(server, *ROUTER), started(server, *ROUTER)
+    assert all("listens" in listening(one) for one in (router, other))
     server._process.kill()
     server._process.wait()
     assert router.poll() is None
     later = started(server, "--version")
     assert isinstance(later, subprocess.Popen)
     assert later.wait(30.0) == 0
+    other.kill()  # its end is noticed while the first one runs
+    assert other.wait(60.0) == 1
+    assert router.poll() is None
     router.send_signal(signal.SIGTERM)
     assert router.wait(60.0) == 1  # its status is unknown
     server.close()

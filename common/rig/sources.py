@@ -28,12 +28,14 @@ class Source(ABC):
 
     kind: name of the row.  live: whether it is a camera or stream that this machine opens, see `LiveSource`.
     ends: whether `zenocap track` takes it: every image comes once, as fast as it is asked for.
+    finishes: whether it comes to an end in a live rig.
     background: that of a viewer whose table has none.
     """
 
     kind: ClassVar[str]
     live: ClassVar[bool] = False
     ends: ClassVar[bool] = True
+    finishes: ClassVar[bool] = True
     background: ClassVar[str] = FIRST
 
     @property
@@ -67,6 +69,7 @@ class LiveSource(Source):
 
     live: ClassVar[bool] = True
     ends: ClassVar[bool] = False
+    finishes: ClassVar[bool] = False
     background: ClassVar[str] = ADAPTIVE
     buffers: ClassVar[bool] = False
 
@@ -143,6 +146,7 @@ class Announced(Source):
 
     kind: ClassVar[str] = DISCOVER
     ends: ClassVar[bool] = False
+    finishes: ClassVar[bool] = False
     background: ClassVar[str] = ADAPTIVE
 
     @property
@@ -210,6 +214,7 @@ class Actor(Source):
     seed: int
 
     kind: ClassVar[str] = "actor"
+    finishes: ClassVar[bool] = False
 
     @property
     def text(self) -> str:
@@ -227,6 +232,7 @@ class Rendered(Source):
     fps: float
 
     kind: ClassVar[str] = "rendered"
+    finishes: ClassVar[bool] = False
 
     @property
     def text(self) -> str:

@@ -21,6 +21,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.runtime.signals import loading
 from zenocap.common.topics import (
     CAMERA_DELAYS,
     FRAME_RATE,
@@ -123,7 +124,8 @@ def run_integrator(
         service = new_pose_service(method, rig)
     else:
         service = cast("Service[object, object, Never]", timekeeper_service(rig))
-    service.load()
+    with loading(stopped):
+        service.load()
     clock = RealClock()
     folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 

@@ -3,8 +3,6 @@
 import json
 import os
 import resource
-import signal as signals
-import subprocess
 import sys
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -16,10 +14,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
-from zenocap.common.formats.text_file import MAX_BYTES
+from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import MAX_NUMBERS
-from zenocap.common.runtime.foreign_text import printable
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
@@ -96,17 +93,10 @@ class _Content(NamedTuple):
 
 def _content(path: Path) -> _Content:
     """What ezc3d reads, in a process of its own, which a damaged file may end by a signal.  Raises UserError."""
-    command = [sys.executable, "-P", "-m", __name__, str(path)]
-    one_thread = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # each takes memory
-    done = subprocess.run(command, env=one_thread, stdin=subprocess.DEVNULL, capture_output=True, check=False)
-    if done.returncode != 0:
-        lines = done.stderr.decode(errors="replace").splitlines() or [""]
-        signal = signals.Signals(-done.returncode).name if done.returncode < 0 else ""
-        ended = f"reading it was ended by {signal}" if signal else printable(lines[-1])
-        raise UserError(f"{path}: not a C3D file: {ended}")
-    line = done.stdout.index(b"\n") + 1
-    shape, labels, other, unit, rate, first = json.loads(done.stdout[:line])
-    numbers, size = np.frombuffer(done.stdout, offset=line), prod(shape)
+    data = read_apart(path, "a C3D file", __name__)
+    line = data.index(b"\n") + 1
+    shape, labels, other, unit, rate, first = json.loads(data[:line])
+    numbers, size = np.frombuffer(data, offset=line), prod(shape)
     points, residuals = numbers[:size].reshape(shape), numbers[size:].reshape(shape[1:])
     return _Content(labels, other, unit, rate, first, points, residuals)
 

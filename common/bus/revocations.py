@@ -64,7 +64,7 @@ def read_revocations(name: str, data: bytes, authority: bytes) -> Revocations:
             raise ValueError(f"{len(data)} bytes, more than {MAX_BYTES}")
         content = msgspec.json.decode(data, type=_File)
         found = Revocations(content.number, content.generations, b64decode(content.signature, validate=True))
-    except ValueError as error:  # includes msgspec's
+    except (ValueError, RecursionError) as error:
         raise BadRevocations(f"{name}: no list of revocations: {error}") from error
     _verify(name, found, authority)
     return found

@@ -16,6 +16,7 @@ FIRST, ADAPTIVE = "first:60", "adaptive"  # usual backgrounds of a video file or
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 DISCOVER = "discover"  # scheme of an announced camera
 MAX_FIRST = 10_000
+MAX_EMPTY_PX = 1 << 32  # of all empty frames: 10,000 of 640x480, 2,071 of 1920x1080, 128 of 8K; chosen by hand
 ACTOR_FPS, IMAGES_FPS = 15.0, 30.0
 
 
@@ -250,6 +251,11 @@ class FirstFrames:
     """The scene is empty in the first `count` frames."""
 
     count: int
+
+
+def most_first(size: tuple[int, int]) -> int:
+    """Largest number of empty frames of this size, (width, height) px."""
+    return max(1, min(MAX_FIRST, MAX_EMPTY_PX // (size[0] * size[1])))
 
 
 @dataclass(frozen=True)

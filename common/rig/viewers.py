@@ -25,6 +25,7 @@ from zenocap.common.rig.sources import (
     Source,
     SpecError,
     VideoFile,
+    most_first,
     parse_background,
 )
 from zenocap.common.video.reader import VideoReader
@@ -114,6 +115,9 @@ def rig_viewers(
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
+        if isinstance(background, FirstFrames) and background.count > (most := most_first(size)):
+            allowed = f"first:N with N from 1 to {most} at {size[0]} x {size[1]} px"
+            raise entry.error("background", repr(table.background), allowed)
         _check_adaptive(entry, table, source, background)
         fps = table.fps or _own_fps(entry, source)
         working = camera.resized(size)
@@ -207,6 +211,8 @@ def _working_size(entry: Entry, table: ViewerTable, camera: Camera) -> tuple[int
         such_as = f"[{table.size[0]}, {round(table.size[0] * height / width)}]"
         allowed = f"the shape of the calibrated {width} x {height} px, such as {such_as}"
         raise entry.error("size", list(table.size), allowed)
+    if table.size[0] > width or table.size[1] > height:
+        raise entry.error("size", list(table.size), f"at most the calibrated {width} x {height} px")
     return table.size
 
 

@@ -54,7 +54,7 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video:
+    if not container.streams.video or container.streams.video[0].codec_context is None:
         return container, ""
     codec = container.streams.video[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
@@ -131,6 +131,9 @@ class VideoReader(Closable):
             self.close()
             raise OpenError(f"{path}: has no video stream: allowed: a video file")
         self._stream = self._container.streams.video[0]
+        if self._stream.codec_context is None:
+            self.close()
+            raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
         self._stream.thread_type = "AUTO"
         self._stream.codec_context.thread_count = min(THREADS, os.cpu_count() or 1)
         rate = _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))

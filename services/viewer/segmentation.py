@@ -1,5 +1,6 @@
 """Segmentation: background model, silhouette and preview of a viewer's frames, for both methods."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -22,6 +23,7 @@ from zenocap.common.vision.silhouette import SilhouetteOptions
 from zenocap.services.viewer.advice.watch import watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
+    LEARNT_PX,
     MIXTURE_NOISE,
     PREVIEW_JPEG_QUALITY,
     PREVIEW_NS,
@@ -46,13 +48,22 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
         model = taken_up(setup.kept, image, OPTIONS.foreground)
         if model is not None:
             return state, Segmentation(model, restored=True)
-    state = replace(state, frames=(*state.frames, image))
-    if len(state.frames) < learning_frames(setup.background):
+    if image is not None and state.seen % state.stride == 0:
+        state = _thinned(replace(state, images=(*state.images, image)), LEARNT_PX // (image.shape[0] * image.shape[1]))
+    state = replace(state, seen=state.seen + 1)
+    if state.seen < learning_frames(setup.background):
         return state, None
-    return state, Segmentation(_background(setup, [image for image in state.frames if image is not None]))
+    return state, Segmentation(_background(setup, state.images))
 
 
-def _background(setup: ViewerSetup, images: list[Image]) -> Background | Mixture | Adaptive | None:
+def _thinned(state: Learning, most: int) -> Learning:
+    """The state with every second of its images where they are more than `most`, and more than two."""
+    if len(state.images) <= max(2, most):
+        return state
+    return replace(state, images=state.images[::2], stride=2 * state.stride)
+
+
+def _background(setup: ViewerSetup, images: Sequence[Image]) -> Background | Mixture | Adaptive | None:
     if not images:
         return None
     match setup.background:

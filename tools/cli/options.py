@@ -110,7 +110,7 @@ def echo(line: str, err: bool = False) -> None:
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
 
-    Other exceptions are bugs and pass.
+    An OSError likewise: of a file or the network.  Other exceptions are bugs and pass.
     """
     try:
         yield
@@ -118,6 +118,12 @@ def one_line_errors() -> Iterator[None]:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+    except BrokenPipeError:
+        raise  # of the standard output: `zenocap ... | head` ends without a line
+    except OSError as error:
+        place = "" if error.filename is None else f"{printable(error.filename)}: "
+        echo(f"error: {place}{error.strerror or error}", err=True)
+        raise typer.Exit(FAILED) from None
 
 
 def refuse(wrong: Mapping[str, object]) -> None:

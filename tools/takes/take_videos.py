@@ -29,6 +29,9 @@ class SeekableVideo:
             self._stream = self._container.streams.video[0]
         except (FFmpegError, ValueError, OSError, IndexError) as error:
             raise OpenError(f"{path}: not a video that can be decoded") from error
+        if self._stream.codec_context is None:
+            self._container.close()
+            raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
         self._stream.thread_type = "AUTO"
         self._base = self._stream.time_base or Fraction(1, 1000)
         self._start = self._stream.start_time or 0

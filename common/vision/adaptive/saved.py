@@ -6,6 +6,7 @@ The file is a NumPy archive (.npz, not compressed) with `version`, `rig`, `viewe
 
 import io
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,7 +73,7 @@ def read(path: Path, size: tuple[int, int], owner: Owner) -> Adaptive:
             mean, weight, noise, halo = (file[name] for name in ARRAYS)
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise UserError(f"{path}: no background model: {error}") from error
     if (kept.rig, kept.viewer) != (owner.rig, owner.viewer):
         raise UserError(

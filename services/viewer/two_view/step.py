@@ -75,8 +75,8 @@ def answered_frame(id: str, message: Message) -> int | None:
 def describe(state: TwoViewState) -> str:
     """Health text of a state."""
     match state:
-        case LearningWithBody(frames=frames):
-            return f"learning the background ({len(frames)} frames)"
+        case LearningWithBody(seen=seen):
+            return f"learning the background ({seen} frames)"
         case MeasuringBody(advice=advice):
             return advice
         case TrackingBody(lost=lost):

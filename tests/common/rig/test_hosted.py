@@ -93,6 +93,15 @@ def with_viewer(**changes: object) -> Callable[[AssignQuery], AssignQuery]:
         (with_viewer(settings={"format": "../../x"}), "format = "),
         (with_viewer(size=(640, 640)), "the shape of the calibrated"),
         (with_viewer(size=(16384, 16384), calibrated_size=(16384, 16384)), "pixels at most"),
+        (with_viewer(size=(1600, 1200)), r"size = \[1600, 1200\]: allowed: at most the calibrated 1280 x 960 px"),
+        (
+            with_viewer(background="first", empty_frames=10_000, size=(1280, 960)),
+            "empty_frames = 10000: allowed: 1 to 3495 at 1280 x 960 px",
+        ),
+        (
+            with_viewer(background="first", empty_frames=10_000, size=(6680, 5010), calibrated_size=(6680, 5010)),
+            "empty_frames = 10000: allowed: 1 to 128 at 6680 x 5010 px",
+        ),
         (with_viewer(rotation=[0.0] * 9), "no calibration"),
         (with_viewer(matrix=[0.0] * 9), "no calibration"),
         (lambda query: replaced(query, additions=["rm"]), "additions rm"),
@@ -103,3 +112,11 @@ def test_an_assignment_that_makes_no_viewer_is_refused(tmp_path, change, reason)
     query = change(assignment(rig(tmp_path), "0", 5))
     with pytest.raises(UserError, match=reason):
         hosted_rig(sent(query), Device(0), tmp_path, previews=False)
+
+
+def test_more_empty_frames_than_are_learnt_from_are_refused_in_the_rig_file(tmp_path: Path) -> None:
+    rig(tmp_path, 'size = [1280, 960]\nbackground = "first:3495"')
+    with pytest.raises(UserError) as raised:
+        rig(tmp_path, 'size = [1280, 960]\nbackground = "first:3496"')
+    allowed = "viewer[0].background = 'first:3496': allowed: first:N with N from 1 to 3495 at 1280 x 960 px"
+    assert str(raised.value) == f"{tmp_path / 'rig.toml'}: {allowed}"

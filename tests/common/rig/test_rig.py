@@ -148,6 +148,7 @@ VIEWERS, SECOND = RIG[RIG.index("[[viewer]]") :], RIG[RIG.index('[[viewer]]\nid 
         ("[160, 120]", "[160, 4]", r"viewer\[0\].size\[1\] = 4: allowed: int >= 16"),
         ("[160, 120]", "[160, 160]",
          r"viewer\[0\].size = \[160, 160\]: allowed: the shape of the .* 640 x 480 px, such as \[160, 120\]"),
+        ("[160, 120]", "[960, 720]", r"viewer\[0\].size = \[960, 720\]: allowed: at most the calibrated 640 x 480 px"),
         ('id = "2"', 'id = "1"', r"viewer\[1\].id = '1': allowed: an id that viewer\[0\] does not have"),
         ('id = "2"', 'id = "a/b"', r"viewer\[1\].id = 'a/b': allowed: 1 to 64 letters"),
         ('camera = "cam02"', 'camera = "cam03"', r"viewer\[1\].camera: no camera 'cam03'; there are: cam01, cam02"),

@@ -1,14 +1,15 @@
 """C3D reader: named points in metres, in the file's axes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.errors import UserError
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import MAX_BYTES
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import MAX_NUMBERS
+from zenocap.common.formats.trc import MAX_NUMBERS, ZEROS
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
@@ -18,7 +19,8 @@ MAGIC, INTEL = 0x50, 84  # second byte of a C3D file; fourth byte of its paramet
 def read_c3d(path: Path) -> Trajectories:
     """Read the labelled points of a C3D file, without angles, forces, moments and powers; missing points are NaN.
 
-    Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  Raises UserError.
+    Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  TRIAL:ACTUAL_START_FIELD is
+    the first frame where it agrees with the number of rows, as the header ends at 65535.  Raises UserError.
     """
     try:
         import ezc3d
@@ -31,7 +33,8 @@ def read_c3d(path: Path) -> Trajectories:
         points = np.asarray(file["data"]["points"], dtype=np.float64)
         residuals = np.asarray(file["data"]["meta_points"]["residuals"], dtype=np.float64)[0]
         labels = [str(label).strip() for label in _listed(point, "LABELS")]
-        unit = str(point["UNITS"]["value"][0]).strip().lower()
+        unit = " ".join(str(value) for value in _listed(point, "UNITS")[:1]).strip().lower()
+        trial = [_field(file["parameters"].get("TRIAL", {}), f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
         rate = float(point["RATE"]["value"][0])
         other = {str(label).strip() for name in NOT_POSITIONS for label in _listed(point, name)}
     except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
@@ -52,7 +55,11 @@ def read_c3d(path: Path) -> Trajectories:
     if not names:
         raise UserError(f"{path}: POINT:LABELS: no labelled point: allowed: one or more")
     centres = points[:3, kept].transpose(2, 1, 0) * METRES[unit]
-    missing = (residuals[kept] < 0.0).T | (centres == 0.0).all(axis=2)
+    zero = (centres == 0.0).all(axis=2)
+    missing = (residuals[kept] < 0.0).T | zero
+    if zeros := int(np.count_nonzero(zero & (residuals[kept] >= 0.0).T)):
+        warn_of_file(path, ZEROS.format(zeros))
+    first = _first_frame(path, first, len(centres), trial)
     centres[missing | ~np.isfinite(centres).all(axis=2)] = np.nan
     frames = np.arange(first, first + len(centres), dtype=np.int64)
     times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
@@ -81,12 +88,37 @@ def _header(path: Path) -> tuple[int, bool, bytes]:
     return size, intel, head
 
 
+def _first_frame(path: Path, header: int, rows: int, trial: Sequence[int | None]) -> int:
+    """Index of the first frame.  header: the same as the header has it.  trial: first and last number of the trial."""
+    start, end = trial
+    if start is None or start - 1 == header or start < 1:
+        return header
+    if end is not None and end - start + 1 == rows:
+        warn_of_file(
+            path, f"first frame {header + 1} in the header, TRIAL:ACTUAL_START_FIELD = {start}: the latter is used"
+        )
+        return start - 1
+    warn_of_file(
+        path, f"TRIAL:ACTUAL_START_FIELD = {start}, but first frame {header + 1} in the header: the latter is used"
+    )
+    return header
+
+
+def _field(trial: Mapping[str, Mapping[str, object]], name: str) -> int | None:
+    """Frame number of two words of 16 bits, the low one first; None without it."""
+    words = [value for value in _listed(trial, name) if isinstance(value, (int, float, np.number))]
+    return (int(words[0]) & 0xFFFF) + ((int(words[1]) & 0xFFFF) << 16) if len(words) == 2 else None
+
+
 def _listed(point: Mapping[str, Mapping[str, object]], name: str) -> list[object]:
-    """Values of a parameter and of its continuations: LABELS, LABELS2, LABELS3, ...; empty without it."""
+    """Values of a parameter and of its continuations: LABELS, LABELS2, LABELS3, ...; empty without it.
+
+    Numbers are an array, texts a list.
+    """
     found: list[object] = []
     number = 1
     while (key := name if number == 1 else f"{name}{number}") in point:
         value = point[key]["value"]
-        found += list(value) if isinstance(value, (list, tuple)) else []
+        found += list(value) if isinstance(value, (list, tuple, np.ndarray)) else []
         number += 1
     return found

@@ -128,6 +128,9 @@ def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:
     assert read_trc(path).names == NAMES
 
 
+USED = "these are used"
+
+
 @pytest.mark.parametrize(
     ("column", "values", "frames", "note"),
     [
@@ -135,7 +138,7 @@ def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:
         (0, [str(k % 5) for k in range(12)], range(5, 17), "Frame# does not rise: counted from Time"),
         (1, ["0.0"] * 12, range(5, 17), "Time does not rise: taken from Frame# and 30 frames/s"),
         (1, [""] * 12, range(5, 17), "Time does not rise: taken from Frame# and 30 frames/s"),
-        (1, [f"{k / 100:.6f}" for k in range(5, 17)], range(5, 17), "DataRate = 30, but Time has 100 rows/s: these are used"),
+        (1, [f"{k / 100:.6f}" for k in range(5, 17)], range(5, 17), "DataRate = 30, but Time has 100 rows/s: " + USED),
     ],
     ids=["one number", "numbers that begin again", "one time", "no time", "another rate"],
 )  # fmt: skip

@@ -130,7 +130,7 @@ def frame_times(path: Path, numbers: Ints, times_s: Floats, rate: float) -> tupl
         if numbered:
             rates.append(float(numbers[-1] - numbers[0]) / float(times_s[-1] - times_s[0]))
         if all(abs(own - rate) > SAME_RATE * own for own in rates):
-            warn_of_file(path, f"DataRate = {rate:g}, but Time has {rates[0]:.6g} rows/s: these are used")
+            warn_of_file(path, f"DataRate = {rate:g}, but Time has {rates[0]:.5g} rows/s: these are used")
             rate = round(rates[0], 3)
     if not numbered:
         warn_of_file(path, "Frame# does not rise: counted from Time")

@@ -57,8 +57,9 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
     """
     turn = round(frame.rotation) % 360
-    found = frame.side_data.get(SideDataType.DISPLAYMATRIX)
-    if found is None:
+    try:
+        found = frame.side_data[SideDataType.DISPLAYMATRIX]
+    except KeyError:
         return turn, False
     a, b, _, c, d = np.frombuffer(found, dtype=np.int32)[:5].astype(np.float64)
     mirrored = bool(a * d - b * c < 0.0)

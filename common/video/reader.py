@@ -15,6 +15,7 @@ import numpy as np
 from av.codec.hwaccel import HWAccel
 from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
+from av.sidedata.sidedata import SideData
 from av.sidedata.sidedata import Type as SideDataType
 
 from zenocap.common.arrays import Image
@@ -57,11 +58,11 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
     """
     turn = round(frame.rotation) % 360
-    try:
-        found = frame.side_data[SideDataType.DISPLAYMATRIX]
-    except KeyError:
+    data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
+    found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
+    if found is None:
         return turn, False
-    a, b, _, c, d = np.frombuffer(found, dtype=np.int32)[:5].astype(np.float64)
+    a, b, _, c, d = np.frombuffer(memoryview(found), dtype=np.int32)[:5].astype(np.float64)
     mirrored = bool(a * d - b * c < 0.0)
     return (0 if mirrored and abs(a) > abs(b) else turn), mirrored
 

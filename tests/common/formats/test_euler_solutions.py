@@ -1,4 +1,4 @@
-"""Equal Euler angles: those inside the reader's ranges, continuous in time, whatever pose a take begins with."""
+"""Equal Euler angles: inside the reader's ranges, continuous, from whatever pose a take begins."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -73,7 +73,7 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) 
     if not len(kept) or not len(track.frames):
         raise UserError("no frame in common with an estimate: check --from, --until and --offset")
     columns = [track.names.index(name) for name in names]
-    take_at, truth_at = paired_rows(track.times_s - _shift_s(track, selection), truth.times_s[kept])
+    take_at, truth_at = paired_rows(track.times_s - _shift_s(track, selection), truth.times_s[kept], track.rate)
     kept, take_at = kept[truth_at[truth_at >= 0]], take_at[truth_at >= 0]
     expected = truth.points[kept][:, [truth.names.index(name) for name in names]]
     found = np.where((take_at >= 0)[:, None, None], track.points[take_at][:, columns], np.nan)
@@ -118,12 +118,13 @@ def _world_to_pelvis(truth: Trajectories, rows: Ints) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def paired_rows(one_s: Floats, other_s: Floats) -> tuple[Ints, Ints]:
+def paired_rows(one_s: Floats, other_s: Floats, one_rate: float = 0.0) -> tuple[Ints, Ints]:
     """Rows (m,) of both rising series of times (n,), seconds, at the m instants of the slower one within the other's time.
 
     -1 in the faster series where it has no time within half of its interval.  At equal rates, every instant of `other_s`.
+    one_rate: of a series that leaves rows out, per second; 0: that of its median interval.
     """
-    one_period, other_period = _period(one_s), _period(other_s)
+    one_period, other_period = 1.0 / one_rate if one_rate else _period(one_s), _period(other_s)
     if one_period > other_period * 1.001:  # rates of live takes are not exact
         half = 0.5 * other_period + CLOCK_S
         inner = np.flatnonzero((one_s >= other_s[0] - half) & (one_s <= other_s[-1] + half))

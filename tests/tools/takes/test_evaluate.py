@@ -130,6 +130,15 @@ def test_a_truth_that_counts_from_1_is_paired_by_time() -> None:
     assert (found.mpjpe_mm, found.lost_pct, found.frames) == (0, 0, 5)  # a row has no estimate
 
 
+def test_rows_that_a_take_leaves_out_are_lost_also_where_they_are_most() -> None:
+    truth = walking(31)
+    kept = np.arange(4, 31, 3)
+    take = replace(truth, frames=truth.frames[kept], times_s=truth.times_s[kept], points=truth.points[kept])
+    found = accuracy(take, truth, ALL)
+    assert (found.frames, found.mpjpe_mm) == (30, 0.0)
+    assert found.lost_pct == pytest.approx(100.0 * 21 / 30)
+
+
 def test_a_truth_whose_numbers_and_times_begin_again_gets_the_better_offset() -> None:
     track = walking(60)
     cut = numbered(replace(track, points=track.points[20:], times_s=track.times_s[:40] - track.times_s[0]), 0, 40)

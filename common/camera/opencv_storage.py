@@ -7,6 +7,7 @@ EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name 
 import json
 import re
 import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError
 from zenocap.common.formats.text_file import read_apart
 
 WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap calibrate --help shows how to make one"
@@ -60,6 +61,8 @@ def _camera(
     elif matrix.shape == (3, 3):
         # EasyMocap omits the size: a centred principal point is assumed.
         size = np.round(2 * matrix[:2, 2] + 1)
+        text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
+        warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
     else:
         raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)

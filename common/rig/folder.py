@@ -9,7 +9,7 @@ sync.toml              [offset_s] NAME = time in seconds at which the camera's v
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
@@ -182,14 +182,66 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
             raise UserError(f"{path}: {by_stem[path.stem]} exists too: allowed: one video per camera")
         by_stem[path.stem] = path
     paired = {name: by_stem[name] for name in cameras if name in by_stem}
-    if not paired and len(videos) == len(cameras):
-        pairs = dict(zip(cameras, videos, strict=True))
+    contained = _by_contained_names(cameras, [path for path in videos if path not in paired.values()], paired)
+    found, notes = paired | contained, []
+    rest = [path for path in videos if path not in found.values()]
+    if contained:
+        pairing = ", ".join(f"{name} = {contained[name].name}" for name in cameras if name in contained)
+        notes.append(f"assigned by the names within: {pairing}")
+    without = [name for name in cameras if name not in found]
+    if rest == sorted(rest):  # as a shell lists them, where 10 is before 9; other orders were chosen
+        rest, without = sorted(rest, key=lambda path: _natural(path.name)), _in_order(without)
+    if rest and len(videos) == len(cameras) and not paired:
+        pairs = dict(zip(without, rest, strict=True))
         pairing = ", ".join(f"{name} = {path.name}" for name, path in pairs.items())
-        return pairs, [f"no video is named after a camera: assigned in order: {pairing}"]
-    if unmatched := [path for path in videos if path.stem not in paired]:
-        raise UserError(f"{unmatched[0]}: belongs to no camera of {calibration}; there are: {', '.join(cameras)}")
-    notes = [f"{name}: no video: this camera is not used" for name in cameras if name not in paired]
-    return paired, notes
+        notes.append(f"{'the others' if contained else 'no video is named after a camera'}: assigned in order: {pairing}")
+        found |= pairs
+    elif rest:
+        raise UserError(f"{rest[0]}: belongs to no camera of {calibration}; there are: {', '.join(cameras)}")
+    notes += [f"{name}: no video: this camera is not used" for name in cameras if name not in found]
+    return {name: found[name] for name in cameras if name in found}, notes
+
+
+def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: Mapping[str, Path]) -> dict[str, Path]:
+    """Video by camera, where the name of one contains that of exactly one other.  known: cameras that have a video.
+
+    Raises UserError for two videos of one camera, unless its name is a number, which may be that of a trial.
+    """
+    found: dict[str, Path] = {}
+    while True:
+        free = [name for name in cameras if name not in known and name not in found]
+        fits = {
+            path: [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
+            for path in videos
+            if path not in found.values()
+        }
+        certain = {path: names[0] for path, names in fits.items() if len(names) == 1}
+        if not certain:
+            return found
+        for path, name in certain.items():
+            if name not in found:
+                found[name] = path
+            elif name.isdigit():
+                return {}
+            else:
+                raise UserError(f"{path}: {found[name].name} is of camera {name} too: allowed: one video per camera")
+
+
+def _contains(text: str, name: str) -> bool:
+    """Whether a text has a name in it that is not part of a longer word or number: cam1 is not in cam10."""
+    before = r"(?<!\d)" if name[:1].isdigit() else r"(?<![^\W\d_])"
+    after = r"(?!\d)" if name[-1:].isdigit() else r"(?![^\W\d_])"
+    return bool(name) and re.search(f"{before}{re.escape(name)}{after}", text, re.IGNORECASE) is not None
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Sorting key in which numbers count by their value."""
+    return [(int(part), "") if part.isdecimal() else (-1, part.lower()) for part in re.split(r"(\d+)", name) if part]
+
+
+def _in_order(cameras: list[str]) -> list[str]:
+    """Names that differ in their numbers alone in the order of those; others in that of the calibration."""
+    return sorted(cameras, key=_natural) if len({re.sub(r"\d+", "", name) for name in cameras}) == 1 else cameras
 
 
 def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) -> str | None:

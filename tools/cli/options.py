@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, file_notes
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
 from zenocap.tools.option_groups import option
@@ -110,10 +110,12 @@ def echo(line: str, err: bool = False) -> None:
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
 
-    An OSError likewise: of a file or the network.  Other exceptions are bugs and pass.
+    An OSError likewise: of a file or the network.  Other exceptions are bugs and pass.  A FileNote is a line too, once for
+    each text.
     """
     try:
-        yield
+        with file_notes(lambda text: echo(f"note: {text}", err=True)):
+            yield
     except UserError as error:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)

@@ -130,7 +130,7 @@ def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
     code = _film(film, known, "--seconds", "40", *["--fetch"] * bool(known.away))
     if code not in (DONE, LOSS):
         return code
-    (film / "clip.toml").write_text(f"empty_frames = {round(2.0 * known.fps)}\n", encoding="utf-8")
+    (film / "clip.toml").write_text("empty_seconds = 2.0\n", encoding="utf-8")
     words = ["--height", f"{height:g}", "--lenses", lenses, "-o", str(new), "--force"]
     return _command("calibrate", "walk", str(film), *words)
 

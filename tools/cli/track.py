@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.common.formats.export_format import ExportFormat, format_of
+from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
 from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.cli.suggestions import WrongArgument
 from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackResearch, configured_rig
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
@@ -74,6 +75,9 @@ def track(
         from zenocap.tools.takes.both_ways import has_second_pass
         from zenocap.tools.takes.track_job import TrackJob, overlay
 
+        if output is not None and output.suffix.lower() != ".mcap" and format_of(output.suffix) is None:
+            known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
+            raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
         logs.configure("track")
         rig = configured_rig(source, given, expert, research)
         output = Path(f"{rig.name}.mcap") if output is None else output

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, first_text
 from zenocap.tools.cli.options import Method, Variant, camera_list, parsed_size, rig_at
-from zenocap.tools.cli.suggestions import WrongArgument
+from zenocap.tools.cli.suggestions import WrongArgument, check_no_other_file
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -132,6 +132,8 @@ def _rig(source: Sequence[Path], given: TrackArguments, variant: Variant | None)
         from zenocap.common.rig.rig import rig_of_videos
 
         files = [file for path in source for file in videos_in(path)]
+        for file in files:
+            check_no_other_file(file)
         if len(files) < 2:
             raise WrongArgument(f"{' '.join(map(str, source))}: {len(files)} videos; needed: of two or more cameras")
         axis = given.up_axis or "y"
@@ -140,6 +142,8 @@ def _rig(source: Sequence[Path], given: TrackArguments, variant: Variant | None)
         if given.up_axis is not None:
             raise WrongArgument("--up-axis: allowed with --calibration; a rig or a folder has its own")
         return rig_at(source[0], files=True, method=given.method, variant=variant, cameras=cameras, background=background)
+    for path in source:
+        check_no_other_file(path)
     names = " ".join(map(str, source))
     if all(path.suffix.lower() in VIDEO_SUFFIXES for path in source):
         raise WrongArgument(

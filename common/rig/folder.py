@@ -2,7 +2,7 @@
 
 videos/NAME.mp4        one per camera that takes part
 background/NAME.png    a picture of the empty scene; else
-clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
+clip.toml              empty_seconds, or empty_frames = the beginning of each video that is empty; up_axis; fps
 stretched/NAME.mp4     the T-pose, where the main video does not show it
 corners/NAME.corners   corners of a board in the camera's video, as `zenocap calibrate detect` writes them
 sync.toml              [offset_s] NAME = time in seconds at which the camera's video begins, as `zenocap sync` writes it
@@ -15,7 +15,7 @@ from pathlib import Path
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
-from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
 from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
@@ -25,11 +25,12 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
 def folder_rig(
-    folder: Path, method: str, cameras: Sequence[str] | None = None, calibration: Path | None = None
-) -> tuple[RigFile, tuple[str, ...]]:
+    folder: Path, method: str, cameras: Sequence[str] | None = None, calibration: Path | None = None,
+    background: str | None = None,
+) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
     """Rig file content equivalent to the folder, and notes for the user.  cameras: see `chosen`.
 
-    calibration: file to use instead of the folder's own.  Raises UserError.
+    calibration, background: to use instead of the folder's own.  Raises UserError.
     """
     own = calibration is None
     calibration = folder / "calibration.toml" if calibration is None else calibration
@@ -37,7 +38,11 @@ def folder_rig(
         raise UserError(f"{folder}: calibration.toml is missing: allowed: a rig file or a folder with it and videos/")
     clip_path = folder / "clip.toml"
     clip = read_toml(clip_path) if clip_path.is_file() else {}
-    up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
+    up_axis, fps, frames, seconds = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
+    try:
+        empty = first_text(int(str(frames)), float(str(seconds)))
+    except SpecError as error:
+        raise UserError(f"{clip_path}: {error}") from error
     calibrated = list(read_calibration(calibration, str(up_axis)))
     videos, notes = _videos(folder, calibration, calibrated)
     offsets = read_offsets(folder / SYNC_FILE, calibrated)
@@ -46,13 +51,13 @@ def folder_rig(
     viewers = []
     for name, video in videos.items():
         plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
-        background = f"image:{plate}" if plate else f"first:{empty}" if empty else MEDIAN
+        own_background = f"image:{plate}" if plate else empty or MEDIAN
         viewers.append(
             ViewerTable(
                 id=plain_name(name),
                 camera=name,
                 source=str(video.relative_to(folder)),
-                background=background,
+                background=background or own_background,
                 fps=None if fps is None else float(str(fps)),
                 initial=_camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES),
                 offset_s=offsets.get(name, 0.0),
@@ -65,7 +70,7 @@ def folder_rig(
 
 
 def rig_of_files(
-    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str,
+    videos: Sequence[Path], calibration: Path, up_axis: str, background: str, method: str,
     cameras: Sequence[str] | None = None,
 ) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
     """Rig file content for videos and a calibration in any folders, and notes for the user.  cameras: see `chosen`.
@@ -78,7 +83,6 @@ def rig_of_files(
     if up_axis not in ("y", "z"):
         raise UserError(f"up axis {up_axis!r}: allowed: y or z")
     paired, notes = _paired(calibration, list(read_calibration(calibration, up_axis)), videos)
-    background = f"first:{empty_frames}" if empty_frames else MEDIAN
     viewers = [
         ViewerTable(id=plain_name(name), camera=name, source=str(video.resolve()), background=background)
         for name, video in paired.items()
@@ -117,7 +121,7 @@ def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
     if not cameras:
         return []
     return [
-        f"{cameras}: no background picture and no empty_frames: the median of the video is used; a person who stays in "
+        f"{cameras}: no background picture and no empty_seconds: the median of the video is used; a person who stays in "
         "one place for half of it becomes part of the room, with holes in the silhouettes"
     ]
 
@@ -143,7 +147,8 @@ def read_offsets(path: Path, cameras: Sequence[str]) -> dict[str, float]:
 CLIP_KEYS: tuple[tuple[str, object, str], ...] = (
     ("up_axis", "y", "'y' or 'z'"),
     ("fps", None, "above 0 to 1000"),
-    ("empty_frames", 0, "a whole number from 0 to 10000"),
+    ("empty_frames", 0, f"a whole number from 0 to {MAX_FIRST}"),
+    ("empty_seconds", 0.0, f"seconds from 0 to {MAX_FIRST_S:g}"),
 )
 
 
@@ -154,8 +159,10 @@ def _clip_value(path: Path, clip: dict[str, object], key: str, default: object, 
             good = value in ("y", "z")
         case "fps":
             good = value is None or (isinstance(value, int | float) and 0 < value <= 1000)
+        case "empty_seconds":
+            good = isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= MAX_FIRST_S
         case _:
-            good = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 10_000
+            good = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_FIRST
     if not good:
         raise UserError(f"{path}: {key} = {value!r}: allowed: {allowed}")
     return value

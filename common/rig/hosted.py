@@ -53,7 +53,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
     camera, lens = viewer.camera, viewer.camera.fisheye
     kind = next((name for name, one in PLAIN_BACKGROUNDS.items() if one == viewer.background), None)
     if kind is None and not isinstance(viewer.background, FirstFrames):
-        allowed = "allowed on another machine: adaptive, first:N, median, mog2"
+        allowed = "allowed on another machine: adaptive, first:N, first:SECONDSs, median, mog2"
         raise UserError(f"viewer {id}: background {viewer.background}: {allowed}")
     settings = viewer.source.settings if isinstance(viewer.source, Announced) else CameraSettings()
     return AssignQuery(

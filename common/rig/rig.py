@@ -13,7 +13,7 @@ from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pai
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
 from zenocap.common.rig.file import DELAYS, Delays, LogTable, RigFile, ZenohTable, rig_file
-from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
+from zenocap.common.rig.folder import MEDIAN, chosen, folder_rig, rig_of_files
 from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, Method, method_of
 from zenocap.common.rig.recognizer import RecognizerSpec, recognizer_spec
 from zenocap.common.rig.table_errors import TableError
@@ -81,20 +81,22 @@ class Rig:
 
 def load_rig(
     path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True,
-    cameras: Sequence[str] | None = None, calibration: Path | None = None,
+    cameras: Sequence[str] | None = None, calibration: Path | None = None, background: str | None = None,
 ) -> Rig:  # fmt: skip
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
     pictures are then no error.  cameras: names of cameras or ids of viewers, the others are not used; None: all.
-    calibration: file to use instead of a folder's own.
+    calibration: file to use instead of a folder's own.  background: the same, of all its cameras; see `parse_background`.
     Raises UserError, whose text contains file, key, value and allowed values.
     """
     path = Path(path)
     if path.is_dir():
-        content, notes = folder_rig(path, method or AUTO, cameras, calibration)
+        content, notes = folder_rig(path, method or AUTO, cameras, calibration, background)
         read = _Read(path, path, content, repr(content).encode(), path / "clip.toml", notes)
     elif path.exists():
+        if background is not None:
+            raise UserError(f"{path}: a rig file has the backgrounds of its viewers: allowed with a folder or with videos")
         content = rig_file(path, read_toml(path))
         used = None if cameras is None else tuple(one.id for one in chosen(path, content.viewer, cameras))
         read = _Read(path, path.parent, content, path.read_bytes(), path, (), used)
@@ -104,15 +106,15 @@ def load_rig(
 
 
 def rig_of_videos(
-    videos: Sequence[Path], calibration: Path, up_axis: str = "y", empty_frames: int = 0, method: str | None = None,
+    videos: Sequence[Path], calibration: Path, up_axis: str = "y", background: str = MEDIAN, method: str | None = None,
     variant: str | None = None, cameras: Sequence[str] | None = None,
 ) -> Rig:  # fmt: skip
     """The rig of video files and a calibration, in any folders.  cameras: see `load_rig`.  Raises UserError.
 
     A video belongs to the camera of its name; videos without such names to the cameras in their order.
-    empty_frames: number of first frames of each video that show the empty scene; 0: the median of its frames is used.
+    background: of all videos, such as "first:2s" where their first two seconds show the empty scene.
     """
-    content, notes = rig_of_files(videos, calibration, up_axis, empty_frames, method or AUTO, cameras)
+    content, notes = rig_of_files(videos, calibration, up_axis, background, method or AUTO, cameras)
     return _rig(_Read(calibration, Path(), content, repr(content).encode(), calibration, notes), method, variant, True)
 
 

@@ -15,12 +15,13 @@ from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.adaptive.saved import taken_up
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
+from zenocap.common.vision.empty_scene import LEAST_EMPTY, with_people
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions
-from zenocap.services.viewer.advice.watch import watched
+from zenocap.services.viewer.advice.watch import AdviceWatch, watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
     LEARNT_PX,
@@ -53,7 +54,13 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
     state = replace(state, seen=state.seen + 1)
     if state.seen < learning_frames(setup.background):
         return state, None
-    return state, Segmentation(_background(setup, state.images))
+    images = state.images
+    if isinstance(setup.background, FirstFrames) and images:
+        people = with_people(images)
+        empty = [image for image, seen in zip(images, people, strict=True) if not seen]
+        watch = AdviceWatch(occupied=100.0 * float(people.mean()))
+        return state, Segmentation(learn_from(empty if len(empty) >= LEAST_EMPTY else images), watch=watch)
+    return state, Segmentation(_background(setup, images))
 
 
 def _thinned(state: Learning, most: int) -> Learning:
@@ -67,8 +74,6 @@ def _background(setup: ViewerSetup, images: Sequence[Image]) -> Background | Mix
     if not images:
         return None
     match setup.background:
-        case FirstFrames():
-            return learn_from(images)
         case BackgroundImage():
             assert setup.plate is not None  # checked by the setup
             return from_image(setup.plate, images)

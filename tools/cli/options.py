@@ -76,16 +76,17 @@ def bound(option: str, text: str | None) -> Bound | None:
 
 
 def rig_at(
-    path: Path, *, files: bool, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
-) -> Rig:
-    """Load a rig.  files: whether its videos must be on this machine.  cameras: see `load_rig`.
+    path: Path, *, files: bool, method: str | None = None, variant: str | None = None,
+    cameras: Sequence[str] | None = None, background: str | None = None,
+) -> Rig:  # fmt: skip
+    """Load a rig.  files: whether its videos must be on this machine.  cameras, background: see `load_rig`.
 
     Raises UserError, WrongArgument for a take.
     """
     check_rig_path(path)
     from zenocap.common.rig.rig import load_rig
 
-    return load_rig(path, method, variant, files=files, cameras=cameras)
+    return load_rig(path, method, variant, files=files, cameras=cameras, background=background)
 
 
 def checked_take(path: Path) -> Path:

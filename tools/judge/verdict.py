@@ -101,7 +101,7 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
 def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
     if evidence.body is None and evidence.cameras:
         text = (
-            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_frames), the "
+            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), the "
             "calibration, swapped videos, and for two-view the T-pose"
         )
     else:

@@ -129,9 +129,9 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
     sources = {viewer.id: viewer.source for viewer in rig.viewers}
     assert list(sources.items()) == [("cam01", VideoFile(first)), ("cam02", VideoFile(second))]
     (note,) = (note for note in rig.notes if "median" in note)
-    assert note.startswith("cam01, cam02: no background picture and no empty_frames: the median of the video is used; ")
+    assert note.startswith("cam01, cam02: no background picture and no empty_seconds: the median of the video is used; ")
     renamed = [file.rename(tmp_path / name) for file, name in ((first, "left.mp4"), (second, "right.mp4"))]
-    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", empty_frames=2)
+    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", background="first:2")
     assert "assigned in order: cam01 = left.mp4, cam02 = right.mp4" in rig.notes[0]
     assert [len(list(open_source(one, Playback(0, ManualClock(0), live=False)))) for one in rig.viewers] == [4, 4]
     with pytest.raises(UserError, match=r"none\.mp4: no such file"):

@@ -20,7 +20,7 @@ from tests.support.animator_stand_in import (
     pose_at,
     stand_in,
 )
-from tests.support.browser import PATIENCE_S, Visit, visited
+from tests.support.browser import PATIENCE_S, WINDOWS, Visit, visited
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -47,8 +47,10 @@ def animator(tmp_path: Path) -> Iterator[StandIn]:
 
 
 @contextmanager
-def opened(browser: object, animator: StandIn, expected: str | None = None) -> Iterator[Visit]:
-    with visited(browser, animator.address, expected=expected) as one:
+def opened(
+    browser: object, animator: StandIn, expected: str | None = None, width: int = 1280, scheme: str = "dark"
+) -> Iterator[Visit]:
+    with visited(browser, animator.address, width, scheme=scheme, expected=expected) as one:
         one.until(lambda: one.text("#rig").startswith("rig demo"), "the name of the rig")
         yield one
 
@@ -461,3 +463,32 @@ def test_the_resolution_follows_the_drawing_time(visit: Visit) -> None:
         script = f"""(() => {{ const {{scene}} = zenocap; scene.times = []; scene.quality = {before};
             for (let k = 0; k < 4; k++) scene.adaptResolution({took_ms}); return scene.quality; }})()"""
         assert visit.evaluate(script) == after, (before, took_ms)
+
+
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
+def test_every_text_has_contrast_in_both_colour_schemes(
+    browser: object, animator: StandIn, width: int, scheme: str
+) -> None:
+    """In each tab, and on each slide."""
+    with opened(browser, animator, width=width, scheme=scheme) as one:
+        animator.send_frame_set(0.0)
+        sees(one, 1)
+        animator.receive(health("viewer", "1", animator.clock.now_ns(), "no person in view", dropped_frames=3))
+        for tab in ("view", "setup", "takes"):
+            one.evaluate(f"document.querySelector('[data-tab={tab}]').click()")
+            one.check_colours(scheme)
+        one.evaluate("document.getElementById('slides-open').click()")
+        for _ in range(6):
+            one.check_colours(scheme)
+            one.page.keyboard.press("ArrowRight")
+
+
+def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Visit, animator: StandIn) -> None:
+    for frame, pose in ((60, T_POSE), (61, Pose(T_POSE.position, TEN_PARTS.neutral))):
+        animator.receive(bap(frame, animator.clock.now_ns(), pose))
+        sees(visit, frame)
+        degrees = 90 if pose is T_POSE else 0
+        shown = (
+            "[...document.querySelectorAll('figure')].find((one) => one.textContent.includes('arm elevation'))?.textContent"
+        )
+        visit.until(lambda: f"{degrees}° {degrees}°" in str(visit.evaluate(shown)), f"{degrees} degrees")  # noqa: B023

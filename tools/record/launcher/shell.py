@@ -156,7 +156,8 @@ class Supervisor:
                 self.print_output()
                 self._receive(now_s - started_s)
                 if live is not None:
-                    live.update(table(self._status, self._services, now_s - started_s, str(self._take or "none")))
+                    take = str(self._take or "none")
+                    live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))
                 elif now_s >= line_s:
                     line_s += LINE_S
                     self._print(plain_line(self._status, self._services, now_s - started_s))

@@ -1,19 +1,18 @@
-"""Force and moment as printed: closest points, forces and sums against a plain oracle."""
+"""Closest points of the printed force; `tests/test_papers.py` has forces and moments."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tracker_scenes import NO_RAYS, average_model, carried_by, frames_of, moved, tangent_rays, upright
-from zenocap.common.arrays import Floats, Floats32
+from tests.support.tracker_scenes import NO_RAYS, average_model, frames_of, upright
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.services.tracker.body.jacobian import ROOT
 from zenocap.services.tracker.evidence.rays import Weights
 from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, Correspondence, closest_point
-from zenocap.services.tracker.filter.force_printed import group_forces, refine_as_printed
-from zenocap.services.tracker.hull.contour_rays import midpoints
-from zenocap.services.tracker.parameters import FORCE_TRUNCATION_M, NORMAL_MODULATION
+from zenocap.services.tracker.filter.force_printed import refine_as_printed
+from zenocap.services.tracker.parameters import NORMAL_MODULATION
 
 MODEL = average_model(TEN_PARTS)
 PARTS = len(TEN_PARTS.parts)
@@ -72,49 +71,6 @@ def test_closest_point_of_a_flat_ended_limb_is_the_nearest_of_side_ends_and_rim(
         assert found[2] == pytest.approx(0.0, abs=1e-6)  # the side's normal is across the axis
     elif across < radius - 1e-6:
         assert abs(found[2]) == pytest.approx(1.0, abs=1e-6)
-
-
-def clear(frames: Floats, rays: Floats32, flat: bool) -> list[bool]:
-    """Whether each scene point has one closest part: two limbs that meet in a joint may be equally close."""
-    found = []
-    for point, normal in zip(midpoints(rays), rays[6:9].T.astype(np.float64), strict=True):
-        every = np.array([closest_of(frames[part], part, point, normal, flat)[:2] for part in range(PARTS)])
-        first, second = np.sort(every, axis=0)[:2]
-        found.append(bool(np.all(second - first > 1e-5)))
-    return found
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(
-    ("linear", "closest", "flat"), [(True, False, False), (False, True, True)], ids=["linear", "paper"]
-)
-@settings(max_examples=5)
-@given(seed=seeds)
-def test_forces_and_moments_are_summed_over_groups(linear: bool, closest: bool, flat: bool, seed: int) -> None:
-    """[Hybrid Eq. 32, 33, 38-40], with the direction of Fig. 2."""
-    pose = upright(TEN_PARTS, seed)
-    frames = frames_of(MODEL, pose)
-    rays = tangent_rays(MODEL, moved(pose, np.random.default_rng(seed), 0.05, 0.2), 80, seed)
-    rays = np.ascontiguousarray(rays[:, clear(frames, rays, flat)])
-    forces, moments, numbers = np.zeros((PARTS, 3)), np.zeros((PARTS, 3)), np.zeros(PARTS)
-    for point, normal in zip(midpoints(rays), rays[6:9].T.astype(np.float64), strict=True):
-        every = [closest_of(frames[part], part, point, normal, flat) for part in range(PARTS)]
-        part = int(np.argmin([one[0 if closest else 1] for one in every]))
-        distance, cosine, on_model = every[part][0], every[part][2], every[part][3:6]
-        if distance >= 0.15:
-            continue
-        rho = min(max(cosine, 0.0) * distance, FORCE_TRUNCATION_M) ** (1 if linear else 2)
-        force = rho * (point - on_model) / np.linalg.norm(point - on_model)
-        for carrier in carried_by(MODEL, part):
-            forces[carrier] += force
-            moments[carrier] += np.cross(on_model - frames[carrier, :, 3], force)
-            numbers[carrier] += 1
-    found = np.empty((PARTS, 3)), np.empty((PARTS, 3)), np.empty(PARTS)
-    parts = np.random.default_rng(2).integers(0, PARTS, rays.shape[1])
-    group_forces(MODEL, frames, rays, 0.15, linear, Correspondence(closest, flat), parts, *found)
-    assert found[0] == pytest.approx(forces, abs=1e-6)
-    assert found[1] == pytest.approx(moments, abs=1e-6)
-    assert np.array_equal(found[2], numbers)
 
 
 def test_pose_without_scene_is_unchanged() -> None:

@@ -50,7 +50,8 @@ def track(
     empty_frames: with a list of videos: frames at the start of each that show the empty scene; default: the background
         is the median of the video.
     up_axis: of the calibration of a list of videos, "y" or "z".
-    method: "auto" or "hybrid" (two to eight cameras), or "two-view" (two); default: the rig's own, else "auto".
+    method: "auto" or "hybrid" (two to eight cameras), "two-view" or "both" of them (two); default: the rig's own, else
+        "auto".
     variant: of two-view, "improved" or "paper", as printed; default: the rig's own, else "improved".
     preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.

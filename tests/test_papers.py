@@ -1,4 +1,4 @@
-"""Papers recomputed: each equation against a direct version on random cases, each preset against its table of options."""
+"""Papers recomputed: each equation on random cases, each preset against its table of options."""
 
 import re
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""Forward-backward pass against hmmlearn on a long sequence; `tests/test_papers.py` enumerates all paths."""
+"""Forward-backward pass against hmmlearn; `tests/test_papers.py` enumerates all paths."""
 
 import numpy as np
 import pytest

@@ -53,7 +53,8 @@ def track(
     empty_frames, empty_seconds: with a folder or a list of videos: beginning of each that shows the empty scene, one of
         them; default: that of the folder, or the background is the median of the video.
     up_axis: of the calibration of a list of videos, "y" or "z".
-    method: "auto" or "hybrid" (two to eight cameras), or "two-view" (two); default: the rig's own, else "auto".
+    method: "auto" or "hybrid" (two to eight cameras), "two-view" or "both" of them (two); default: the rig's own, else
+        "auto".
     variant: of two-view, "improved" or "paper", as printed; default: the rig's own, else "improved".
     preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.

@@ -62,7 +62,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
         what="assign",
         rig=rig.name,
         digest=rig.digest,
-        tracker=method_of(rig.method).has_tracker,
+        tracker=method_of(rig.method).only_silhouettes,
         additions=sorted(rig.additions),
         viewer=HostedViewer(
             id=id,

@@ -76,7 +76,7 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> TrackerSetup:
     if rig.tracker is None:
         raise ValueError(f"method {rig.method!r} has no tracker")
     options = Options(
-        method=_one_of(METHODS, rig.method, "method", " with a tracker"),
+        method=_one_of(METHODS, method_of(rig.method).tracker_method, "method", " with a tracker"),
         particles=rig.tracker.particles,
         points=rig.tracker.points,
         iterations=rig.tracker.iterations,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
-Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
+Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter", "both"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 
 RigPath = Annotated[

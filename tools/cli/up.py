@@ -35,16 +35,17 @@ def demo(
     *,
     given: RunArguments,
     method: Annotated[
-        Literal["auto", "two-view"],
+        Literal["both", "auto", "two-view"],
         typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
-    ] = "auto",
+    ] = "both",
 ) -> None:
     """Run everything with a simulated person: no camera needed.
 
-    It runs on this machine and needs no network. Two viewers render the person from the front and from the side, the
-    tracker estimates the pose from their silhouettes, and every message is recorded to recordings/demo-TIME.mcap. With
-    --method two-view the viewers estimate the pose and the integrator fuses their results. A table shows the state of
-    each service, and the page at http://127.0.0.1:8080 the pose; where that port is taken, a free one, which is shown.
+    It runs on this machine and needs no network. Two viewers render the person from the front and from the side. They
+    estimate the pose, the integrator fuses their results, and the tracker estimates it from the same silhouettes: a
+    switch on the page at http://127.0.0.1:8080 selects one; where that port is taken, a free one is, and shown. With
+    --method auto the tracker runs alone, with two-view the others. Every message is recorded to
+    recordings/demo-TIME.mcap. A table shows the state of each service.
 
     Example: `zenocap demo --seconds 30`
     """

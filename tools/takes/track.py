@@ -14,7 +14,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
+from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.methods import method_of
@@ -119,7 +119,7 @@ def track_frames(
         if first is None or inputs.problems:
             raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
         recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
-        count, poses, measured = 0, 0, True
+        count, poses, measured, method = 0, 0, True, method_of(rig.method)
         estimated: float | None = None
         advice, verdict = TakeAdvice(), None
         report_ns = EPOCH_NS + HEALTH_NS
@@ -135,12 +135,12 @@ def track_frames(
                 for message in messages:
                     if isinstance(message, CameraAdvice):
                         advice.add(message)
-                poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
+                poses += sum(type(message) is method.poses.message for message in messages)
                 for message in messages:
                     if isinstance(message, TrackerBdp):
                         measured, estimated = message.measured, estimated or _height(message)
                 count += 1
-                state = session.describe((method_of(rig.method).pose_service, MAIN))
+                state = session.describe((method.pose_service, MAIN))
                 on_frame_set(TrackedFrameSet(current, messages, state))
             _record(session.report(), writer)
             if VERDICT in logged:

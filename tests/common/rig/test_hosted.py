@@ -38,7 +38,7 @@ def sent(query: AssignQuery) -> AssignQuery:
     return codec.decode(codec.encode(query), AssignQuery)
 
 
-@pytest.mark.parametrize("method", ["hybrid", "two-view"])
+@pytest.mark.parametrize("method", ["hybrid", "two-view", "both"])
 def test_the_viewer_of_a_host_is_that_of_the_rig(tmp_path, method):
     one = rig(tmp_path, 'background = "first:45"\npreview = true', method)
     assert [(camera.viewer, camera.source) for camera in hosted_cameras(one)] == [
@@ -47,7 +47,7 @@ def test_the_viewer_of_a_host_is_that_of_the_rig(tmp_path, method):
     there = hosted_rig(sent(assignment(one, "0", 5)), STREAM, tmp_path, previews=True)
     own, other = one.viewer("0"), there.viewer("0")
     assert (there.name, there.digest, there.fps, there.additions) == (one.name, one.digest, 20.0, one.additions)
-    assert (there.tracker is None) == (method == "two-view")
+    assert (there.tracker is None) == (method != "hybrid")  # with both, viewers run the exchange
     assert replace(other, camera=own.camera, source=own.source) == own
     assert other.source == STREAM
     for name in ("matrix", "distortions", "rotation", "translation"):

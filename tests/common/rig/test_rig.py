@@ -133,7 +133,7 @@ VIEWERS, SECOND = RIG[RIG.index("[[viewer]]") :], RIG[RIG.index('[[viewer]]\nid 
          "viewer 2: keep_background = true: allowed: false for method 'two-view'"),
         (NAME, 'name = "studio"\ndelays = "x"', "delays = 'x': allowed: 'off', 'report', 'follow'"),
         (NAME, NAME + '\ndelays = "follow"',
-         "delays = 'follow': allowed for method 'two-view', without a tracker: off, report"),
+         "delays = 'follow': allowed for method 'two-view': off, report"),
         (FPS, "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (FPS, 'exposure = "manual"',
          r"viewer\[0\].exposure = 'manual': allowed: a whole number in the range .* \"locked\""),
@@ -350,7 +350,7 @@ def test_background_texts_are_parsed():
 
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
-    with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: auto, two-view"):
+    with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: both, auto, two-view"):
         demo_rig("hybrid")
     assert [viewer.source for viewer in demo_rig().viewers] == [Actor("demo", 4)] * 2
     rig = demo_rig("two-view")

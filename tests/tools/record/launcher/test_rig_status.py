@@ -120,6 +120,12 @@ def test_poses_are_counted_and_those_of_every_running_viewer(poses: tuple[m.Mess
     assert (status.poses, status.complete) == (3, 2)
 
 
+def test_of_both_methods_the_poses_of_the_tracker_are_counted_and_shown() -> None:
+    status = status_after(bap(), tracker_pose(views=["1", "2"]), bap(), alive=(("viewer", "1"), ("viewer", "2")))
+    assert isinstance(status.pose, m.TrackerPose)
+    assert status.poses == 2
+
+
 def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:
     tracker = built(
         m.Health, service="tracker", id="main", state="tracking, without viewer 3", rate=14.9,

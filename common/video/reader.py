@@ -15,6 +15,7 @@ import numpy as np
 from av.codec.hwaccel import HWAccel
 from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
+from av.video.stream import VideoStream
 
 from zenocap.common.arrays import Image
 from zenocap.common.closable import Closable
@@ -47,6 +48,11 @@ class VideoFrame:
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
 
 
+def is_known(stream: VideoStream) -> bool:
+    """Whether FFmpeg knows the codec; without one PyAV's streams have no context, of which its stub says nothing."""
+    return getattr(stream, "codec_context", None) is not None
+
+
 def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
     return av.open(str(path), metadata_errors="replace", hwaccel=device)
 
@@ -54,7 +60,7 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video or container.streams.video[0].codec_context is None:
+    if not container.streams.video or not is_known(container.streams.video[0]):
         return container, ""
     codec = container.streams.video[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
@@ -131,7 +137,7 @@ class VideoReader(Closable):
             self.close()
             raise OpenError(f"{path}: has no video stream: allowed: a video file")
         self._stream = self._container.streams.video[0]
-        if self._stream.codec_context is None:
+        if not is_known(self._stream):
             self.close()
             raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
         self._stream.thread_type = "AUTO"

@@ -368,6 +368,14 @@ def test_a_damaged_assignment_leaves_the_camera_free(tmp_path: Path, old: bytes,
     assert host.used_by == ""
 
 
+@pytest.mark.parametrize("name", ["utf-9", "utf-7", "shift_jis"])
+def test_an_encoding_that_the_parser_does_not_know_is_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "a.qca.txt"
+    text(path, f'<?xml version="1.0" encoding="{name}"?>\n<calibration/>\n')
+    with pytest.raises(UserError, match=rf"{path}: (not XML|no camera)"):
+        read_calibration(path)
+
+
 @pytest.mark.parametrize("name", ["a" * 300, "a\0b"])
 def test_a_name_that_no_file_can_have_is_refused_in_a_manifest(tmp_path: Path, name: str) -> None:
     text(tmp_path / "examples.csv", f"source,posture\n{name}.bvh,sit\n")

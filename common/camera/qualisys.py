@@ -34,7 +34,7 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
         if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
             raise UserError(f"{path}: has a document type or entities; allowed: plain XML elements")
         root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # also for an encoding that is unknown
         raise UserError(f"{path}: not XML: {error}") from error
     cameras: dict[str, Camera] = {}
     left_out: dict[str, list[str]] = {}

@@ -17,6 +17,7 @@ from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 from av.sidedata.sidedata import SideData
 from av.sidedata.sidedata import Type as SideDataType
+from av.video.stream import VideoStream
 
 from zenocap.common.arrays import Image
 from zenocap.common.closable import Closable
@@ -67,6 +68,11 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
     return (0 if mirrored and abs(a) > abs(b) else turn), mirrored
 
 
+def is_known(stream: VideoStream) -> bool:
+    """Whether FFmpeg knows the codec; without one PyAV's streams have no context, of which its stub says nothing."""
+    return getattr(stream, "codec_context", None) is not None
+
+
 def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
     return av.open(str(path), metadata_errors="replace", hwaccel=device)
 
@@ -74,7 +80,7 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video or container.streams.video[0].codec_context is None:
+    if not container.streams.video or not is_known(container.streams.video[0]):
         return container, ""
     codec = container.streams.video[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
@@ -153,7 +159,7 @@ class VideoReader(Closable):
             self.close()
             raise OpenError(f"{path}: has no video stream: allowed: a video file")
         self._stream = self._container.streams.video[0]
-        if self._stream.codec_context is None:
+        if not is_known(self._stream):
             self.close()
             raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
         self._stream.thread_type = "AUTO"

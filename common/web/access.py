@@ -83,7 +83,7 @@ def refusal(
 
 
 def host_name(host: str) -> str:
-    """Name or address in a `Host` header; "" where there is none."""
+    """Name or address in a `Host` header or an origin; "" where there is none."""
     try:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:  # brackets without an address
@@ -110,10 +110,8 @@ def is_allowed_origin(origin: str | None, allowed: Collection[str], own: str | N
     """
     if origin is None or ANY_ORIGIN in allowed or origin in allowed:
         return True
-    parts = urlsplit(origin)
-    if own is not None:
-        return parts.netloc == own
-    return parts.scheme in ("http", "https") and is_loopback(parts.hostname or "")
+    scheme, _, netloc = origin.partition("://")
+    return netloc == own if own is not None else scheme in ("http", "https") and is_loopback(host_name(netloc))
 
 
 def other_site(options: str) -> str:

@@ -11,6 +11,7 @@ from zenocap.tools.judge.parameters import (
     BASELINE,
     CLEAR_APART,
     CLEAR_OUTSIDE,
+    CLEAR_SHARE,
     CLEAR_UNCOVERED,
     LAG_WEIGHT,
     MOST_REASONS,
@@ -80,7 +81,7 @@ def reasons_of(
     evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, lags: ViewLags | None
 ) -> list[m.VerdictReason]:
     """Reasons of a take that is not good, one or more, the weightiest first: by their share of ln error, and 1 for a figure
-    that is clearly wrong.
+    that is clearly wrong.  Lost poses come after what is clearly wrong in much of the time, which loses them.
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
@@ -102,8 +103,9 @@ def reasons_of(
             found.append((weight, reason))
     lost = _lost_reason(stretches, start_ns)
     if lost is not None:
-        found.append(lost)
-    found.sort(key=lambda one: -one[0])
+        causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > CLEAR_SHARE]
+        found.append((min(lost[0], max(causes, default=lost[0])), lost[1]))  # after what is clearly wrong: it is the cause
+    found.sort(key=lambda one: -one[0])  # stable
     notable = [reason for weight, reason in found if weight > NOTABLE][:MOST_REASONS]
     return notable or [reason for _, reason in found[:1]]
 

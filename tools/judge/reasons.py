@@ -40,6 +40,7 @@ CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond whic
     "uncovered": ("uncovered", CLEAR_UNCOVERED),
     "views-apart": ("apart", CLEAR_APART),
 }
+SYMPTOMS = ("limits", "lost")  # kinds of reasons that follow from silhouettes that do not fit, and name no remedy
 
 
 def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
@@ -81,7 +82,7 @@ def reasons_of(
     evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, lags: ViewLags | None
 ) -> list[m.VerdictReason]:
     """Reasons of a take that is not good, one or more, the weightiest first: by their share of ln error, and 1 for a figure
-    that is clearly wrong.  Lost poses come after what is clearly wrong in much of the time, which loses them.
+    that is clearly wrong.  SYMPTOMS come after what is clearly wrong in much of the time, which causes them.
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
@@ -103,9 +104,11 @@ def reasons_of(
             found.append((weight, reason))
     lost = _lost_reason(stretches, start_ns)
     if lost is not None:
-        causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > CLEAR_SHARE]
-        found.append((min(lost[0], max(causes, default=lost[0])), lost[1]))  # after what is clearly wrong: it is the cause
-    found.sort(key=lambda one: -one[0])  # stable
+        found.append(lost)
+    causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > CLEAR_SHARE]
+    if causes:  # before what follows from it; the sort is stable
+        found = [(min(weight, max(causes)) if one.kind in SYMPTOMS else weight, one) for weight, one in found]
+    found.sort(key=lambda one: -one[0])
     notable = [reason for weight, reason in found if weight > NOTABLE][:MOST_REASONS]
     return notable or [reason for _, reason in found[:1]]
 

@@ -1,4 +1,4 @@
-"""What `zenocap track` prints about a take without T-pose, or without a pose."""
+"""Output of `zenocap track` for takes without T-pose or without a pose."""
 
 from dataclasses import replace
 from pathlib import Path

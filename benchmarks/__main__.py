@@ -5,7 +5,8 @@
     python -m benchmarks --publish          # only writes the pages again
     python -m benchmarks --pictures NAME ... [--folder docs]
 
-KIND may be `all`.  What needs the shared clips beside the checkout is skipped without them.
+KIND may be `all`.  What needs the shared clips beside the checkout is skipped without them; the status is 1 where a named
+kind has then no case left.
 """
 
 import argparse
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for name in options.pictures:
             cast(Callable[[Path], None], attribute(DRAWN[name]))(options.folder)
         names = KINDS.names() if options.kind == ["all"] else options.kind
-        failed = sum([not _measured(KINDS.row(name), options) for name in names])
+        failed = [name for name in names if not _measured(KINDS.row(name), options, named=options.kind != ["all"])]
         if options.publish:
             for page in pages.publish(results.load_all()):
                 print(f"written: {page}")
@@ -82,19 +83,19 @@ def _list() -> None:
             print(f"    {case}")
 
 
-def _measured(kind: Kind, options: argparse.Namespace) -> bool:
-    """Run the chosen cases of a kind; False where one failed.  Raises UserError."""
-    named = {"smallest": kind.small} if options.small else dict(kind.selected(options.only))
+def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
+    """Run the chosen cases; False where one failed, or where a kind that the user named has none.  Raises UserError."""
+    chosen = {"smallest": kind.small} if options.small else dict(kind.selected(options.only))
     seeds = 1 if options.small else options.seeds or kind.seeds
     if options.publish and seeds < min(FEWEST_SEEDS, kind.seeds):
         raise UserError(f"{kind.name}: --seeds {seeds} with --publish: allowed: {min(FEWEST_SEEDS, kind.seeds)} and more")
-    for name, case in list(named.items()):
+    for name, case in list(chosen.items()):
         if missing := kind.missing(case):
             print(f"{kind.name}: {name}: skipped: {', '.join(missing)} missing (expected in `shared` beside the checkout)")
-            del named[name]
-    wanted = {name: [case.of_seed(seed) for seed in range(seeds)] for name, case in named.items()}
+            del chosen[name]
+    wanted = {name: [case.of_seed(seed) for seed in range(seeds)] for name, case in chosen.items()}
     every = list(dict.fromkeys(case for cases in wanted.values() for case in cases))
-    found, failed = {}, False
+    found, failed = {}, named and not chosen
     for number, done in enumerate(runs(kind, every, options.jobs, options.fresh or options.small), 1):
         found[done.case] = done.figures
         failed |= bool(done.problem)

@@ -79,6 +79,11 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
         "what moves is blurred over {value:.1f} % of the person's height",
         "shorten the exposure, and add light for it",
     ),
+    AdviceCode.OCCUPIED: Wording(
+        "not empty",
+        "a person is in {value:.0f} % of the images that should show the empty scene; these are left out",
+        "give a time before a person enters (empty_seconds, --empty-seconds), or leave the scene empty for longer",
+    ),
 }
 
 

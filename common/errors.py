@@ -1,7 +1,10 @@
 """The base class of errors that a user can put right."""
 
 import difflib
-from collections.abc import Collection
+import warnings
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from typing import TextIO
 
 
 class UserError(Exception):
@@ -30,6 +33,34 @@ class SizeMismatch(SourceError):
 
 class EndedEarly(SourceError):
     """The source ended or failed before its declared number of frames; the earlier frames are valid."""
+
+
+class FileNote(UserWarning):
+    """What is odd about a file that is read all the same, for `warnings.warn`: mathematics writes no log.
+
+    The command line shows it once as a line; elsewhere Python prints it.
+    """
+
+
+@contextmanager
+def file_notes(show: Callable[[str], None]) -> Iterator[None]:
+    """Call `show` with the text of each FileNote within the block, of equal ones once."""
+    with warnings.catch_warnings():
+        ordinary, seen = warnings.showwarning, set[str]()
+
+        def shown(
+            message: Warning | str, category: type[Warning], filename: str, lineno: int,
+            file: TextIO | None = None, line: str | None = None,
+        ) -> None:  # fmt: skip
+            if not issubclass(category, FileNote):
+                ordinary(message, category, filename, lineno, file, line)
+            elif str(message) not in seen:
+                seen.add(str(message))
+                show(str(message))
+
+        warnings.simplefilter("always", FileNote)
+        warnings.showwarning = shown
+        yield
 
 
 def did_you_mean(text: str, known: Collection[str]) -> str:

@@ -299,6 +299,7 @@ class AdviceCode(StrEnum):
     SATURATED = "saturated"
     FOCUS = "focus"  # the whole image is soft
     MOTION_BLUR = "motion_blur"  # what moves is soft
+    OCCUPIED = "occupied"  # a person is in the images of the empty scene
 
 
 Third = Literal["", "upper", "middle", "lower"]  # of the silhouette, by height; "" for what is not of a part

@@ -1,132 +1,367 @@
-"""Papers in code and documentation: equations, named files, vocabulary of departures."""
+"""Papers recomputed: each equation on random cases, each preset against its table of options."""
 
-import ast
-import io
 import re
-import tokenize
-from collections.abc import Iterator
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable, Mapping
+from itertools import pairwise, product
+from math import exp, hypot
+from unittest.mock import patch
 
+import msgspec
+import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.special import logsumexp
 
 from tests.support.places import ROOT
+from tests.support.prior_cases import D, known_prior
+from tests.support.simulated_cameras import paper_cameras
+from tests.support.tracker_scenes import average_model, carried_by, frames_of, moved, tangent_rays, turn, upright
+from zenocap.common.arrays import Floats, Mask
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS
+from zenocap.common.rig.two_view import ADDITIONS, PAPER, additions_of
+from zenocap.common.vision.model_image import matching_score, score_of_counts
+from zenocap.services.integrator.two_view.arbitrator import Claim, View, arbitrate
+from zenocap.services.integrator.two_view.perspective import Ray, position_of, scaling_factor
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.body.jacobian import ROOT as ROOT_COORDINATES
+from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.filter.closest_points import (
+    CLOSEST_LENGTH,
+    Correspondence,
+    closest_point,
+    mean_modulated_square,
+)
+from zenocap.services.tracker.filter.force_printed import refine_as_printed
+from zenocap.services.tracker.filter.particles import likelihood_weights
+from zenocap.services.tracker.hull.contour_rays import midpoints
+from zenocap.services.tracker.parameters import (
+    FORCE_GAIN,
+    FORCE_TRUNCATION_M,
+    LINEAR_FORCE_GAIN,
+    LINEAR_MOMENT_GAIN,
+    MOMENT_GAIN,
+    NORMAL_MODULATION,
+    PRIOR_CENTRE_WEIGHT,
+    PRIOR_CLAMP,
+)
+from zenocap.services.tracker.prior import model as prior_model
+from zenocap.services.tracker.prior import sampling
+from zenocap.services.tracker.prior.forward_backward import Expectation, expectation
+from zenocap.services.viewer.parameters import ARM_REGION, LEG_REGION, STOP
+from zenocap.services.viewer.two_view import limb_search
+from zenocap.services.viewer.two_view.limb_search import BOTH, tri_tree
 
-FOLDERS = ("common", "services", "simulation", "tools", "benchmarks", "zenocap")
-PAGE = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
-EQUATIONS = {"Two-view": range(1, 5), "Hybrid": range(1, 42)}  # as numbered in the papers
-WORDS = ("corrected", "replaced", "added", "open")
-TAG = re.compile(r"\[(Two-view|Hybrid)\b")
-NUMBERS = r"\d+(?:-\d+)?"
-EQUATION = re.compile(rf"\bEq\. ({NUMBERS}(?:(?:, | and ){NUMBERS})*)")
-PLACES = [(paper, number) for paper, numbers in EQUATIONS.items() for number in numbers]
-
-
-def equations(text: str) -> set[int]:
-    """Numbers after "Eq." in a text: single ones, ranges (Eq. 2-5), and lists of both (Eq. 2, 4-6)."""
-    found: set[int] = set()
-    for match in EQUATION.finditer(text):
-        for part in re.findall(NUMBERS, match[1]):
-            first, _, last = part.partition("-")
-            found |= set(range(int(first), int(last or first) + 1))
-    return found
-
-
-def texts(source: str) -> Iterator[str]:
-    """Docstrings of a source, and its blocks of comment lines."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            yield ast.get_docstring(node) or ""
-    block, line = "", 0
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            if token.start[0] != line + 1:
-                yield block
-                block = ""
-            block, line = f"{block}\n{token.string}", token.start[0]
-    yield block
-
-
-@cache
-def sources() -> dict[Path, str]:
-    """Text of every source file."""
-    files = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if not path.is_symlink())
-    assert len(files) > 100
-    return {path: path.read_text(encoding="utf-8") for path in files}
-
-
-@cache
-def in_sources() -> dict[str, set[int]]:
-    """Equations of each paper in docstrings and comments that name that paper and no other."""
-    found: dict[str, set[int]] = {paper: set() for paper in EQUATIONS}
-    for source in filter(TAG.search, sources().values()):
-        for text in texts(source):
-            if len(papers := set(TAG.findall(text))) == 1:
-                found[papers.pop()] |= equations(text)
-    return found
+seeds = st.integers(0, 2**32 - 1)
+MODEL = average_model(TEN_PARTS)
+PARTS = len(TEN_PARTS.parts)
+LIMIT_M = 0.15
+FREE = Weights(0.01, LIMIT_M, np.full(ROOT_COORDINATES + len(MODEL.low), 1.0), 0.25)
 
 
-@cache
-def on_page() -> dict[str, set[int]]:
-    """Equations of each paper in the tables of the page; each heading names its paper."""
-    found: dict[str, set[int]] = {paper: set() for paper in EQUATIONS}
-    for section in re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:]:
-        if tag := TAG.match(section):
-            rows = [line for line in section.splitlines() if line.startswith("|")]
-            found[tag[1]] |= set().union(*(equations(row.split("|")[1]) for row in rows))
-    return found
+# [Two-view]
 
 
-def test_equations_of_a_text() -> None:
-    assert equations("Eq. 2 and [Hybrid Eq. 4-6, 9]") == {2, 4, 5, 6, 9}
-    assert equations("Eq. 7 and 8") == {7, 8}
-    assert equations("Equation 3, equations 4") == set()
+@given(seeds)
+def test_equation_1(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    silhouette, model = (rng.integers(0, 2, (6, 8), dtype=np.uint8) for _ in range(2))
+    both, either = set(pixels(silhouette)) & set(pixels(model)), set(pixels(silhouette)) | set(pixels(model))
+    assume(either)
+    p = len(set(pixels(silhouette)) - both) / len(either)
+    n = len(set(pixels(model)) - both) / len(either)
+    expected = exp(-p - n) * (1 - p)
+    assert matching_score(silhouette, model) == pytest.approx(expected)
+    assert score_of_counts(int(silhouette.sum()), int(model.sum()), len(both)) == pytest.approx(expected)
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize(("paper", "number"), PLACES, ids=lambda value: str(value))
-def test_every_equation_is_in_the_source_or_on_the_page(paper: str, number: int) -> None:
-    assert number in in_sources()[paper] | on_page()[paper]
+def pixels(mask: Mask) -> list[tuple[int, int]]:
+    return [(row, column) for row, line in enumerate(mask) for column, value in enumerate(line) if value]
 
 
-@pytest.mark.parametrize("paper", EQUATIONS)
-def test_the_page_has_a_row_for_every_equation(paper: str) -> None:
-    assert on_page()[paper] == set(EQUATIONS[paper])
+Score = Callable[[int], float]
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("paper", EQUATIONS)
-def test_the_source_names_no_equation_that_the_paper_lacks(paper: str) -> None:
-    assert in_sources()[paper] <= set(EQUATIONS[paper])
+def printed_tri_tree(score: Score, region: int) -> tuple[int, float, int]:
+    """Best angle, its score and the number of matchings; degrees.  [Two-view 3.5], left and right as in Fig. 13."""
+    known: dict[int, float] = {}
+    centre, width = 0, region
+    while width > round(np.degrees(STOP)):
+        places = [centre, centre - width // 2, centre + width // 2]  # the first of equal scores wins
+        for place in places:
+            known.setdefault(place, score(place))
+        best = max(places, key=known.__getitem__)
+        centre += int(np.sign(best - centre)) * width // 4
+        width //= 2
+    found = max(known, key=known.__getitem__)
+    return found, known[found], len(known)
 
 
-def test_every_file_on_the_page_exists() -> None:
-    files = re.findall(r"`(\w[\w/.-]*/[\w.-]+\.\w+)`", PAGE)
-    assert len(files) > 100
-    assert [file for file in files if not (ROOT / file).is_file()] == []
+@given(seeds, st.sampled_from([ARM_REGION, LEG_REGION]))
+def test_the_tri_tree_is_the_printed_one(seed: int, region: float) -> None:
+    scores = np.random.default_rng(seed).permutation(181)
+
+    def score(angle: int) -> float:
+        return float(scores[angle + 90])
+
+    assert searched(score, region) == printed_tri_tree(score, round(np.degrees(region)))
 
 
-def test_every_row_of_the_page_is_complete() -> None:
-    """Five cells; what is not as printed has a file, and a reason or an effect."""
-    tables: list[list[str]] = []
-    for block in re.findall(r"(?:^\|.*\n)+", PAGE, re.MULTILINE):
-        header, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.splitlines()]
-        tables += rows if header[0] in ("section", "equations") else []
-    assert len(tables) > 100
-    for row in tables:
-        assert len(row) == 5, row
-        assert all(row[k] for k in (0, 1, 2, 3)), row
-        assert row[2].startswith("as printed") or row[4], row
+def searched(score: Score, region: float) -> tuple[int, float, int]:
+    """Result of `tri_tree` over scores by whole degrees."""
+    with patch.object(limb_search, "limb_score", lambda _d, _a, _s, angle, _l, _i: score(round(np.degrees(angle)))):
+        best, best_score, matchings = tri_tree.py_func(None, None, BOTH, region, None, None)
+    return round(np.degrees(best)), best_score, matchings
+
+
+@pytest.mark.parametrize(("region", "mean", "most"), [(ARM_REGION, 7.0, 9), (LEG_REGION, 17 / 3, 7)])
+def test_equation_2(region: float, mean: float, most: int) -> None:
+    """Mean and most over equally probable winners of each stage; and no search has another number."""
+    stages = round(np.log2(region / STOP))
+    counts = [
+        3 + sum(1 if place else 2 for place in places) for places in product((-1, 0, 1), repeat=stages - 1)
+    ]  # after an end two of the next three scores are known, after the centre one
+    assert np.mean(counts) == pytest.approx(mean)
+    assert max(counts) == most
+    found = {searched(lambda angle, at=at: 1 - abs(angle - at) / 99, region)[2] for at in range(-32, 33)}
+    assert found <= set(counts)
+
+
+@given(seeds)
+def test_equations_3_and_4(seed: int) -> None:
+    """As printed, for cameras on the axes: Eq. 4 with slant distances holds for a start on both axes."""
+    rng = np.random.default_rng(seed)
+    one, two = paper_cameras()
+    person = np.array([rng.uniform(-2, 2), rng.uniform(0.3, 1.5), rng.uniform(-2, 2)])
+    zc1, xc2 = float(one.centre[2]), float(two.centre[0])
+    slopes = []
+    for camera in (one, two):
+        x, y, depth = camera.rotation @ person + camera.translation
+        slopes.append((float(x / depth), float(y / depth)))
+    rays = [Ray(camera, *slope) for camera, slope in zip((one, two), slopes, strict=True)]
+    found = position_of(*rays)
+    assert found == pytest.approx(person, abs=1e-6)
+    focal1, focal2 = float(one.matrix[0, 0]), float(two.matrix[0, 0])
+    x1, z2 = focal1 * slopes[0][0], focal2 * slopes[1][0] * float(np.sign(two.rotation[0, 2]))
+    assume(min(abs(x1), abs(z2)) > 1e-2)
+    printed_x = (zc1 * focal2 + z2 * xc2) / (focal1 * focal2 / x1 + z2)
+    printed_z = (x1 * zc1 - xc2 * focal1) / (focal1 * focal2 / z2 + x1)
+    assert found[[0, 2]] == pytest.approx([printed_x, printed_z], abs=1e-6)
+    r1 = zc1 * hypot(focal1, x1) / (focal1 * hypot(zc1 - person[2], person[0]))
+    r2 = -xc2 * hypot(focal2, z2) / (focal2 * hypot(person[0] - xc2, person[2]))
+    assert [scaling_factor(camera, person) for camera in (one, two)] == pytest.approx([r1, r2])
+
+
+def printed_views(before: View, widths: tuple[float, float], low: Floats, high: Floats) -> tuple[View, View]:
+    """Views after cases 1 to 4 as printed, viewer 1 first; low, high: thresholds of both viewers.  [Two-view 4.3]"""
+    w, (old1, old2) = widths, (before, other_than(before))
+    own1, own2 = (decided(old, *rest) for old, *rest in ((old1, w[0], low[0], high[0]), (old2, w[1], low[1], high[1])))
+    match (old1, own1), (old2, own2):
+        case ("flank", "facade"), ("facade", "facade"):  # (1)
+            return ("facade", "flank") if abs(w[0] - high[0]) > abs(w[1] - low[1]) else ("flank", "facade")
+        case ("facade", "flank"), ("flank", "flank"):  # (2)
+            return ("flank", "facade") if abs(w[0] - low[0]) > abs(w[1] - high[1]) else ("facade", "flank")
+        case ("facade", "facade"), ("flank", "facade"):  # (3)
+            return ("facade", "flank") if abs(w[0] - low[0]) >= abs(w[1] - high[1]) else ("flank", "facade")
+        case ("flank", "flank"), ("facade", "flank"):  # (4)
+            return ("flank", "facade") if abs(w[0] - high[0]) >= abs(w[1] - low[1]) else ("facade", "flank")
+        case _:  # none changes, or both exchange
+            return own1, own2
+
+
+def decided(before: View, width: float, low: float, high: float) -> View:
+    return "flank" if width < low else "facade" if width > high else before  # 3.1
+
+
+def other_than(view: View) -> View:
+    return "flank" if view == "facade" else "facade"
+
+
+@given(seeds)
+def test_the_arbitrator(seed: int) -> None:
+    """Whole numbers, so that ties occur."""
+    views: tuple[View, View] = ("facade", "flank")
+    for case in np.random.default_rng(seed).integers(0, 10, (100, 7)):
+        before, numbers = views[case[0] % 2], case[1:].tolist()
+        w = float(numbers[0]), float(numbers[1])
+        low, high = np.sort(np.array(numbers[2:], dtype=np.float64).reshape(2, 2), axis=0)
+        own = [decided(b, *c) for b, *c in zip((before, other_than(before)), w, low, high, strict=True)]
+        claims = [Claim(b, *c) for b, *c in zip((before, other_than(before)), own, w, low, high, strict=True)]
+        assert arbitrate(*claims) == printed_views(before, w, low, high)
+
+
+# [Hybrid IV]
+
+
+def of_all_paths(transitions: Floats, log_densities: Floats) -> Expectation:
+    """Every path with its probability, by definition."""
+    frames, states = log_densities.shape
+    paths = list(product(range(states), repeat=frames))
+    logs = np.array([sum(log_densities[t, s] for t, s in enumerate(path)) for path in paths])
+    logs += [sum(np.log(transitions[a, b]) for a, b in pairwise(path)) - np.log(states) for path in paths]
+    total = logsumexp(logs)
+    gamma, xi = np.zeros((frames, states)), np.zeros((states, states))
+    for path, share in zip(paths, np.exp(logs - total), strict=True):
+        for t, s in enumerate(path):
+            gamma[t, s] += share
+        for a, b in pairwise(path):
+            xi[a, b] += share
+    return Expectation(float(total), gamma, xi)
+
+
+@given(seeds, st.integers(1, 3), st.integers(1, 6), st.sampled_from([3.0, 30.0, 400.0]))
+@settings(max_examples=60)
+def test_equations_1_to_7_15_and_16_equal_enumeration_of_all_paths(
+    seed: int, states: int, frames: int, scale: float
+) -> None:
+    """Also where every density is far below the least number above zero."""
+    rng = np.random.default_rng(seed)
+    transitions = rng.dirichlet(np.ones(states), size=states)
+    log_densities = rng.normal(scale=scale, size=(frames, states)) - 500.0
+    found, expected = expectation(transitions, log_densities), of_all_paths(transitions, log_densities)
+    assert found.log_likelihood == pytest.approx(expected.log_likelihood, rel=1e-9)
+    assert np.allclose(found.gamma, expected.gamma, atol=1e-9)
+    assert np.allclose(found.xi, expected.xi, atol=1e-9)
+
+
+@given(seeds)
+@settings(max_examples=30)
+def test_equations_8_to_10_18_19_and_24_to_28(seed: int) -> None:
+    """With the two corrections: the clamp, and the term of the centre."""
+    prior, rng = known_prior(seed % 7), np.random.default_rng(seed)
+    pose, normals = rng.normal(scale=0.5, size=D), rng.normal(size=3)
+    distances, means = [], []
+    for centre, basis, variances in zip(prior.centres, prior.bases, prior.variances, strict=True):
+        z = basis.T @ (pose - centre)
+        limits = PRIOR_CLAMP * np.sqrt(variances)
+        clamped = np.clip(z, -limits, limits)
+        reconstructed = centre + basis @ clamped
+        distances.append(float(np.sum((pose - reconstructed) ** 2) + PRIOR_CENTRE_WEIGHT * np.sum(z**2)))
+        means.append(centre + basis @ np.clip(clamped + np.sqrt(variances) * normals, -limits, limits))
+    assert prior_model.distances(prior, pose[None])[0] == pytest.approx(distances)
+    assert sampling.assign(prior.compiled, pose) == int(np.argmin(distances))
+    uniform, before, drawn = rng.uniform(), int(rng.integers(prior.regions)), np.empty(D)
+    after = sampling.propose(prior.compiled, before, pose, uniform, normals, drawn)
+    chances = np.cumsum(prior.transitions[before])
+    assert after == int(np.flatnonzero(chances > uniform)[0])
+    assert drawn == pytest.approx(means[after])
+
+
+@given(st.lists(st.floats(0, 0.01), min_size=1, max_size=9))
+def test_equation_29(errors: list[float]) -> None:
+    weights = np.array([exp(-error / 1e-4) for error in errors])
+    assume(weights.sum() > 0)
+    assert likelihood_weights(np.array(errors), 1e4) == pytest.approx(weights / weights.sum())
+
+
+# [Hybrid V-B]
+
+
+def corresponding(frames: Floats, point: Floats, normal: Floats, by: Correspondence) -> tuple[int, Floats]:
+    """Part of a scene point, and its closest point as `closest_point` writes it."""
+    every = np.empty((PARTS, CLOSEST_LENGTH))
+    for part in range(PARTS):
+        closest_point(MODEL, frames[part], part, by.flat, point, normal, every[part])
+    part = int(np.argmin(every[:, 0 if by.closest else 1]))
+    return part, every[part]
+
+
+def step_of_force(model: BodyModel, pose: RootedPose, scene: list[tuple[Floats, Floats]], linear: bool) -> RootedPose:
+    """One iteration as printed, with the corrected directions.  [Hybrid Eq. 32-41]"""
+    frames = frames_of(model, pose)
+    forces, moments, numbers = np.zeros((PARTS, 3)), np.zeros((PARTS, 3)), np.zeros(PARTS)
+    for point, normal in scene:
+        part, (distance, _, cosine, *on_model) = corresponding(frames, point, normal, PRINTED)
+        if not linear and distance >= LIMIT_M:
+            continue
+        rho = min(max(cosine, 0.0) * distance, FORCE_TRUNCATION_M) ** (1 if linear else 2)
+        force = rho * (point - on_model) / np.linalg.norm(point - on_model)  # Eq. 32
+        for carrier in carried_by(model, part):
+            forces[carrier] += force  # Eq. 38
+            moments[carrier] += np.cross(on_model - frames[carrier, :, 3], force)  # Eq. 33, 39, 40
+            numbers[carrier] += 1
+    gains = (LINEAR_FORCE_GAIN, LINEAR_MOMENT_GAIN) if linear else (FORCE_GAIN, MOMENT_GAIN)
+    many = np.maximum(numbers, 1)[:, None]
+    velocity, turns = gains[0] * forces / many, gains[1] * moments / many  # Eq. 34-37
+    values = pose.values.copy()
+    for part in range(1, PARTS):
+        about, first = frames[part, :, :3].T @ turns[part], model.first[part]
+        if model.kind[part] == 1:
+            values[first] += about[model.axis[part]]
+        elif model.kind[part] == 3:
+            values[first : first + 3] += about
+    rotation = pose.rotation @ turn(pose.rotation.T @ turns[0])
+    return RootedPose(pose.position + velocity[0], rotation, np.clip(values, model.low, model.high))  # Eq. 41
+
+
+PRINTED = Correspondence(PRESETS["paper"].filter.association == "closest", PRESETS["paper"].filter.ends == "flat")
 
 
 @pytest.mark.slow
-def test_every_departure_in_the_code_has_one_of_four_words() -> None:
-    allowed = re.compile(rf"# Paper \((?:{'|'.join(WORDS)})\): \S")
-    found = [
-        (str(path.relative_to(ROOT)), line.strip())
-        for path, source in sources().items()
-        for line in source.splitlines()
-        if re.search(r"#\s*Papers?\b *[:(]", line) and not allowed.search(line)
-    ]
-    assert found == []
-    assert sum(source.count("# Paper (") for source in sources().values()) > 100
+@pytest.mark.parametrize("linear", [False, True])
+@settings(max_examples=10)
+@given(seeds)
+def test_equations_30_to_41(linear: bool, seed: int) -> None:
+    pose, rng = upright(TEN_PARTS, seed), np.random.default_rng(seed)
+    pose = pose._replace(values=np.clip(pose.values, MODEL.low, MODEL.high))
+    rays = tangent_rays(MODEL, moved(pose, rng, 0.08, 0.3), 60, seed)
+    scene = list(zip(midpoints(rays), rays[6:9].T.astype(np.float64), strict=True))
+    frames = frames_of(MODEL, pose)
+    square = np.mean([min(corresponding(frames, *one, PRINTED)[1][1], LIMIT_M) ** 2 for one in scene])
+    assert mean_modulated_square(MODEL, frames, rays, LIMIT_M, PRINTED) == pytest.approx(square)
+    expected = step_of_force(MODEL, pose, scene, linear)
+    refine_as_printed(MODEL, rays, FREE, linear, PRINTED, 1, pose)
+    for found, wanted in zip(pose, expected, strict=True):
+        assert found == pytest.approx(wanted, abs=1e-6)
+
+
+@given(seeds)
+def test_equation_31(seed: int) -> None:
+    """md = 1 - epsilon cos of both normals, and |pp'| from p to p'."""
+    rng = np.random.default_rng(seed)
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    point = rng.normal(size=3)
+    for flat in (False, True):
+        _, (distance, modulated, cosine, *on_model) = corresponding(FRAMES, point, normal, Correspondence(True, flat))
+        assert distance == pytest.approx(np.linalg.norm(point - on_model), abs=1e-6)
+        assert modulated == pytest.approx((1 - NORMAL_MODULATION * cosine) * distance)
+        assert -1 - 1e-9 <= cosine <= 1 + 1e-9
+
+
+FRAMES = frames_of(MODEL, upright(TEN_PARTS, 1))
+
+
+# Presets and variants
+
+
+def options_on_page() -> Mapping[str, Mapping[str, str]]:
+    """Values of the options of each preset, as text, from the table of docs/tracker.md."""
+    text = (ROOT / "docs" / "tracker.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^\| key \|.*\n\|[-|]+\n((?:\|.*\n)+)", text, re.MULTILINE)
+    rows = [[cell.strip(" `") for cell in line.split("|")[1:-1]] for line in table.splitlines()]
+    return {preset: {row[0]: row[column] for row in rows} for preset, column in (("default", 2), ("paper", 3))}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_has_the_options_of_the_page(preset: str) -> None:
+    options = msgspec.to_builtins(PRESETS[preset].filter)
+    assert options_on_page()[preset] == {
+        key: str(value).lower() if isinstance(value, bool) else str(value) for key, value in options.items()
+    }
+
+
+def test_the_preset_paper_is_the_printed_method() -> None:
+    """[Hybrid II, V]: ten parts, 20 regions, 40 particles, printed forces; 1000 particles of the particle filter."""
+    assert PRESETS["paper"].anatomy == TEN_PARTS.name
+    assert set(PRESETS["paper"].refinements.values()) == {"force-printed"}
+    assert (PARTICLES["hybrid"], PARTICLES["particle-filter"], ITERATIONS["force-printed"]) == (40, 1000, 100)
+    assert Correspondence(closest=True, flat=True) == PRINTED
+    assert PRESETS["paper"].filter.force_law == "quadratic"
+
+
+def test_the_variant_paper_has_no_addition_and_the_page_names_each() -> None:
+    page = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
+    assert additions_of("paper", (), ()) == PAPER == frozenset()
+    assert [name for name in ADDITIONS if f"`{name}`" not in page] == []

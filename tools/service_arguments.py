@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
+
+import typer
 
 from zenocap.common.errors import UserError
 from zenocap.tools.option_groups import option
@@ -97,13 +100,24 @@ class ServiceArguments(ZenohArguments):
 
     @contextmanager
     def running(self, name: str) -> Iterator[Callable[[], bool]]:
-        """Run the enclosed service; the value says whether it is to stop.  name: of the service in its log lines."""
+        """Run the enclosed service; the value says whether it is to stop.  name: of the service in its log lines.
+
+        One that is stopped while it waits for a router has done its work.
+        """
+        from zenocap.common.bus.protocol import BusError
         from zenocap.common.runtime import logs
-        from zenocap.common.runtime.signals import stop_signals
+        from zenocap.common.runtime.signals import print_stacks_on_signal, stop_signals
 
         logs.configure(name)
+        print_stacks_on_signal()
         with stop_signals(with_parent=self.with_parent) as stopped:
-            yield stopped
+            try:
+                yield stopped
+            except BusError as error:
+                if not stopped():
+                    raise
+                logging.getLogger(__name__).info("%s", error)
+                raise typer.Exit(0) from None
 
 
 def arguments_of(options: ZenohOptions) -> ServiceArguments:

@@ -63,6 +63,8 @@ class LivePose:
 class Subscription(Closable):
     """The poses of a rig as they come: `for pose in subscription` or `async for pose in subscription`.
 
+    Of a rig with both methods, those of the tracker once it has a body.
+
     Iteration ends when the subscription is closed, or `timeout_s` after the last pose.  Use it in a `with` statement: an
     open Zenoh session keeps the process alive.  A slow reader receives every pose, late; the queue is bounded.
     """
@@ -89,7 +91,7 @@ class Subscription(Closable):
                 other = source_of(message)
                 self._bodies = {source: body for source, body in self._bodies.items() if source != other}
                 continue
-            if found is not None:
+            if found is not None and (found.source == "tracker" or "tracker" not in self._bodies):
                 return _live_pose(found)
         return None
 

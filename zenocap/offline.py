@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import MEDIAN
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
+from zenocap.common.rig.sources import first_text
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
 from zenocap.tools.takes.both_ways import has_second_pass, track_both_ways
@@ -25,6 +27,7 @@ def track(
     *,
     calibration: Path | str | None = None,
     empty_frames: int | None = None,
+    empty_seconds: float | None = None,
     up_axis: str = "y",
     method: str | None = None,
     variant: str | None = None,
@@ -47,10 +50,11 @@ def track(
     source: a rig, a rig file, a folder with `calibration.toml` and `videos/` (Pose2Sim layout), or a list of videos.
     calibration: with a list of videos: the file of their cameras (anipose, Pose2Sim, OpenCV or Qualisys); videos are
         matched to cameras by name, or by order where no name fits.
-    empty_frames: with a list of videos: frames at the start of each that show the empty scene; default: the background
-        is the median of the video.
+    empty_frames, empty_seconds: with a folder or a list of videos: beginning of each that shows the empty scene, one of
+        them; default: that of the folder, or the background is the median of the video.
     up_axis: of the calibration of a list of videos, "y" or "z".
-    method: "auto" or "hybrid" (two to eight cameras), or "two-view" (two); default: the rig's own, else "auto".
+    method: "auto" or "hybrid" (two to eight cameras), "two-view" or "both" of them (two); default: the rig's own, else
+        "auto".
     variant: of two-view, "improved" or "paper", as printed; default: the rig's own, else "improved".
     preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.
@@ -70,19 +74,25 @@ def track(
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
     """
     overrides = TrackerOverrides(prior=prior, seed=seed, preset=preset, front=front, heading=heading)
+    background = first_text(empty_frames, empty_seconds)
     if isinstance(source, Rig | Path | str):
-        if calibration is not None or empty_frames is not None:
-            raise UserError("calibration and empty_frames: allowed with a list of videos; a rig or a folder has its own")
+        if calibration is not None:
+            raise UserError("calibration: allowed with a list of videos; a rig or a folder has its own")
+        if isinstance(source, Rig) and background is not None:
+            raise UserError("empty_frames and empty_seconds: allowed with files or a folder; a rig has its own")
         if isinstance(source, Rig) and (method is not None or variant is not None):
             raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
         if isinstance(source, Rig) and cameras is not None:
             raise UserError("cameras: allowed with files or a folder; for a rig: Rig.load(path, cameras=...)")
-        rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant, cameras=cameras)
+        if isinstance(source, Rig):
+            rig = source
+        else:
+            rig = load_rig(source, method, variant=variant, cameras=cameras, background=background)
     else:
         if calibration is None:
             raise UserError("calibration is missing: a list of videos needs the file of their cameras")
         videos = [Path(video) for video in source]
-        rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant, cameras)
+        rig = rig_of_videos(videos, Path(calibration), up_axis, background or MEDIAN, method, variant, cameras)
     rig = decoded_by_hardware(rig) if hardware_decoding else rig
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
     rig = rig if height is None else of_height(rig, height)

@@ -72,6 +72,7 @@ class RunningRig:
         self._ended = threading.Event()
         self._monitor = threading.Thread(target=self._watch, name="monitor", daemon=True)
         self.status: int | None = None
+        self.stop_s = 0.0  # that the stop took
 
     @property
     def endpoint(self) -> str:
@@ -103,12 +104,14 @@ class RunningRig:
         if self._monitor.is_alive():
             self._monitor.join(5.0)
         if self._up is not None and self.status is None:
+            begin_s = time.monotonic()
             self._up.send_signal(signal.SIGINT)
             try:
                 self.status = self._up.wait(STOP_S)
             except subprocess.TimeoutExpired:
                 self._up.kill()
                 self.status = self._up.wait()
+            self.stop_s = time.monotonic() - begin_s
 
     @property
     def ended(self) -> bool:

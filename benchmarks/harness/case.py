@@ -71,10 +71,9 @@ class Kind:
     """Row of the table of kinds.
 
     about: what is measured and how, one or two sentences of the page.  run: one run of one case; its module and all that
-    this imports decide whether a result is up to date.  cases: by name.  small: the case that the smoke test runs.  seeds:
-    of
-    every case, 1 where nothing is random.  rows: what the cases are, header of the first column.  timed: depends on the
-    machine, hence never cached and never beside another run.  inputs: files and folders in `SHARED` that a case reads.
+    this imports decide whether a result is up to date.  cases: by name.  small: the case that the smoke test runs.
+    seeds: of every case, 1 where nothing is random.  rows: what the cases are, header of the first column.  timed: depends
+    on the machine, hence never cached and never beside another run.  inputs: in `SHARED`, that a case reads.
     """
 
     name: str

@@ -48,7 +48,7 @@ class SimulatedClip:
 
     def masks(self, instant: Instant, views: Mapping[str, Camera]) -> dict[str, Mask]:
         """(height, width) of 0 and 1, by viewer."""
-        return {view: np.unpackbits(instant.masks[view], axis=1, count=SIZE[0]) for view in views}
+        return {view: np.unpackbits(instant.masks[view], axis=1, count=self.cameras[view].size[0]) for view in views}
 
 
 def cameras_of(views: int) -> dict[str, Camera]:

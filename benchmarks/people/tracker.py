@@ -18,7 +18,7 @@ from zenocap.common.formats.angle_series import AngleSeries, angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
-from zenocap.services.tracker.states import TrackerSetup
+from zenocap.services.tracker.states import AwaitingPerson, TrackerSetup, TrackState
 from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 from zenocap.tools.takes.evaluate_angles import AngleError, compared
@@ -58,13 +58,13 @@ class TrackedPath:
         return self.poses[max(self.poses)][0]
 
 
-def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0)) -> TrackedPath:
-    """Track every frame set of the clip.  empty: frames in which all views are empty."""
+def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0), state: TrackState | None = None) -> TrackedPath:
+    """Track every frame set of the clip.  empty: frames in which all views are empty.  state: the first one."""
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []
     views: dict[int, tuple[str, ...]] = {}
-    body: Bdp | None = None
-    state, was_lost = initial_state(setup), False
+    state, was_lost = state or initial_state(setup), False
+    body = None if isinstance(state.phase, AwaitingPerson) else state.phase.person.body
     for instant in clip.instants:
         masks = clip.masks(instant, setup.cameras)
         if instant.captured_ns >= 0 and instant.frame in empty:

@@ -36,7 +36,8 @@ SIDE_LENGTHS = ("height", "torso_depth", "head_depth")
 # The same as printed in the paper.
 PAPER_FRONT_LENGTHS = ("height", "head", "torso_width", "arm", "arm_thickness")
 PAPER_SIDE_LENGTHS = ("height", "torso_depth")
-TORSO_SHARE = 0.37  # of the shoulder's height; paper 2.4: 0.4, see above
+PAPER_TORSO_SHARE = 0.4  # of the shoulder's height; paper 2.4, torso : leg = 4 : 6
+TORSO_SHARE = 0.37  # the same by anthropometry, see above
 SHOULDER_DROP = 0.45  # long radii of the torso from its top down to the shoulder joints; paper 2.4
 
 
@@ -74,14 +75,14 @@ def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
     return _by_anatomy(anatomy, sizes, offsets)
 
 
-def body_from_paper_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
+def body_from_paper_lengths(anatomy: Anatomy, lengths: Mapping[str, float], torso_share: float) -> Bdp:
     """Body definition from PAPER_FRONT_LENGTHS and PAPER_SIDE_LENGTHS, metres, all at one scale.  [Two-view 2.4]
 
+    torso_share: of the shoulder's height, PAPER_TORSO_SHARE or TORSO_SHARE; the legs have the rest.
     Raises ValueError when a part's size is outside PART_SIZE_M.
     """
     width, shoulder = lengths["torso_width"], lengths["height"] - lengths["head"]
-    # Paper (corrected): torso : leg = 4 : 6 would make the torso 84 mm longer on real proportions.
-    torso, leg = TORSO_SHARE * shoulder, (1 - TORSO_SHARE) * shoulder / 2
+    torso, leg = torso_share * shoulder, (1 - torso_share) * shoulder / 2
     arm_radius = lengths["arm_thickness"] / 2
     sizes = {
         "torso": (torso, width / 2, lengths["torso_depth"] / 2),

@@ -64,7 +64,7 @@ def read_revocations(name: str, data: bytes, authority: bytes) -> Revocations:
             raise ValueError(f"{len(data)} bytes, more than {MAX_BYTES}")
         content = msgspec.json.decode(data, type=_File)
         found = Revocations(content.number, content.generations, b64decode(content.signature, validate=True))
-    except ValueError as error:  # includes msgspec's
+    except (ValueError, RecursionError) as error:
         raise BadRevocations(f"{name}: no list of revocations: {error}") from error
     _verify(name, found, authority)
     return found
@@ -74,9 +74,9 @@ def _verify(name: str, found: Revocations, authority: bytes) -> None:
     ec = import_module("cryptography.hazmat.primitives.asymmetric.ec")
     hashes = import_module("cryptography.hazmat.primitives.hashes")
     x509 = import_module("cryptography.x509")
-    invalid = import_module("cryptography.exceptions").InvalidSignature
+    exceptions = import_module("cryptography.exceptions")
     try:
         key = x509.load_pem_x509_certificate(authority).public_key()
         key.verify(found.signature, found.signed_bytes(), ec.ECDSA(hashes.SHA256()))
-    except (ValueError, TypeError, AttributeError, invalid) as error:
+    except (ValueError, TypeError, AttributeError, exceptions.InvalidSignature, exceptions.UnsupportedAlgorithm) as error:
         raise BadRevocations(f"{name}: not signed by the authority of this rig") from error

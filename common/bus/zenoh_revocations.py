@@ -77,5 +77,5 @@ def _opened(options: ZenohOptions) -> zenoh.Session | None:
 def _number(data: bytes) -> int:
     try:
         return msgspec.json.decode(data, type=_Numbered).number
-    except msgspec.MsgspecError:
+    except (ValueError, RecursionError):
         return 0

@@ -1,15 +1,25 @@
 """Calibration files: one reader for all layouts, chosen by suffix and content, and one writer."""
 
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_layouts import LAYOUTS, layout_of, readable
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import checked_up_axis
-from zenocap.common.errors import UserError, did_you_mean
+from zenocap.common.errors import FileNote, UserError, did_you_mean
 
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
+
+
+# Of cameras from the origin, the middle of a room, beyond which the unit is questioned.  Chosen by hand: rooms are a few
+# metres, halls 30; a camera 2 m high and 4 m away is 6.6 and 13 feet.
+FAR_M = 100.0
+FEET_M, HIGH_M = 8.0, 4.5  # of the nearest camera, and median height
 
 
 def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
@@ -24,9 +34,27 @@ def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: {readable()}")
     try:
-        return layout_of(path).cameras(path, up_axis)
+        cameras = layout_of(path).cameras(path, up_axis)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from error
+    if note := unit_note(list(cameras.values())):
+        warnings.warn(f"{path}: {note}", FileNote, stacklevel=2)
+    return cameras
+
+
+def unit_note(cameras: Sequence[Camera]) -> str:
+    """Suspicion of another unit than metres, in words; empty without one."""
+    if not cameras:
+        return ""
+    farthest = max(cameras, key=lambda camera: float(np.linalg.norm(camera.centre)))
+    distance, places = float(np.linalg.norm(farthest.centre)), np.array([camera.centre for camera in cameras])
+    where = f"camera {farthest.name!r} is {distance:.0f} m from the origin"
+    if distance > FAR_M:
+        return f"{where}: is the file in centimetres or inches? allowed: metres"
+    nearest, height = float(np.linalg.norm(places, axis=1).min()), float(np.median(places[:, 1]))
+    if nearest > FEET_M and height > HIGH_M:
+        return f"{where}, and half of them are {height:.1f} m high or more: is the file in feet? allowed: metres"
+    return ""
 
 
 def write_calibration(path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> None:

@@ -1,5 +1,6 @@
 """The table of layouts of calibration files: which files each has, and what reads and writes it."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,9 +73,25 @@ LAYOUTS = Table(
     {name: f"{__name__}:{name.upper()}" for name in ("anipose", "caliscope", "easymocap", "qualisys", "ros")},
 )
 
+NAMED_BYTES = 16_384  # of a file, in which its kind is looked for
+FOREIGN = {
+    "Kalibr's camchain, without the floor": re.compile(rb"^cam0:\s*\n(?:[ \t]+.*\n)*?[ \t]+camera_model:", re.MULTILINE),
+    "calib.io's JSON": re.compile(rb'^\s*\{.*"(?:polymorphic_name|polymorphic_id|Calibration)"', re.DOTALL),
+    "Vicon's .xcp": re.compile(rb"<Cameras[\s>].*<Camera\s[^>]*(?:DEVICEID|SENSOR_SIZE|USERID)", re.DOTALL),
+}
+
+
+def foreign_name(path: Path) -> str:
+    """What a file is that no layout reads, in words; empty where that is not known.  Raises OSError."""
+    with path.open("rb") as file:
+        begin = file.read(NAMED_BYTES)
+    return next((name for name, pattern in FOREIGN.items() if pattern.search(begin)), "")
+
 
 def layout_of(path: Path) -> CalibrationLayout:
-    """Layout of a file that exists.  Raises UserError for a suffix that no layout reads, OSError."""
+    """Layout of a file that exists.  Raises UserError for a suffix or content that no layout reads, OSError."""
+    if name := foreign_name(path):
+        raise UserError(f"{path}: is {name}, which is not read: allowed: {readable()}")
 
     def fits(layout: CalibrationLayout) -> bool:
         return path.suffix.lower() in layout.suffixes and layout.has(path)

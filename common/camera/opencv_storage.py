@@ -4,7 +4,10 @@ EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name 
 `extri.yml` is the file to name; `intri.yml` is beside it.
 """
 
+import json
 import re
+import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,7 +17,8 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError
+from zenocap.common.formats.text_file import read_apart
 
 WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap calibrate --help shows how to make one"
 MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by hand
@@ -57,6 +61,8 @@ def _camera(
     elif matrix.shape == (3, 3):
         # EasyMocap omits the size: a centred principal point is assumed.
         size = np.round(2 * matrix[:2, 2] + 1)
+        text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
+        warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
     else:
         raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)
@@ -98,13 +104,22 @@ def stored_matrices(path: Path) -> dict[str, Floats]:
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: extri.yml with intri.yml beside it")
     _check_storage(path)
+    found = json.loads(read_apart(path, "OpenCV FileStorage (%YAML:1.0)", __name__))
+    return {key: np.array(value, dtype=np.float64) for key, value in found.items()}
+
+
+def main() -> None:
+    """Write the matrices of the file that is named on the command line to the standard output, as JSON.
+
+    In a process of its own (`read_apart`): OpenCV's parser writes beyond its memory for damaged files.
+    """
     try:
-        storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+        storage = cv2.FileStorage(sys.argv[1], cv2.FILE_STORAGE_READ)
         root = storage.root()
         found = {key: _value(root.getNode(key)) for key in root.keys()}  # noqa: SIM118  (not a dict)
-    except (cv2.error, SystemError) as error:
-        raise UserError(f"{path}: not OpenCV FileStorage (%YAML:1.0): {error}") from error
-    return {key: value for key, value in found.items() if value is not None}
+    except (cv2.error, SystemError, UnicodeDecodeError) as error:
+        sys.exit(" ".join(f"{error}".split()))
+    print(json.dumps({key: value.tolist() for key, value in found.items() if value is not None}))
 
 
 def is_storage(path: Path) -> bool:
@@ -136,3 +151,7 @@ def _check_storage(path: Path) -> None:
         if len(count) > 4 or int(count) > MAX_MATRIX_SIDE:
             found = f"{key.decode()}: {count[:20].decode()}"
             raise UserError(f"{path}: {found}: allowed: matrices with up to {MAX_MATRIX_SIDE} rows and columns")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,10 +1,13 @@
 """Calibration files of Qualisys Track Manager (`.qca.txt`, XML).
 
 `transform` holds the camera's axes in the world, row by row in Qualisys' order (x right, y up, z backwards), and its
-position in millimetres.  `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them, which ignores
-`radialDistortion3`, which is read in the same unit and not written.
+position in millimetres.  `intrinsic` is in 1/64 of a pixel, of the whole sensor.  The distortions are divided by 64 as
+Pose2Sim does, which ignores `radialDistortion3`; that is read in the same unit and not written.  Other readers do not
+divide: a note says so.  Cameras that are switched off, not calibrated or without video are left out.
 """
 
+import re
+import warnings
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,9 +17,12 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
+FALSE = ("0", "false", "no")
+SOURCE = "zenocap"  # of files that this module writes
+BINNED = 1.5  # height of the sensor to that of the video, from which its pixels are joined
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
 
 
@@ -28,17 +34,37 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
         if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
             raise UserError(f"{path}: has a document type or entities; allowed: plain XML elements")
         root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # also for an encoding that is unknown
         raise UserError(f"{path}: not XML: {error}") from error
     cameras: dict[str, Camera] = {}
+    left_out: dict[str, list[str]] = {}
     for element in root.iter("camera"):
         name = element.get("serial", "")
+        if reason := _unusable(element):
+            left_out.setdefault(reason, []).append(name)
+            continue
         if name in cameras:
             raise Entry(path, "camera").error("serial", repr(name), "a serial that no other camera has")
         cameras[name] = _camera(Entry(path, f"camera[{name}]"), name, element, up_axis)
+    reasons = [f"camera {', '.join(names)} is {reason}" for reason, names in left_out.items()]
     if not cameras:
-        raise UserError(f"{path}: no camera in it: allowed: Qualisys calibration with <camera serial=...>")
+        found = "; ".join(reasons) or "no camera in it"
+        raise UserError(f"{path}: {found}: allowed: Qualisys calibration with <camera serial=...> of calibrated videos")
+    for reason in reasons:
+        warnings.warn(f"{path}: {reason}: left out", FileNote, stacklevel=2)
+    if root.get("source") != SOURCE and any(camera.distortions.any() for camera in cameras.values()):
+        note = "the distortions are divided by 64, as the focal lengths are; programs differ in that"
+        warnings.warn(f"{path}: {note}: compare a straight edge near the border of an image", FileNote, stacklevel=2)
     return cameras
+
+
+def _unusable(element: ElementTree.Element) -> str:
+    """Why a camera has no calibrated video, in words; empty for one that has."""
+    if element.get("active", "1").lower() in FALSE:
+        return "not active"
+    if element.get("calibrated", "true").lower() in FALSE:
+        return "not calibrated"
+    return "a marker camera, without video" if element.get("video_resolution", "some") == "" else ""
 
 
 def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z") -> dict[Path, str]:
@@ -46,7 +72,7 @@ def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z"
 
     The elements and attributes are those that Pose2Sim reads.  Raises UserError for a lens that the layout cannot hold.
     """
-    root = ElementTree.Element("calibration", source="zenocap", type="regular")
+    root = ElementTree.Element("calibration", source=SOURCE, type="regular")
     ElementTree.SubElement(root, "results", {"std-dev": "0.0", "min-max-diff": "0.0"})
     every = ElementTree.SubElement(root, "cameras")
     for camera in cameras.values():
@@ -106,9 +132,27 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     rotation, centre = TO_OPENCV @ numbers[:9].reshape(3, 3), numbers[9:] / 1000.0
     matrix = np.array([[fu, 0.0, cu - SUBPIXELS * video[0]], [0.0, fv, cv - SUBPIXELS * video[1]], [0.0, 0.0, 1.0]])
     matrix[:2] /= SUBPIXELS
+    matrix[:2] /= (binned := _binning(entry, element, video))
+    matrix[:2, 2] += 0.5 / binned - 0.5  # centres of pixels are whole numbers
     size = [video[2] - video[0] + 1, video[3] - video[1] + 1]
     lens = np.array([k1, k2, p1, p2, *(k3 if k3.any() else ())]) / SUBPIXELS
     return checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis)
+
+
+def _binning(entry: Entry, element: ElementTree.Element, video: Floats) -> float:
+    """Pixels of the sensor in a pixel of the video, in a row.  video: left, top, right, bottom, px.
+
+    A smaller part of the sensor is a crop, unless the resolution names the height of the video.  Raises UserError.
+    """
+    named = re.fullmatch(r"(\d+)p", element.get("video_resolution", ""))
+    low, high = _numbers(entry, element, "intrinsic", ("sensorMinV", "sensorMaxV"), missing="0")
+    ratio = ((high - low) / SUBPIXELS) / (video[3] - video[1] + 1)
+    if named is None or ratio < BINNED or int(named[1]) > BINNED * (video[3] - video[1] + 1):
+        return 1.0
+    if abs(ratio - round(ratio)) > 0.02:
+        text = f"{video[3] - video[1] + 1:.0f} px high of a sensor of {(high - low) / SUBPIXELS:.0f}"
+        raise entry.error("fov_video", text, "the whole height, or 1/2, 1/3, ... of it")
+    return float(round(ratio))
 
 
 def _numbers(

@@ -15,21 +15,25 @@ from zenocap.common.errors import UserError
 
 FISHEYE_MODEL = "equidistant"
 LENS_MODELS = ("plumb_bob", "rational_polynomial", FISHEYE_MODEL)
+ECHOED = re.compile(r"^distortion_model:.*^[kK]:", re.MULTILINE | re.DOTALL)
 NEEDED_KEYS = ("image_width", "image_height", "camera_name", "distortion_model", "camera_matrix", "distortion_coefficients")
 
 
 def is_ros_info(path: Path) -> bool:
-    """Whether a YAML file has the key of a ROS `camera_info`."""
+    """Whether a YAML file has the keys of a ROS `camera_info`, as a file or as `ros2 topic echo` prints the message."""
     text = path.read_text(encoding="utf-8", errors="replace")
-    return not text.startswith("%YAML") and "image_width" in text
+    return not text.startswith("%YAML") and ("image_width" in text or ECHOED.search(text) is not None)
 
 
 def read_ros_info(path: Path) -> Lens:
-    """Return the intrinsics in a ROS `camera_info` file.  Raises UserError."""
+    """Return the intrinsics in a ROS `camera_info` file, or of the first message of an echo.  Raises UserError."""
     text, entry = path.read_text(encoding="utf-8", errors="replace"), Entry(path, "")
+    if "image_width" not in text:
+        text = _of_echo(text, path.stem)
     scalars = dict(re.findall(r"^(\w+):[ \t]*(\S+)[ \t]*$", text, re.MULTILINE))
     lists = dict(re.findall(r"^(\w+):\s*\n(?:[ \t]+\w+:[^\[\n]*\n)*[ \t]+data:\s*\[([^\]]*)\]", text, re.MULTILINE))
     found = scalars | lists
+    _check_whole(entry, scalars, text)
     entry.require(NEEDED_KEYS, found)
     if scalars["distortion_model"] not in LENS_MODELS:
         raise entry.error("distortion_model", scalars["distortion_model"], " or ".join(LENS_MODELS))
@@ -71,6 +75,37 @@ def ros_info_text(lens: Lens) -> str:
         + matrix("rectification_matrix", 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
         + matrix("projection_matrix", 3, projection)
     )
+
+
+def _check_whole(entry: Entry, scalars: Mapping[str, str], text: str) -> None:
+    """Raise UserError for a matrix of a whole image beside a smaller one."""
+    for key in ("binning_x", "binning_y"):
+        if (binning := scalars.get(key, "0").strip("'\"")) not in ("0", "1"):
+            raise entry.error(key, binning, "0 or 1: the matrix is that of all pixels")
+    roi = dict(
+        re.findall(r"^[ \t]+(x_offset|y_offset|height|width):[ \t]*(\d+)", text.partition("\nroi:")[2], re.MULTILINE)
+    )
+    size = [int(scalars[key]) for key in ("image_width", "image_height") if scalars.get(key, "").isdigit()]
+    given = [int(roi.get(key, "0")) for key in ("x_offset", "y_offset", "width", "height")]
+    if any(given) and given != [0, 0, *size]:
+        raise entry.error("roi", " ".join(f"{key} {value}" for key, value in roi.items()), "none, or the whole image")
+
+
+def _of_echo(text: str, name: str) -> str:
+    """The first message of `ros2 topic echo` or `rostopic echo`, as a file.  name: of the camera without frame_id."""
+    message = re.split(r"^---", text.removeprefix("---"), maxsplit=1, flags=re.MULTILINE)[0]
+    message = re.sub(
+        r"^[ \t]*frame_id:[ \t]*['\"]?([^'\"\n]*)['\"]?[ \t]*$", r"camera_name: \1", message, flags=re.MULTILINE
+    )
+    message = re.sub(r"^(camera_name:)[ \t]*$", rf"\1 {name}", message, flags=re.MULTILINE)
+    message = re.sub(r"^(height|width):", r"image_\1:", message, flags=re.MULTILINE)
+    message = re.sub(r"^distortion_model:[ \t]*['\"](\w*)['\"]", r"distortion_model: \1", message, flags=re.MULTILINE)
+    for key, letters in (("camera_matrix", "kK"), ("distortion_coefficients", "dD")):
+        listed = rf"^[{letters}]:[ \t]*(?:\[([^\]]*)\]|((?:\n[ \t]*-[ \t]+\S+)+))"
+        if found := re.search(listed, message, re.MULTILINE):
+            numbers = ", ".join((found[1] or re.sub(r"\n[ \t]*-[ \t]+", " ", found[2])).replace(",", " ").split())
+            message += f"\n{key}:\n  data: [{numbers}]\n"
+    return message
 
 
 def _row(entry: Entry, key: str, text: str) -> list[float]:

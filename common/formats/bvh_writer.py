@@ -11,8 +11,8 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
-from zenocap.common.body.rotations import matrix_to_euler
 from zenocap.common.errors import UserError
+from zenocap.common.formats.euler_solutions import NO_RANGES, continuous_euler
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack, holding
 from zenocap.common.formats.skeleton import Skeleton, bone_rotations, skeleton_of
@@ -42,15 +42,13 @@ def write_bvh(path: Path, track: PoseTrack, *, axes: Axes = "y-up", unit: Unit =
 
 
 def bone_angles(skeleton: Skeleton, track: PoseTrack, axes: Axes) -> Floats:
-    """Angles (n, bones, 3) about Z, X and Y of other axes, radians, each row nearest to the previous one."""
+    """Angles (n, bones, 3) about Z, X and Y of other axes, radians, continuous over the rows."""
     matrix = MATRICES[axes]
     rotations = matrix @ bone_rotations(skeleton, track) @ matrix.T
     angles = np.zeros(rotations.shape[:3])
     turning = [k for k, parent in enumerate(skeleton.parents) if parent < 0 or skeleton.parts[k] != skeleton.parts[parent]]
-    near = np.zeros((len(turning), 3))
-    for row in range(len(rotations)):
-        near = matrix_to_euler(ROTATION_AXES, rotations[row, turning], near)
-        angles[row, turning] = near
+    for bone in turning:
+        angles[:, bone] = continuous_euler(ROTATION_AXES, rotations[:, bone], NO_RANGES, track.step_s)
     return angles
 
 

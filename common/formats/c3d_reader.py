@@ -1,41 +1,41 @@
 """C3D reader: named points in metres, in the file's axes."""
 
-from collections.abc import Mapping
+import json
+import os
+import resource
+import sys
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from math import prod
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
-from zenocap.common.formats.text_file import MAX_BYTES
+from zenocap.common.formats.file_warnings import warn_of_file
+from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import MAX_NUMBERS
+from zenocap.common.formats.trc import MAX_NUMBERS, ZEROS
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
+# Memory of the process that reads: 21 and 32 B a byte of the file were measured, damaged files took 12 GB; chosen by hand
+READING_BYTES, READING_SHARE = 2 << 30, 64
 MAGIC, INTEL = 0x50, 84  # second byte of a C3D file; fourth byte of its parameters, the kind of processor
 
 
 def read_c3d(path: Path) -> Trajectories:
     """Read the labelled points of a C3D file, without angles, forces, moments and powers; missing points are NaN.
 
-    Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  Raises UserError.
+    Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  TRIAL:ACTUAL_START_FIELD is
+    the first frame where it agrees with the number of rows, as the header ends at 65535.  Raises UserError.
     """
-    try:
-        import ezc3d
-    except ImportError:
-        raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'") from None
+    if find_spec("ezc3d") is None:
+        raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'")
     size, intel, head = _header(path)
-    try:
-        file = ezc3d.c3d(str(path))
-        point, first = file["parameters"]["POINT"], int(file["header"]["points"]["first_frame"])
-        points = np.asarray(file["data"]["points"], dtype=np.float64)
-        residuals = np.asarray(file["data"]["meta_points"]["residuals"], dtype=np.float64)[0]
-        labels = [str(label).strip() for label in _listed(point, "LABELS")]
-        unit = str(point["UNITS"]["value"][0]).strip().lower()
-        rate = float(point["RATE"]["value"][0])
-        other = {str(label).strip() for name in NOT_POSITIONS for label in _listed(point, name)}
-    except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
-        raise UserError(f"{path}: not a C3D file: {str(error).splitlines()[0] if str(error) else error!r}") from None
+    labels, other, unit, rate, first, trial, points, residuals = _content(path)
     width = 4 if int.from_bytes(head[14:16], "little") & 0x8000 else 2  # single precision where the scale is negative
     rows = int.from_bytes(head[8:10], "little") - int.from_bytes(head[6:8], "little") + 1  # ezc3d reads what is there
     needed = max(rows, points.shape[2]) * width * (4 * points.shape[1] + int.from_bytes(head[4:6], "little"))
@@ -52,7 +52,11 @@ def read_c3d(path: Path) -> Trajectories:
     if not names:
         raise UserError(f"{path}: POINT:LABELS: no labelled point: allowed: one or more")
     centres = points[:3, kept].transpose(2, 1, 0) * METRES[unit]
-    missing = (residuals[kept] < 0.0).T | (centres == 0.0).all(axis=2)
+    zero = (centres == 0.0).all(axis=2)
+    missing = (residuals[kept] < 0.0).T | zero
+    if zeros := int(np.count_nonzero(zero & (residuals[kept] >= 0.0).T)):
+        warn_of_file(path, ZEROS.format(zeros))
+    first = _first_frame(path, first, len(centres), trial)
     centres[missing | ~np.isfinite(centres).all(axis=2)] = np.nan
     frames = np.arange(first, first + len(centres), dtype=np.int64)
     times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
@@ -81,12 +85,93 @@ def _header(path: Path) -> tuple[int, bool, bytes]:
     return size, intel, head
 
 
+class _Content(NamedTuple):
+    """labels: of the points, and `other` ones.  trial: first and last frame number of TRIAL.
+
+    points: (4, points, frames).  residuals: (points, frames).
+    """
+
+    labels: list[str]
+    other: list[str]
+    unit: str
+    rate: float
+    first: int
+    trial: Sequence[int | None]
+    points: Floats
+    residuals: Floats
+
+
+def _content(path: Path) -> _Content:
+    """What ezc3d reads, in a process of its own, which a damaged file may end by a signal.  Raises UserError."""
+    data = read_apart(path, "a C3D file", __name__)
+    line = data.index(b"\n") + 1
+    shape, labels, other, unit, rate, first, trial = json.loads(data[:line])
+    numbers, size = np.frombuffer(data, offset=line), prod(shape)
+    points, residuals = numbers[:size].reshape(shape), numbers[size:].reshape(shape[1:])
+    return _Content(labels, other, unit, rate, first, trial, points, residuals)
+
+
+def main() -> None:
+    """Write the content of the file that is named on the command line to the standard output: JSON and two arrays."""
+    import ezc3d
+
+    most = READING_BYTES + READING_SHARE * os.path.getsize(sys.argv[1])
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)  # ezc3d writes warnings
+        try:
+            file = ezc3d.c3d(sys.argv[1])
+            point, first = file["parameters"]["POINT"], int(file["header"]["points"]["first_frame"])
+            points = np.asarray(file["data"]["points"], dtype=np.float64)
+            residuals = np.asarray(file["data"]["meta_points"]["residuals"], dtype=np.float64)[0]
+            labels = [str(label).strip() for label in _listed(point, "LABELS")]
+            other = [str(label).strip() for name in NOT_POSITIONS for label in _listed(point, name)]
+            unit = " ".join(str(value) for value in _listed(point, "UNITS")[:1]).strip().lower()
+            trial = [_field(file["parameters"].get("TRIAL", {}), f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
+            rate = float(point["RATE"]["value"][0])
+        except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
+            sys.exit(str(error).splitlines()[0] if str(error) else repr(error))
+        out.write(f"{json.dumps((points.shape, labels, other, unit, rate, first, trial))}\n".encode())
+        out.write(points.tobytes())
+        out.write(residuals.tobytes())
+
+
+def _first_frame(path: Path, header: int, rows: int, trial: Sequence[int | None]) -> int:
+    """Index of the first frame.  header: the same as the header has it.  trial: first and last number of the trial."""
+    start, end = trial
+    if start is None or start - 1 == header or start < 1:
+        return header
+    if end is not None and end - start + 1 == rows:
+        warn_of_file(
+            path, f"first frame {header + 1} in the header, TRIAL:ACTUAL_START_FIELD = {start}: the latter is used"
+        )
+        return start - 1
+    warn_of_file(
+        path, f"TRIAL:ACTUAL_START_FIELD = {start}, but first frame {header + 1} in the header: the latter is used"
+    )
+    return header
+
+
+def _field(trial: Mapping[str, Mapping[str, object]], name: str) -> int | None:
+    """Frame number of two words of 16 bits, the low one first; None without it."""
+    words = [value for value in _listed(trial, name) if isinstance(value, (int, float, np.number))]
+    return (int(words[0]) & 0xFFFF) + ((int(words[1]) & 0xFFFF) << 16) if len(words) == 2 else None
+
+
 def _listed(point: Mapping[str, Mapping[str, object]], name: str) -> list[object]:
-    """Values of a parameter and of its continuations: LABELS, LABELS2, LABELS3, ...; empty without it."""
+    """Values of a parameter and of its continuations: LABELS, LABELS2, LABELS3, ...; empty without it.
+
+    Numbers are an array, texts a list.
+    """
     found: list[object] = []
     number = 1
     while (key := name if number == 1 else f"{name}{number}") in point:
         value = point[key]["value"]
-        found += list(value) if isinstance(value, (list, tuple)) else []
+        found += list(value) if isinstance(value, (list, tuple, np.ndarray)) else []
         number += 1
     return found
+
+
+if __name__ == "__main__":
+    main()

@@ -19,7 +19,7 @@ from zenocap.common.formats.joint_map import UPS, JointMap
 from zenocap.common.formats.marker_sets import named_centres
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trajectories import Trajectories, with_absent_rows
 from zenocap.common.formats.trc import read_trc
 
 MAX_GAP_S = 0.25  # longest gap in joint centres that poses bridge as known; chosen by hand
@@ -81,6 +81,7 @@ def c3d_centres(path: Path, joints: JointMap | None) -> Trajectories:
 
 
 def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> FileMotion:
+    data = with_absent_rows(data)
     rows = _rows(path, data.frames, frames)
     centres = {name: points[rows] for name, points in needed_centres(path, data).items()}
     rate = _rate(path, data.rate)

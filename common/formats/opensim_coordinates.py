@@ -4,6 +4,7 @@ Names and rotation orders are those of the models gait2392, Rajagopal 2015 and P
 hip_rotation about Z, X, Y of frames with X to the front, Y up and Z to the right, with X and Y reversed on the left side.
 Likewise arm_flex, arm_add, arm_rot, lumbar and neck joints.  Knee, ankle and elbow are hinges about Z here; the
 models' axes are oblique by a few degrees.  The signs were checked against triangulated key points of the clip real_beam4.
+Of equal angles those inside the ranges of Rajagopal 2016 are written, to which OpenSim clamps a coordinate.
 """
 
 from collections.abc import Mapping
@@ -14,8 +15,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
-from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler
+from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.errors import UserError
+from zenocap.common.formats.euler_solutions import FREE, UPRIGHT, continuous_euler
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, write_mot
 from zenocap.common.formats.pose_track import PoseTrack
@@ -26,19 +28,34 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 # Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
 # beyond any hyperextension.
 NEGATIVE_KNEE_DEG = -20.0
+# Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  Its pelvis_rotation ends at 90 too: a
+# person turns farther, and the other solution lies upside down.
+HIP_DEG = ((-30.0, 120.0), (-50.0, 30.0), (-40.0, 40.0))
+ARM_DEG = ((-90.0, 90.0), (-120.0, 90.0), (-90.0, 90.0))
+PELVIS_DEG = ((-90.0, 90.0), (-90.0, 90.0), FREE)
 
 
 @dataclass(frozen=True)
 class CoordinateTriple:
-    """Coordinates about Z, X and Y of one joint, or about Z only.  signs: of the rotations about the axes."""
+    """Coordinates about Z, X and Y of one joint, or about Z only.  signs: of the rotations about the axes.
+
+    ranges_deg: of the coordinates.
+    """
 
     names: tuple[str, ...]
     signs: tuple[float, ...] = (1.0, 1.0, 1.0)
+    ranges_deg: tuple[tuple[float, float], ...] = ((-90.0, 90.0),) * 3
 
     @property
     def axes(self) -> str:
         """Rotation axes, outermost first."""
         return JOINT_AXES[: len(self.names)]
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Of the rotations about the three axes, radians; those of a left side are reversed."""
+        ends = [np.sort(sign * np.radians(ends)) for sign, ends in zip(self.signs, self.ranges_deg, strict=False)]
+        return [(float(low), float(high)) for low, high in ends] + [UPRIGHT, UPRIGHT][: 3 - len(ends)]
 
 
 def _limbs(side: str, letter: str, out: float) -> dict[str, tuple[CoordinateTriple, ...]]:
@@ -47,15 +64,15 @@ def _limbs(side: str, letter: str, out: float) -> dict[str, tuple[CoordinateTrip
     hip = tuple(f"hip_{name}_{letter}" for name in ("flexion", "adduction", "rotation"))
     arm = tuple(f"arm_{name}_{letter}" for name in ("flex", "add", "rot"))
     return {
-        f"{side}_hip": (CoordinateTriple(hip, signs),),
+        f"{side}_hip": (CoordinateTriple(hip, signs, HIP_DEG),),
         f"{side}_knee": (CoordinateTriple((f"knee_angle_{letter}",), (-1.0,)),),
         f"{side}_ankle": (CoordinateTriple((f"ankle_angle_{letter}",), (1.0,)),),
-        f"{side}_shoulder": (CoordinateTriple(arm, signs),),
+        f"{side}_shoulder": (CoordinateTriple(arm, signs, ARM_DEG),),
         f"{side}_elbow": (CoordinateTriple((f"elbow_flex_{letter}",), (1.0,)),),
     }
 
 
-PELVIS = CoordinateTriple(("pelvis_tilt", "pelvis_list", "pelvis_rotation"))
+PELVIS = CoordinateTriple(("pelvis_tilt", "pelvis_list", "pelvis_rotation"), ranges_deg=PELVIS_DEG)
 POSITION = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 LUMBAR = CoordinateTriple(("lumbar_extension", "lumbar_bending", "lumbar_rotation"))
 SPINE = tuple(CoordinateTriple((f"{name}_Flex_Ext", f"{name}_Lat_Bending", f"{name}_axial_rotation")) for name in VERTEBRAE)
@@ -119,7 +136,7 @@ def coordinates_of(track: PoseTrack, axes: Axes = "opensim") -> tuple[Floats, di
     for joint, alternatives in JOINTS.items():
         if joint in found:
             (triple,) = alternatives[0]
-            columns |= _coordinates(triple, found[joint])
+            columns |= _coordinates(triple, found[joint], track.step_s)
         if joint == "pelvis":
             columns |= {name: hips[:, k] for k, name in enumerate(POSITION)}
     return track.times_s[rows], columns
@@ -133,15 +150,10 @@ def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:
     return euler_to_matrix(triple.axes, np.radians(values) if mot.in_degrees else values)
 
 
-def _coordinates(triple: CoordinateTriple, rotations: Floats) -> dict[str, Floats]:
-    """Coordinates in degrees, each row nearest to the one before."""
-    angles, near = np.empty((len(rotations), 3)), np.zeros((1, 3))
-    for row in range(len(rotations)):
-        near = matrix_to_euler(JOINT_AXES, rotations[row : row + 1], near)
-        angles[row] = near
-    return {
-        name: np.degrees(sign * angles[:, k]) for k, (name, sign) in enumerate(zip(triple.names, triple.signs, strict=True))
-    }
+def _coordinates(triple: CoordinateTriple, rotations: Floats, step_s: float) -> dict[str, Floats]:
+    """Coordinates in degrees, continuous over the rows."""
+    angles = np.degrees(continuous_euler(JOINT_AXES, rotations, triple.ranges, step_s))
+    return {name: sign * angles[:, k] for k, (name, sign) in enumerate(zip(triple.names, triple.signs, strict=True))}
 
 
 def _flexion_is_negative(mot: Mot) -> bool:

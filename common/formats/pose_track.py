@@ -124,7 +124,8 @@ def between(track: PoseTrack, first: Bound | None, last: Bound | None) -> PoseTr
 def every_frame(track: PoseTrack, first: int = 0) -> PoseTrack:
     """Return one row for each frame from `first` to the last; row k is frame first + k, empty without a pose.
 
-    For formats without frame numbers.  Raises UserError for more than MAX_LEADING rows before the first pose.
+    Times of absent frames are between those of their neighbours.  For formats without frame numbers.  Raises UserError for
+    more than MAX_LEADING rows before the first pose.
     """
     if track.frames[0] - first > MAX_LEADING:
         raise UserError(f"the first pose is of frame {track.frames[0]}, and rows count from {first}: give --from")
@@ -132,7 +133,8 @@ def every_frame(track: PoseTrack, first: int = 0) -> PoseTrack:
     at = np.clip(np.searchsorted(track.frames, frames), 0, len(track.frames) - 1)
     indices = np.where(track.frames[at] == frames, at, -1)
     counted = track.times_s[0] + (frames - track.frames[0]) / (track.rate or 1.0)
-    times_s = np.where(indices >= 0, track.times_s[at], counted)
+    between_s = np.interp(frames, track.frames, track.times_s)
+    times_s = np.where(indices >= 0, track.times_s[at], np.where(frames < track.frames[0], counted, between_s))
     return replace(track.rows(indices), frames=frames, times_s=times_s)
 
 

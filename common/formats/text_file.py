@@ -1,8 +1,13 @@
-"""Text files of other programs."""
+"""Files of other programs: text, and what a library reads in a process of its own."""
 
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 from zenocap.common.errors import UserError
+from zenocap.common.runtime.foreign_text import printable
 
 MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
 
@@ -17,3 +22,19 @@ def read_text(path: Path, kind: str, most: int = MAX_BYTES) -> str:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise UserError(f"{path}: not {kind}: {error}") from error
+
+
+def read_apart(path: Path, kind: str, module: str) -> bytes:
+    """Output of a module that reads a file in a process of its own, which a damaged file may end by a signal.
+
+    kind: in errors, such as "a C3D file".  module: writes to its standard output, or ends with a reason.  Raises UserError.
+    """
+    one_thread = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # each takes memory
+    command = [sys.executable, "-P", "-m", module, str(path)]
+    done = subprocess.run(command, env=one_thread, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    if done.returncode < 0:
+        raise UserError(f"{path}: not {kind}: reading it was ended by {signal.Signals(-done.returncode).name}")
+    if done.returncode:
+        lines = done.stderr.decode(errors="replace").splitlines() or [""]
+        raise UserError(f"{path}: not {kind}: {printable(lines[-1])}")
+    return done.stdout

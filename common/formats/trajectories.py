@@ -4,7 +4,7 @@ zenocap's own: metres, right-handed, Y up; the person first faces Z.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ Unit = Literal["m", "cm", "mm"]
 Angle = Literal["deg", "rad"]
 PER_METRE: Mapping[Unit, float] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 DIGITS: Mapping[Unit, int] = {"m": 6, "cm": 4, "mm": 3}  # decimals written: to the micrometre
+MAX_ABSENT = 1_000_000  # rows that a file leaves out; chosen by hand
 
 # Rows: the other axes in zenocap's.  A rotation R becomes A R A^T, also for the two left-handed ones.
 MATRICES: Mapping[Axes, Floats] = {
@@ -40,6 +41,21 @@ class Trajectories:
     times_s: Floats
     points: Floats
     rate: float
+
+
+def with_absent_rows(data: Trajectories) -> Trajectories:
+    """The same with a row, without points, for each interval of the rate in which the file has none."""
+    if len(data.frames) < 2 or data.rate <= 0.0:
+        return data
+    steps = np.maximum(np.round(np.diff(data.times_s) * data.rate).astype(np.int64), 1)
+    at = np.concatenate([[0], np.cumsum(steps)])
+    if at[-1] == len(at) - 1 or at[-1] > MAX_ABSENT + len(at):
+        return data
+    every = np.arange(at[-1] + 1)
+    points = np.full((len(every), *data.points.shape[1:]), np.nan)
+    points[at] = data.points
+    frames = np.round(np.interp(every, at, data.frames)).astype(np.int64)
+    return replace(data, frames=frames, times_s=np.interp(every, at, data.times_s), points=points)
 
 
 def axis_directions(axes: Axes) -> tuple[str, str, str]:

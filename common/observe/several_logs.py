@@ -26,15 +26,21 @@ def ended(account: Account) -> Account:
     return Account(senders, account.end_ns, account.steps)
 
 
-def completed(logs: Account, reports: Account, *, continued: bool) -> Account:
+def completed(
+    logs: Account, reports: Account, *, continued: bool, last: Account | None = None, between: bool = False
+) -> Account:
     """Account of logs, and of what healths say that were received beside them.
 
-    reports: of them alone.  continued: what was sent after the last log is missing, not unlogged.
+    reports: of them alone.  continued: what was sent after the last log is missing, not unlogged.  last: account of that
+    log; between: the same of what was sent before it by processes that it has not.
     """
     senders = {
-        service: _completed(logs.senders.get(service, Sender()), known, reports, continued=continued)
+        service: _completed(
+            logs.senders.get(service, Sender()), known, reports,
+            Sender() if last is None else last.senders.get(service, Sender()), (continued or between, continued),
+        )
         for service, known in reports.senders.items()
-    }
+    }  # fmt: skip
     return Account(logs.senders | senders, logs.end_ns, logs.steps, logs.dropped)
 
 
@@ -85,13 +91,20 @@ def _moved(sender: Sender, seen: Counts, steps: int) -> Sender:
     return Sender(summed((seen, sender.seen)), lives)
 
 
-def _completed(logged: Sender, known: Sender, reports: Account, *, continued: bool) -> Sender:
-    """A service of logs, with what an account of healths knows of it."""
+def _completed(logged: Sender, known: Sender, reports: Account, at_last: Sender, continued: tuple[bool, bool]) -> Sender:
+    """A service of logs, with what an account of healths knows of it.
+
+    at_last: in the last log.  continued: of processes before those in it, and from them on.
+    """
     lives, beside = dict(logged.lives), list(known.lives.values())
     last = next(reversed(lives), None)
+    is_after = False
     seen = {} if lives else logged.seen  # after the last report of a process: of it, and of later ones without a report
     for number, (process, life) in enumerate(known.lives.items()):
         one = lives.get(process)
+        is_after |= process in at_last.lives
+        # What it sent after the report with which it ended in a log, it sent after that: of an integrator the last health.
+        lost = continued[is_after] and not (one is not None and one.last.ended)
         if one is None:
             one = Life(life.first, life.first, unlogged={} if number else less(life.first.sent, seen))
             sent = less(life.last.sent, {} if number else life.first.sent)
@@ -101,7 +114,7 @@ def _completed(logged: Sender, known: Sender, reports: Account, *, continued: bo
         else:  # another process followed in the same log: what was seen of either since the last report is not known
             continue
         more, seen = less(sent, seen), less(seen, sent)
-        missing, unlogged = (more, {}) if continued else ({}, more)
+        missing, unlogged = (more, {}) if lost else ({}, more)
         lives[process] = structs.replace(
             one, missing=summed((one.missing, missing)), unlogged=summed((one.unlogged, unlogged)),
             unknown=reports.unknown(beside, number),

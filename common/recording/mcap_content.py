@@ -30,6 +30,7 @@ LAYOUT: dict[int, tuple[int | str, ...]] = {  # fields of a record by kind, whic
 }
 HEAD = struct.Struct("<BQ")  # of a record: kind, length
 MESSAGE = struct.Struct("<HIQQ")  # before its data: channel, sequence, log and publish time
+COMPRESSED = "a chunk compressed with "  # begin of a reason that is no damage
 FIXED = struct.Struct("<QQQII")  # first and last log time, uncompressed size, checksum, length of the compression's name
 MAX_CHUNK = 64 << 20  # bytes uncompressed; ours have up to 6 MiB, the defaults of other writers are below 64 MiB
 OF_INDEX = (  # records that may follow the data
@@ -131,13 +132,28 @@ def _unpacked(body: bytes) -> bytes:
             data = bytes(packed)
         case b"zstd":
             data = _unzstd(packed, size)
+        case b"lz4":
+            data = _unlz4(packed, size)
         case _:
-            raise BrokenChunk(f"a chunk compressed with {packing[:16]!r}: allowed: zstd, or none")
+            name = packing[:16].decode(errors="replace")
+            raise BrokenChunk(f"{COMPRESSED}{name!r}, which is not read: allowed: zstd, lz4, or none")
     if len(data) != size:
         raise BrokenChunk(f"a chunk of {len(data)} bytes uncompressed instead of {size}")
     if expected and zlib.crc32(data) != expected:
         raise BrokenChunk("a chunk with a wrong checksum")
     return data
+
+
+def _unlz4(packed: memoryview, size: int) -> bytes:
+    """At most `size` + 1 bytes."""
+    try:
+        from lz4.frame import LZ4FrameDecompressor  # a dependency of mcap
+    except ImportError:
+        raise BrokenChunk(f"{COMPRESSED}'lz4', which needs the package lz4: pip install lz4") from None
+    try:
+        return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+    except (RuntimeError, EOFError, MemoryError) as error:
+        raise BrokenChunk("a chunk that cannot be decompressed") from error
 
 
 def _unzstd(packed: memoryview, size: int) -> bytes:

@@ -20,7 +20,9 @@ Place = tuple[ServiceKey, str]  # service, and name of the topic
 
 @dataclass(frozen=True)
 class TakeAccount:
-    """rig: name.  start_ns: log time of its first message.  messages: in the file.
+    """rig: name; "" of a file that was cut before it.  messages: in the file.
+
+    start_ns: log time of its first message; the time of its last change where there is none.
 
     refused: messages that the log received and that are not in the file.  take, previous: of a part, names of the first and
     of the earlier file; "" otherwise.  complete: whether the file was finished by its log.
@@ -53,7 +55,7 @@ def take_account(path: Path) -> TakeAccount:
     written = {summary.channels[id].topic: count for id, count in summary.counts.items() if id in summary.channels}
     part = metadata.get("part", {})
     return TakeAccount(
-        path, metadata.get("zenocap", {}).get("rig", ""), summary.start_ns, summary.messages, account,
+        path, metadata.get("zenocap", {}).get("rig", ""), summary.start_ns or _changed_ns(path), summary.messages, account,
         refused_of(account, written),
         part.get("take", ""), part.get("previous", ""),
     )  # fmt: skip
@@ -85,9 +87,16 @@ def _scanned(path: Path, *, complete: bool) -> TakeAccount:
     account = account_of(counted())
     part = take.metadata.get("part", {})
     return TakeAccount(
-        path, take.metadata.get("zenocap", {}).get("rig", ""), first, count, account, Counter(),
+        path, take.metadata.get("zenocap", {}).get("rig", ""), first or _changed_ns(path), count, account, Counter(),
         part.get("take", ""), part.get("previous", ""), complete,
     )  # fmt: skip
+
+
+def _changed_ns(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:  # it was removed meanwhile
+        return 0
 
 
 def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:

@@ -2,20 +2,20 @@
 
 videos/NAME.mp4        one per camera that takes part
 background/NAME.png    a picture of the empty scene; else
-clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
+clip.toml              empty_seconds, or empty_frames = the beginning of each video that is empty; up_axis; fps
 stretched/NAME.mp4     the T-pose, where the main video does not show it
 corners/NAME.corners   corners of a board in the camera's video, as `zenocap calibrate detect` writes them
 sync.toml              [offset_s] NAME = time in seconds at which the camera's video begins, as `zenocap sync` writes it
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
-from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
 from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
@@ -25,11 +25,12 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
 def folder_rig(
-    folder: Path, method: str, cameras: Sequence[str] | None = None, calibration: Path | None = None
-) -> tuple[RigFile, tuple[str, ...]]:
+    folder: Path, method: str, cameras: Sequence[str] | None = None, calibration: Path | None = None,
+    background: str | None = None,
+) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
     """Rig file content equivalent to the folder, and notes for the user.  cameras: see `chosen`.
 
-    calibration: file to use instead of the folder's own.  Raises UserError.
+    calibration, background: to use instead of the folder's own.  Raises UserError.
     """
     own = calibration is None
     calibration = folder / "calibration.toml" if calibration is None else calibration
@@ -37,7 +38,11 @@ def folder_rig(
         raise UserError(f"{folder}: calibration.toml is missing: allowed: a rig file or a folder with it and videos/")
     clip_path = folder / "clip.toml"
     clip = read_toml(clip_path) if clip_path.is_file() else {}
-    up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
+    up_axis, fps, frames, seconds = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
+    try:
+        empty = first_text(int(str(frames)), float(str(seconds)))
+    except SpecError as error:
+        raise UserError(f"{clip_path}: {error}") from error
     calibrated = list(read_calibration(calibration, str(up_axis)))
     videos, notes = _videos(folder, calibration, calibrated)
     offsets = read_offsets(folder / SYNC_FILE, calibrated)
@@ -46,13 +51,13 @@ def folder_rig(
     viewers = []
     for name, video in videos.items():
         plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
-        background = f"image:{plate}" if plate else f"first:{empty}" if empty else MEDIAN
+        own_background = f"image:{plate}" if plate else empty or MEDIAN
         viewers.append(
             ViewerTable(
                 id=plain_name(name),
                 camera=name,
                 source=str(video.relative_to(folder)),
-                background=background,
+                background=background or own_background,
                 fps=None if fps is None else float(str(fps)),
                 initial=_camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES),
                 offset_s=offsets.get(name, 0.0),
@@ -65,7 +70,7 @@ def folder_rig(
 
 
 def rig_of_files(
-    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str,
+    videos: Sequence[Path], calibration: Path, up_axis: str, background: str, method: str,
     cameras: Sequence[str] | None = None,
 ) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
     """Rig file content for videos and a calibration in any folders, and notes for the user.  cameras: see `chosen`.
@@ -78,7 +83,6 @@ def rig_of_files(
     if up_axis not in ("y", "z"):
         raise UserError(f"up axis {up_axis!r}: allowed: y or z")
     paired, notes = _paired(calibration, list(read_calibration(calibration, up_axis)), videos)
-    background = f"first:{empty_frames}" if empty_frames else MEDIAN
     viewers = [
         ViewerTable(id=plain_name(name), camera=name, source=str(video.resolve()), background=background)
         for name, video in paired.items()
@@ -117,7 +121,7 @@ def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
     if not cameras:
         return []
     return [
-        f"{cameras}: no background picture and no empty_frames: the median of the video is used; a person who stays in "
+        f"{cameras}: no background picture and no empty_seconds: the median of the video is used; a person who stays in "
         "one place for half of it becomes part of the room, with holes in the silhouettes"
     ]
 
@@ -143,7 +147,8 @@ def read_offsets(path: Path, cameras: Sequence[str]) -> dict[str, float]:
 CLIP_KEYS: tuple[tuple[str, object, str], ...] = (
     ("up_axis", "y", "'y' or 'z'"),
     ("fps", None, "above 0 to 1000"),
-    ("empty_frames", 0, "a whole number from 0 to 10000"),
+    ("empty_frames", 0, f"a whole number from 0 to {MAX_FIRST}"),
+    ("empty_seconds", 0.0, f"seconds from 0 to {MAX_FIRST_S:g}"),
 )
 
 
@@ -154,8 +159,10 @@ def _clip_value(path: Path, clip: dict[str, object], key: str, default: object, 
             good = value in ("y", "z")
         case "fps":
             good = value is None or (isinstance(value, int | float) and 0 < value <= 1000)
+        case "empty_seconds":
+            good = isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= MAX_FIRST_S
         case _:
-            good = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 10_000
+            good = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_FIRST
     if not good:
         raise UserError(f"{path}: {key} = {value!r}: allowed: {allowed}")
     return value
@@ -182,14 +189,66 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
             raise UserError(f"{path}: {by_stem[path.stem]} exists too: allowed: one video per camera")
         by_stem[path.stem] = path
     paired = {name: by_stem[name] for name in cameras if name in by_stem}
-    if not paired and len(videos) == len(cameras):
-        pairs = dict(zip(cameras, videos, strict=True))
+    contained = _by_contained_names(cameras, [path for path in videos if path not in paired.values()], paired)
+    found, notes = paired | contained, []
+    rest = [path for path in videos if path not in found.values()]
+    if contained:
+        pairing = ", ".join(f"{name} = {contained[name].name}" for name in cameras if name in contained)
+        notes.append(f"assigned by the names within: {pairing}")
+    without = [name for name in cameras if name not in found]
+    if rest == sorted(rest):  # as a shell lists them, where 10 is before 9; other orders were chosen
+        rest, without = sorted(rest, key=lambda path: _natural(path.name)), _in_order(without)
+    if rest and len(videos) == len(cameras) and not paired:
+        pairs = dict(zip(without, rest, strict=True))
         pairing = ", ".join(f"{name} = {path.name}" for name, path in pairs.items())
-        return pairs, [f"no video is named after a camera: assigned in order: {pairing}"]
-    if unmatched := [path for path in videos if path.stem not in paired]:
-        raise UserError(f"{unmatched[0]}: belongs to no camera of {calibration}; there are: {', '.join(cameras)}")
-    notes = [f"{name}: no video: this camera is not used" for name in cameras if name not in paired]
-    return paired, notes
+        notes.append(f"{'the others' if contained else 'no video is named after a camera'}: assigned in order: {pairing}")
+        found |= pairs
+    elif rest:
+        raise UserError(f"{rest[0]}: belongs to no camera of {calibration}; there are: {', '.join(cameras)}")
+    notes += [f"{name}: no video: this camera is not used" for name in cameras if name not in found]
+    return {name: found[name] for name in cameras if name in found}, notes
+
+
+def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: Mapping[str, Path]) -> dict[str, Path]:
+    """Video by camera, where the name of one contains that of exactly one other.  known: cameras that have a video.
+
+    Raises UserError for two videos of one camera, unless its name is a number, which may be that of a trial.
+    """
+    found: dict[str, Path] = {}
+    while True:
+        free = [name for name in cameras if name not in known and name not in found]
+        fits = {
+            path: [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
+            for path in videos
+            if path not in found.values()
+        }
+        certain = {path: names[0] for path, names in fits.items() if len(names) == 1}
+        if not certain:
+            return found
+        for path, name in certain.items():
+            if name not in found:
+                found[name] = path
+            elif name.isdigit():
+                return {}
+            else:
+                raise UserError(f"{path}: {found[name].name} is of camera {name} too: allowed: one video per camera")
+
+
+def _contains(text: str, name: str) -> bool:
+    """Whether a text has a name in it that is not part of a longer word or number: cam1 is not in cam10."""
+    before = r"(?<!\d)" if name[:1].isdigit() else r"(?<![^\W\d_])"
+    after = r"(?!\d)" if name[-1:].isdigit() else r"(?![^\W\d_])"
+    return bool(name) and re.search(f"{before}{re.escape(name)}{after}", text, re.IGNORECASE) is not None
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Sorting key in which numbers count by their value."""
+    return [(int(part), "") if part.isdecimal() else (-1, part.lower()) for part in re.split(r"(\d+)", name) if part]
+
+
+def _in_order(cameras: list[str]) -> list[str]:
+    """Names that differ in their numbers alone in the order of those; others in that of the calibration."""
+    return sorted(cameras, key=_natural) if len({re.sub(r"\d+", "", name) for name in cameras}) == 1 else cameras
 
 
 def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) -> str | None:

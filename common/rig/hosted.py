@@ -18,7 +18,15 @@ from zenocap.common.rig.camera_settings import KEYS, CameraSettings, Setting, gi
 from zenocap.common.rig.file import LogTable, ZenohTable
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import PLAIN_BACKGROUNDS, Announced, Device, FirstFrames, LiveSource, empty_frames
+from zenocap.common.rig.sources import (
+    PLAIN_BACKGROUNDS,
+    Announced,
+    Device,
+    FirstFrames,
+    LiveSource,
+    empty_frames,
+    most_first,
+)
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.rig.two_view import ADDITIONS
 from zenocap.common.rig.viewers import SAME_SHAPE
@@ -45,7 +53,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
     camera, lens = viewer.camera, viewer.camera.fisheye
     kind = next((name for name, one in PLAIN_BACKGROUNDS.items() if one == viewer.background), None)
     if kind is None and not isinstance(viewer.background, FirstFrames):
-        allowed = "allowed on another machine: adaptive, first:N, median, mog2"
+        allowed = "allowed on another machine: adaptive, first:N, first:SECONDSs, median, mog2"
         raise UserError(f"viewer {id}: background {viewer.background}: {allowed}")
     settings = viewer.source.settings if isinstance(viewer.source, Announced) else CameraSettings()
     return AssignQuery(
@@ -54,7 +62,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
         what="assign",
         rig=rig.name,
         digest=rig.digest,
-        tracker=method_of(rig.method).has_tracker,
+        tracker=method_of(rig.method).only_silhouettes,
         additions=sorted(rig.additions),
         viewer=HostedViewer(
             id=id,
@@ -106,7 +114,9 @@ def hosted_rig(query: AssignQuery, source: LiveSource, base: Path, *, previews: 
 
 
 def check_sizes(one: HostedViewer) -> None:
-    """Raise UserError for images that no camera has, and for a working size of another shape than the calibrated one."""
+    """Raise UserError for images that no camera has, a working size that is larger than the calibrated one or of another
+    shape, and more empty frames than are learnt from.
+    """
     (width, height), (full_width, full_height) = one.size, one.calibrated_size
     for size in (one.size, one.calibrated_size):
         if size[0] * size[1] > LARGEST_PX:
@@ -115,6 +125,12 @@ def check_sizes(one: HostedViewer) -> None:
         raise UserError(
             f"assignment: size = {[width, height]}: allowed: the shape of the calibrated {full_width} x {full_height} px"
         )
+    if width > full_width or height > full_height:
+        raise UserError(
+            f"assignment: size = {[width, height]}: allowed: at most the calibrated {full_width} x {full_height} px"
+        )
+    if one.background == "first" and one.empty_frames > (most := most_first(one.size)):
+        raise UserError(f"assignment: empty_frames = {one.empty_frames}: allowed: 1 to {most} at {width} x {height} px")
 
 
 def settings_text(settings: CameraSettings) -> dict[str, str]:

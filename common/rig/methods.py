@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -23,6 +23,8 @@ class Method:
     table: name of its table in the rig file, None without one.  second_pass: whether a take can be tracked backwards too;
     "default": and is, unless its preset is another one.  recomputes_viewers: whether a take holds all inputs of a viewer.
     recomputes_pose: whether `zenocap verify` knows its pose service, and not only a package.
+    exchange: whether its viewers and its integrator run the exchange of [Two-view], also beside a tracker.
+    tracker: method of its tracker where that is another row's.
     viewer_warmup, pose_warmup: parts of `zenocap warmup` of a viewer, besides silhouettes, and of the pose service.
     """
 
@@ -40,10 +42,22 @@ class Method:
     recomputes_pose: bool = False
     viewer_warmup: tuple[str, ...] = ()
     pose_warmup: tuple[str, ...] = ()
+    exchange: bool = False
+    tracker: str = ""
 
     @cached_property
     def has_tracker(self) -> bool:
         return self.pose_service == "tracker"
+
+    @cached_property
+    def tracker_method(self) -> str:
+        """Method of the tracker's settings and filter."""
+        return self.tracker or self.name
+
+    @cached_property
+    def only_silhouettes(self) -> bool:
+        """Whether its viewers publish silhouettes alone, and await no answer to a frame."""
+        return self.has_tracker and not self.exchange
 
 
 def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "possible") -> Method:
@@ -59,11 +73,16 @@ TWO_VIEW = Method(
     "two-view", topics.UNIVERSAL_BAP, topics.UNIVERSAL_BDP, "integrator", (2, 2),
     "zenocap.services.viewer.two_view.shell:two_view", "zenocap.services.integrator.shell:integrator_service",
     (topics.SIGHTING, topics.PARTIAL_BAP, topics.PARTIAL_BDP), recomputes_viewers=True, recomputes_pose=True,
-    viewer_warmup=("tracking",), pose_warmup=("tracking",),
+    viewer_warmup=("tracking",), pose_warmup=("tracking",), exchange=True,
 )  # fmt: skip
 HYBRID = _with_tracker("hybrid", "default")
 IMAGE_FORCE = _with_tracker("image-force")
 PARTICLE_FILTER = _with_tracker("particle-filter")
+# Paper (added): both papers' systems at once, the tracker on the silhouettes of the two viewers.
+BOTH = replace(
+    HYBRID, name="both", views=TWO_VIEW.views, viewer=TWO_VIEW.viewer, sends=(*HYBRID.sends, *TWO_VIEW.sends),
+    second_pass="possible", recomputes_viewers=True, viewer_warmup=TWO_VIEW.viewer_warmup, exchange=True, tracker="hybrid",
+)  # fmt: skip
 
 METHODS = Table(
     Method,
@@ -73,6 +92,7 @@ METHODS = Table(
         "hybrid": f"{__name__}:HYBRID",
         "image-force": f"{__name__}:IMAGE_FORCE",
         "particle-filter": f"{__name__}:PARTICLE_FILTER",
+        "both": f"{__name__}:BOTH",
     },
 )
 AUTO = "auto"  # the hybrid method, or two-view where a variant of it is asked for

@@ -13,8 +13,8 @@ from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pai
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
 from zenocap.common.rig.file import DELAYS, Delays, LogTable, RigFile, ZenohTable, rig_file
-from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
-from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, Method, method_of
+from zenocap.common.rig.folder import MEDIAN, chosen, folder_rig, rig_of_files
+from zenocap.common.rig.methods import AUTO, BOTH, HYBRID, METHODS, TWO_VIEW, Method, method_of
 from zenocap.common.rig.recognizer import RecognizerSpec, recognizer_spec
 from zenocap.common.rig.table_errors import TableError
 from zenocap.common.rig.tracker import TrackerSpec, tracker_spec, with_front_of
@@ -25,6 +25,8 @@ from zenocap.common.topics import SILHOUETTE
 from zenocap.data import DEMO_RIGS
 
 __all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig", "rig_of_videos"]
+
+EXCHANGING = " or ".join(repr(one) for one in (TWO_VIEW.name, BOTH.name))  # methods that have variants
 
 
 @dataclass(frozen=True)
@@ -81,20 +83,22 @@ class Rig:
 
 def load_rig(
     path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True,
-    cameras: Sequence[str] | None = None, calibration: Path | None = None,
+    cameras: Sequence[str] | None = None, calibration: Path | None = None, background: str | None = None,
 ) -> Rig:  # fmt: skip
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
     pictures are then no error.  cameras: names of cameras or ids of viewers, the others are not used; None: all.
-    calibration: file to use instead of a folder's own.
+    calibration: file to use instead of a folder's own.  background: the same, of all its cameras; see `parse_background`.
     Raises UserError, whose text contains file, key, value and allowed values.
     """
     path = Path(path)
     if path.is_dir():
-        content, notes = folder_rig(path, method or AUTO, cameras, calibration)
+        content, notes = folder_rig(path, method or AUTO, cameras, calibration, background)
         read = _Read(path, path, content, repr(content).encode(), path / "clip.toml", notes)
     elif path.exists():
+        if background is not None:
+            raise UserError(f"{path}: a rig file has the backgrounds of its viewers: allowed with a folder or with videos")
         content = rig_file(path, read_toml(path))
         used = None if cameras is None else tuple(one.id for one in chosen(path, content.viewer, cameras))
         read = _Read(path, path.parent, content, path.read_bytes(), path, (), used)
@@ -104,15 +108,15 @@ def load_rig(
 
 
 def rig_of_videos(
-    videos: Sequence[Path], calibration: Path, up_axis: str = "y", empty_frames: int = 0, method: str | None = None,
+    videos: Sequence[Path], calibration: Path, up_axis: str = "y", background: str = MEDIAN, method: str | None = None,
     variant: str | None = None, cameras: Sequence[str] | None = None,
 ) -> Rig:  # fmt: skip
     """The rig of video files and a calibration, in any folders.  cameras: see `load_rig`.  Raises UserError.
 
     A video belongs to the camera of its name; videos without such names to the cameras in their order.
-    empty_frames: number of first frames of each video that show the empty scene; 0: the median of its frames is used.
+    background: of all videos, such as "first:2s" where their first two seconds show the empty scene.
     """
-    content, notes = rig_of_files(videos, calibration, up_axis, empty_frames, method or AUTO, cameras)
+    content, notes = rig_of_files(videos, calibration, up_axis, background, method or AUTO, cameras)
     return _rig(_Read(calibration, Path(), content, repr(content).encode(), calibration, notes), method, variant, True)
 
 
@@ -151,7 +155,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     row = method_of(method)
     if row.table == "tracker":
         with _errors_of(path, "tracker"):
-            tracker = tracker_spec(content.tracker, method, own, base, files=files)
+            tracker = tracker_spec(content.tracker, row.tracker_method, own, base, files=files)
     recognizer = None
     if content.recognizer is not None:
         with _errors_of(path, "recognizer"):
@@ -191,7 +195,7 @@ def _resolved(method: str, variant: bool) -> str:
 
 
 def demo_rig_file(method: str = AUTO) -> Path:
-    """Return the rig file of `zenocap demo`, which is package data.  method: "auto" or "two-view".  Raises UserError."""
+    """Return the rig file of a demo, which is package data.  method: "both", "auto" or "two-view".  Raises UserError."""
     if method not in DEMO_RIGS:
         raise UserError(f"method = {method!r}: allowed for the demo: {', '.join(DEMO_RIGS)}")
     return DEMO_RIGS[method]
@@ -200,7 +204,8 @@ def demo_rig_file(method: str = AUTO) -> Path:
 def demo_rig(method: str = AUTO) -> Rig:
     """The rig of `zenocap demo`: two orthogonal viewers of the simulated person.
 
-    method: "auto" for the tracker, "two-view" for the paper's two-view method in images of 160 x 120.  Raises UserError.
+    method: "auto" for the tracker, "two-view" for the paper's two-view method in images of 160 x 120, "both" for both on
+    the same silhouettes.  Raises UserError.
     """
     return load_rig(demo_rig_file(method))
 
@@ -213,11 +218,11 @@ def _variant_bytes(additions: Additions) -> list[bytes]:
 def _additions(path: Path, content: RigFile, method: str, variant: str | None) -> Additions:
     """Additions to the paper's two-view method.  variant: replaces that of the file.  Raises UserError."""
     if variant is not None:
-        if method != "two-view":
-            raise UserError(f"variant = {variant!r}: allowed: only with method 'two-view'; the method is {method!r}")
+        if not method_of(method).exchange:
+            raise UserError(f"variant = {variant!r}: allowed: only with method {EXCHANGING}; the method is {method!r}")
         content = msgspec.structs.replace(content, variant=variant, additions=(), without=())
-    elif content.method not in ("two-view", AUTO) and content.variant != VARIANTS[0]:
-        raise UserError(f"{path}: variant = {content.variant!r}: allowed: only with method = 'two-view'")
+    elif content.variant != VARIANTS[0] and content.method != AUTO and not method_of(content.method).exchange:
+        raise UserError(f"{path}: variant = {content.variant!r}: allowed: only with method = {EXCHANGING}")
     try:
         return additions_of(content.variant, content.additions, content.without)
     except ValueError as error:
@@ -233,12 +238,11 @@ def _viewers_in_use(path: Path, row: Method, viewers: tuple[Viewer, ...]) -> tup
     if SILHOUETTE in row.sends and without_silhouette:
         raise UserError(f"{path}: {', '.join(without_silhouette)}: silhouette = False: allowed: true for method {method!r}")
     fed = [f"viewer {viewer.id}" for viewer in viewers if viewer.feedback]
-    if not row.has_tracker and fed:
-        raise UserError(
-            f"{path}: {', '.join(fed)}: feedback = true: allowed: false for method {method!r}, without a tracker"
-        )
+    if not row.only_silhouettes and fed:
+        without = "" if row.has_tracker else ", without a tracker"
+        raise UserError(f"{path}: {', '.join(fed)}: feedback = true: allowed: false for method {method!r}{without}")
     kept = [f"viewer {viewer.id}" for viewer in viewers if viewer.keep_background]
-    if not row.has_tracker and kept:
+    if not row.only_silhouettes and kept:
         raise UserError(f"{path}: {', '.join(kept)}: keep_background = true: allowed: false for method {method!r}")
     if len(viewers) <= most:
         return viewers, ()
@@ -258,10 +262,10 @@ def _viewers_in_use(path: Path, row: Method, viewers: tuple[Viewer, ...]) -> tup
 def _checked_delays(path: Path, content: RigFile, method: Method, viewers: tuple[Viewer, ...]) -> Delays:
     """Whether delays of the cameras are estimated and corrected.
 
-    Raises UserError when that needs a tracker, or when the cameras of a rig without one are a frame period or more apart:
+    Raises UserError when that needs a tracker alone, or when the cameras of another rig are a frame period or more apart:
     each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
     """
-    if not method.has_tracker:
+    if not method.only_silhouettes:
         early, *_, late = sorted(viewers, key=lambda viewer: viewer.delay_ns)
         period_ns = 1e9 / min(viewer.fps for viewer in viewers)
         apart_ns = late.delay_ns - early.delay_ns
@@ -269,11 +273,11 @@ def _checked_delays(path: Path, content: RigFile, method: Method, viewers: tuple
             raise UserError(
                 f"{path}: delay_ms of viewer {late.id} is {apart_ns / 1e6:g} ms above that of viewer {early.id}: "
                 f"allowed for method {method.name!r}: less than a frame period, {period_ns / 1e6:.1f} ms; "
-                "the methods with a tracker wait for late cameras"
+                f"{HYBRID.name!r} waits for late cameras"
             )
         if content.delays == "follow":
             raise UserError(
-                f"{path}: delays = 'follow': allowed for method {method.name!r}, without a tracker: off, report; "
+                f"{path}: delays = 'follow': allowed for method {method.name!r}: off, report; "
                 "zenocap sync TAKE finds delay_ms of the viewers"
             )
     return next(one for one in DELAYS if one == content.delays)

@@ -11,12 +11,15 @@ from typing import ClassVar, Literal
 from zenocap.common.errors import UserError
 from zenocap.common.rig.camera_settings import CameraSettings
 
-BACKGROUNDS = "adaptive, first:N, median, image:FILE, mog2"
+BACKGROUNDS = "adaptive, first:N, first:SECONDSs, median, image:FILE, mog2"
 FIRST, ADAPTIVE = "first:60", "adaptive"  # usual backgrounds of a video file or the simulated person, and of cameras
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 DISCOVER = "discover"  # scheme of an announced camera
 MAX_FIRST = 10_000
+MAX_EMPTY_PX = 1 << 32  # of all empty frames: 10,000 of 640x480, 2,071 of 1920x1080, 128 of 8K; chosen by hand
+MAX_FIRST_S = 60.0  # s, of the empty scene; chosen by hand
 ACTOR_FPS, IMAGES_FPS = 15.0, 30.0
+USUAL_FPS = 30.0  # of a source whose rate is not known
 
 
 class SpecError(UserError):
@@ -28,12 +31,14 @@ class Source(ABC):
 
     kind: name of the row.  live: whether it is a camera or stream that this machine opens, see `LiveSource`.
     ends: whether `zenocap track` takes it: every image comes once, as fast as it is asked for.
+    finishes: whether it comes to an end in a live rig.
     background: that of a viewer whose table has none.
     """
 
     kind: ClassVar[str]
     live: ClassVar[bool] = False
     ends: ClassVar[bool] = True
+    finishes: ClassVar[bool] = True
     background: ClassVar[str] = FIRST
 
     @property
@@ -67,6 +72,7 @@ class LiveSource(Source):
 
     live: ClassVar[bool] = True
     ends: ClassVar[bool] = False
+    finishes: ClassVar[bool] = False
     background: ClassVar[str] = ADAPTIVE
     buffers: ClassVar[bool] = False
 
@@ -143,6 +149,7 @@ class Announced(Source):
 
     kind: ClassVar[str] = DISCOVER
     ends: ClassVar[bool] = False
+    finishes: ClassVar[bool] = False
     background: ClassVar[str] = ADAPTIVE
 
     @property
@@ -210,6 +217,7 @@ class Actor(Source):
     seed: int
 
     kind: ClassVar[str] = "actor"
+    finishes: ClassVar[bool] = False
 
     @property
     def text(self) -> str:
@@ -227,6 +235,7 @@ class Rendered(Source):
     fps: float
 
     kind: ClassVar[str] = "rendered"
+    finishes: ClassVar[bool] = False
 
     @property
     def text(self) -> str:
@@ -244,6 +253,22 @@ class FirstFrames:
     """The scene is empty in the first `count` frames."""
 
     count: int
+
+
+def most_first(size: tuple[int, int]) -> int:
+    """Largest number of empty frames of this size, (width, height) px."""
+    return max(1, min(MAX_FIRST, MAX_EMPTY_PX // (size[0] * size[1])))
+
+
+@dataclass(frozen=True)
+class FirstSeconds:
+    """The scene is empty in the first `seconds`, whatever the frame rate."""
+
+    seconds: float
+
+    def at_rate(self, fps: float) -> FirstFrames:
+        """The whole frame periods in that time."""
+        return FirstFrames(min(MAX_FIRST, max(1, int(self.seconds * fps + 1e-6))))
 
 
 @dataclass(frozen=True)
@@ -274,6 +299,16 @@ def empty_frames(background: "Background") -> int:
     return background.count if isinstance(background, FirstFrames) else 0
 
 
+def first_text(frames: int | None, seconds: float | None) -> str | None:
+    """`background` of a rig file for a scene that is empty in the first `frames` or `seconds`; None for neither.
+
+    Raises SpecError for both.
+    """
+    if frames and seconds:
+        raise SpecError(f"empty_frames = {frames} and empty_seconds = {seconds:g}: allowed: one of them")
+    return f"first:{seconds:g}s" if seconds else f"first:{frames}" if frames else None
+
+
 def learning_frames(background: "Background") -> int:
     """Number of frames at the start from which a viewer learns the background; it publishes no results for them."""
     match background:
@@ -296,16 +331,24 @@ def without_password(url: str) -> str:
     return re.sub(r"^((?:[a-z][a-z0-9+.\-]*:)+?/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
-def parse_background(text: str, base: Path) -> Background:
-    """Parse the `background` of a rig file in the folder `base`.  Raises SpecError."""
+def parse_background(text: str, base: Path, fps: float = USUAL_FPS) -> Background:
+    """Parse the `background` of a rig file in the folder `base`.  fps: of the source.  Raises SpecError."""
     kind, _, rest = text.partition(":")
     match kind:
-        case "first" if rest.isdecimal() and 1 <= int(rest) <= MAX_FIRST:
-            return FirstFrames(int(rest))
         case "first":
-            raise SpecError(f"first:N with N from 1 to {MAX_FIRST} frames")
+            return _parse_first(rest, fps)
         case "image" if rest:
             return BackgroundImage(base / rest)
         case "median" | "adaptive" | "mog2" if not rest:
             return PLAIN_BACKGROUNDS[kind]
     raise SpecError(BACKGROUNDS)
+
+
+def _parse_first(text: str, fps: float) -> FirstFrames:
+    if re.fullmatch(r"\d{1,5}", text) and 1 <= int(text) <= MAX_FIRST:
+        return FirstFrames(int(text))
+    if re.fullmatch(r"\d{1,2}(\.\d+)?s", text) and 0 < float(text[:-1]) <= MAX_FIRST_S:
+        return FirstSeconds(float(text[:-1])).at_rate(fps)
+    raise SpecError(
+        f"first:N with N from 1 to {MAX_FIRST} frames, or first:SECONDSs up to {MAX_FIRST_S:g}, such as first:2s"
+    )

@@ -32,6 +32,7 @@ Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 Distance = Literal["contact", "modulated"]
 Association = Literal["modulated", "closest"]
 ForceLaw = Literal["quadratic", "linear"]
+Ends = Literal["round", "flat"]
 Start = Literal["any-posture", "t-pose"]
 Heading = Annotated[float, Meta(ge=-360, le=360)]
 PriorShare = Annotated[float, Meta(ge=0, le=1)] | Literal["adaptive"]
@@ -39,6 +40,7 @@ CHOICES = {
     "distance": get_args(Distance),
     "association": get_args(Association),
     "force_law": get_args(ForceLaw),
+    "ends": get_args(Ends),
     "start": get_args(Start),
 }
 
@@ -49,6 +51,7 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     distance: of a scene point in D: along the contour ray's normal, or |pp'| modulated by md as in Eq. 31.
     association: part of a scene point for the printed force and distance: least md |pp'|, or least |pp'|.
     force_law: rho of the printed force, Eq. 32: a truncated square, or linear and truncated.
+    ends: of the body's parts, for the printed force and distance: half ellipsoids, or flat as those of cylinders.
     cost_terms: whether silhouettes, prediction and distance from the prior count besides D.
     prior_share: fraction of the proposals from the prior, all but the first particle's; or adapted to the motion.
     relocalization: whether misfits are searched for elsewhere, the heading is checked, and the track can be lost.
@@ -62,6 +65,7 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     distance: Distance = "contact"
     association: Association = "modulated"
     force_law: ForceLaw = "quadratic"
+    ends: Ends = "round"
     cost_terms: bool = True
     prior_share: PriorShare = "adaptive"
     relocalization: bool = True
@@ -95,7 +99,7 @@ PRESETS = {
         filter=FilterOptions(
             distance="modulated",
             association="closest",
-            force_law="linear",
+            ends="flat",
             cost_terms=False,
             prior_share=1.0,
             relocalization=False,
@@ -129,6 +133,7 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     distance: str | None = None
     association: str | None = None
     force_law: str | None = None
+    ends: str | None = None
     cost_terms: bool | None = None
     prior_share: float | str | None = None
     relocalization: bool | None = None

@@ -8,6 +8,7 @@ VARIANTS = ("improved", "paper")
 # `prediction`, which continued the last motion (26.3 degrees without it, 28.4 with it), and `draws` (25.2 and 25.4).
 ADDITIONS = {
     "body": "2.4: widths measured in bands of the body and anthropometric proportions, instead of shares of the torso",
+    "proportions": "2.4: torso : leg = 37 : 63 by anthropometry, instead of 4 : 6; the addition body has its own",
     "perspective": "3.2: the model is drawn in perspective, instead of orthographically and scaled by r_t",
     "position": "3.2: repeated shifts of a model without arms from coarse to fine, Y from both viewers",
     "tilt": "3: lean and roll of the torso, which the paper keeps upright",
@@ -19,6 +20,7 @@ ADDITIONS = {
     "restart": "3.3, 3.4: limbs are also searched from the hanging arm, and all around when the score falls",
     "merging": "4.4: limb directions of both views weighted by visibility, instead of each angle from one view",
 }
+# Paper (corrected): 2.4 divides torso : leg as 4 : 6, which makes the torso 84 mm longer; with proportions 37 : 63.
 Additions = frozenset[str]
 PAPER: Additions = frozenset()
 IMPROVED: Additions = frozenset(ADDITIONS)

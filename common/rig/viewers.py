@@ -13,6 +13,7 @@ from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import (
+    USUAL_FPS,
     Actor,
     AdaptiveBackground,
     Announced,
@@ -20,17 +21,18 @@ from zenocap.common.rig.sources import (
     BackgroundImage,
     Device,
     FirstFrames,
+    FirstSeconds,
     LiveSource,
     MedianFrames,
     Source,
     SpecError,
     VideoFile,
+    most_first,
     parse_background,
 )
 from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
-USUAL_FPS = 30.0  # of a source whose rate is not known
 SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
 SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
 # Keys of a viewer's table that only one kind of source has, and that kind in words.
@@ -103,19 +105,22 @@ def rig_viewers(
         camera = replace(camera, name=plain_name(camera.name))
         size = _working_size(entry, table, camera)
         source = _source(entry, table, base, files)
+        fps = table.fps or _own_fps(entry, source)
         try:
-            background = parse_background(table.background or source.background, base)
+            background = parse_background(table.background or source.background, base, fps)
         except SpecError as error:
             raise entry.error("background", repr(table.background), str(error)) from error
         if isinstance(source, Announced) and isinstance(background, BackgroundImage):
             raise UserError(
                 f"{path}: {key}.background = {table.background!r}: allowed for a camera of another machine: adaptive, "
-                "first:N, median, mog2: no picture is sent there"
+                "first:N, first:SECONDSs, median, mog2: no picture is sent there"
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
+        if isinstance(background, FirstFrames) and background.count > (most := most_first(size)):
+            allowed = f"first:N with N from 1 to {most} at {size[0]} x {size[1]} px"
+            raise entry.error("background", repr(table.background), allowed)
         _check_adaptive(entry, table, source, background)
-        fps = table.fps or _own_fps(entry, source)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:
             raise entry.error("people", "true", "false for a camera of another machine (discover:)")
@@ -154,18 +159,32 @@ def at_rate(viewer: Viewer, fps: float) -> Viewer:
     """The viewer at another frame rate; the empty scene at the beginning keeps its duration."""
     background = viewer.background
     if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
-        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+        background = FirstSeconds(background.count / viewer.fps).at_rate(fps)
     return replace(viewer, fps=fps, background=background)
 
 
 def at_common_rate(viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], list[str]]:
-    """The viewers of video files at the lowest of their frame rates where these differ, and a note for the user."""
+    """The viewers of video files at the lowest of their frame rates where these differ, and a note for the user.
+
+    One number of first frames is a shorter time at a higher rate: the shortest of these times holds for all.
+    """
     rates = [viewer.fps for viewer in viewers if isinstance(viewer.source, VideoFile)]
     if len(rates) != len(viewers) or max(rates) <= min(rates) * (1.0 + SAME_RATE):
         return viewers, []
     text = ", ".join(f"{viewer.id} {viewer.fps:.4g}" for viewer in viewers)
     note = f"frames/s: {text}: of the faster ones, the frames nearest in time to {min(rates):.4g} a second are used"
-    return tuple(at_rate(viewer, min(rates)) for viewer in viewers), [note]
+    empty_s = min(
+        (one.background.count / one.fps for one in viewers if isinstance(one.background, FirstFrames)), default=0.0
+    )
+    found = [at_rate(viewer, min(rates)) for viewer in viewers]
+    return tuple(_with_empty(viewer, empty_s) for viewer in found), [note]
+
+
+def _with_empty(viewer: Viewer, seconds: float) -> Viewer:
+    """The viewer with that much of the empty scene at the beginning, if it has any."""
+    if not isinstance(viewer.background, FirstFrames):
+        return viewer
+    return replace(viewer, background=FirstSeconds(seconds).at_rate(viewer.fps))
 
 
 def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
@@ -207,6 +226,8 @@ def _working_size(entry: Entry, table: ViewerTable, camera: Camera) -> tuple[int
         such_as = f"[{table.size[0]}, {round(table.size[0] * height / width)}]"
         allowed = f"the shape of the calibrated {width} x {height} px, such as {such_as}"
         raise entry.error("size", list(table.size), allowed)
+    if table.size[0] > width or table.size[1] > height:
+        raise entry.error("size", list(table.size), f"at most the calibrated {width} x {height} px")
     return table.size
 
 

@@ -1,11 +1,39 @@
-"""SIGINT and SIGTERM as a predicate that loops poll."""
+"""SIGINT and SIGTERM as a predicate that loops poll; a signal that prints the stacks of all threads."""
 
+import faulthandler
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+STACKS: signal.Signals | None = getattr(signal, "SIGUSR1", None)  # None on Windows
+STDERR = 2
+
+
+def print_stacks_on_signal() -> None:
+    """Print the stacks of all threads to standard error on STACKS, also when the process hangs."""
+    if STACKS is not None:
+        faulthandler.register(STACKS, STDERR)
+
+
+_nothing_to_end = threading.Event()
+
+
+@contextmanager
+def loading(stopped: Callable[[], bool]) -> Iterator[None]:
+    """Context in which the first signal of `stop_signals` ends the process at once, with status 0.
+
+    For the start of a service: loading takes seconds, compiling a minute, and nothing has begun that is to be ended.
+    """
+    _nothing_to_end.set()
+    try:
+        if stopped():
+            os._exit(0)
+        yield
+    finally:
+        _nothing_to_end.clear()
 
 
 @contextmanager
@@ -22,6 +50,8 @@ def stop_signals(with_parent: bool = False) -> Iterator[Callable[[], bool]]:
 
     def stop(_: int, __: FrameType | None) -> None:
         event.set()
+        if _nothing_to_end.is_set():
+            os._exit(0)
         for number in signals:
             signal.signal(number, signal.SIG_DFL)
 

@@ -15,12 +15,13 @@ UNEVEN_SHARE, UNEVEN_COUNT = 0.05, 3  # of the intervals, and how many at least,
 class FrameTimes:
     """Times of frames in the order of presentation, nanoseconds from the first one on; they always increase.
 
-    period_ns: nominal, for frames without a time stamp, or with one that does not increase.
+    period_ns: nominal, for frames without a time stamp, or with one that does not increase.  start_ns: of the first frame.
     estimated: number of those.  times_ns: of all frames so far.
     """
 
     time_base: Fraction
     period_ns: int
+    start_ns: int = 0
     estimated: int = 0
     times_ns: "array[int]" = field(default_factory=lambda: array("q"))
     _first: int | None = None
@@ -32,7 +33,7 @@ class FrameTimes:
 
     def next(self, stamp: int | None) -> int:
         """Time of the next frame.  stamp: in units of the time base; None when the container has none."""
-        last = self.times_ns[-1] if self.times_ns else -self.period_ns
+        last = self.times_ns[-1] if self.times_ns else self.start_ns - self.period_ns
         if stamp is None:
             time_ns = last
         else:

@@ -15,6 +15,9 @@ import numpy as np
 from av.codec.hwaccel import HWAccel
 from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
+from av.sidedata.sidedata import SideData
+from av.sidedata.sidedata import Type as SideDataType
+from av.video.stream import VideoStream
 
 from zenocap.common.arrays import Image
 from zenocap.common.closable import Closable
@@ -28,23 +31,46 @@ PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
 MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 # By the turn, counterclockwise in degrees, that a file asks for.
+RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
+LATE_S = 0.1  # from the beginning of a Matroska file to its first frame, from which it is said; chosen by hand
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class VideoFrame:
-    """A decoded frame.  time_ns: from the first frame of the file on."""
+    """A decoded frame.  time_ns: from the first frame of the file on, decoded or not."""
 
     index: int
     time_ns: int
     _decoded: av.VideoFrame
+    _turn: int
 
     def image(self) -> Image:
         """(height, width, 3) blue, green, red; turned as the file asks for."""
         image = self._decoded.to_ndarray(format="bgr24")
-        turn = QUARTER_TURNS.get(round(self._decoded.rotation) % 360)
+        turn = QUARTER_TURNS.get(self._turn)
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
+
+
+def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
+    """Turn in degrees, counterclockwise, that a frame's display matrix asks for, and whether it asks for a mirror too.
+
+    A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
+    """
+    turn = round(frame.rotation) % 360
+    data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
+    found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
+    if found is None:
+        return turn, False
+    a, b, _, c, d = np.frombuffer(memoryview(found), dtype=np.int32)[:5].astype(np.float64)
+    mirrored = bool(a * d - b * c < 0.0)
+    return (0 if mirrored and abs(a) > abs(b) else turn), mirrored
+
+
+def is_known(stream: VideoStream) -> bool:
+    """Whether FFmpeg knows the codec; without one PyAV's streams have no context, of which its stub says nothing."""
+    return getattr(stream, "codec_context", None) is not None
 
 
 def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
@@ -54,7 +80,7 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video:
+    if not container.streams.video or not is_known(container.streams.video[0]):
         return container, ""
     codec = container.streams.video[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
@@ -100,12 +126,14 @@ class VideoSummary:
     """Counts of a file that was read.  damaged: frames that could not be decoded.  estimated: frames without an own time.
 
     software: why it was decoded in software although hardware was asked for, in words; empty otherwise.
+    notes: what the file states about its time and pictures and does not hold, or is not followed.
     """
 
     timing: Timing
     damaged: int
     estimated: int
     software: str = ""
+    notes: tuple[str, ...] = ()
 
 
 class VideoReader(Closable):
@@ -118,7 +146,7 @@ class VideoReader(Closable):
 
     def __init__(self, path: Path, hardware: bool = False) -> None:
         """hardware: whether to decode by hardware where that is possible.  Raises OpenError, AccessDenied."""
-        self.path, self.damaged = path, 0
+        self.path, self.damaged, self._trimmed, self._undecodable = path, 0, 0, 0
         if not path.is_file():
             raise OpenError(f"{path}: no such video file")
         if not os.access(path, os.R_OK):
@@ -131,11 +159,17 @@ class VideoReader(Closable):
             self.close()
             raise OpenError(f"{path}: has no video stream: allowed: a video file")
         self._stream = self._container.streams.video[0]
+        if not is_known(self._stream):
+            self.close()
+            raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
         self._stream.thread_type = "AUTO"
         self._stream.codec_context.thread_count = min(THREADS, os.cpu_count() or 1)
-        rate = _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
+        self._bare = self._stream.time_base == RAW_TIME_BASE
+        stated = self._stream.codec_context.framerate if self._bare else None
+        rate = stated or _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
-        self.declared = self._stream.frames or round(self._duration_ns * self.fps / 1e9)
+        shown = round(self._duration_ns * self.fps / 1e9)
+        self.declared = min(self._stream.frames or shown, shown or self._stream.frames)  # fewer are shown of a trimmed film
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""
         if not 0 < self.fps <= MAX_FPS:
             self.close()
@@ -143,6 +177,7 @@ class VideoReader(Closable):
         self._times = FrameTimes(self._stream.time_base or 1 / rate, round(1e9 / rate))
         self._frames = self._decoded()
         self._waiting = self._first()
+        self._turn, self._mirrored = display_turn(self._waiting) if self._waiting else (0, False)
         self.size = self._size()
         if min(self.size) < MIN_PX:
             self.close()
@@ -154,7 +189,7 @@ class VideoReader(Closable):
         if decoded is None:
             self._check_length()
             return None
-        return VideoFrame(self.read, self._times.next(decoded.pts), decoded)
+        return VideoFrame(self.read, self._times.next(decoded.pts), decoded, self._turn)
 
     @property
     def read(self) -> int:
@@ -169,7 +204,9 @@ class VideoReader(Closable):
 
     def summary(self) -> VideoSummary:
         """Counts so far."""
-        return VideoSummary(timing_of(self._times.times_ns), self.damaged, self._times.estimated, self._software)
+        return VideoSummary(
+            timing_of(self._times.times_ns), self.damaged, self._times.estimated, self._software, tuple(self._notes())
+        )
 
     def close(self) -> None:
         self._container.close()
@@ -186,10 +223,35 @@ class VideoReader(Closable):
         if self._waiting is None:
             return self._stream.codec_context.width, self._stream.codec_context.height
         width, height = self._waiting.width, self._waiting.height
-        return (height, width) if round(self._waiting.rotation) % 180 else (width, height)
+        return (height, width) if self._turn % 180 else (width, height)
+
+    def _notes(self) -> Iterator[str]:
+        """Lines on contradictions within the file."""
+        if self._bare and not self._stream.codec_context.framerate:
+            yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
+        elif self._bare:
+            yield f"has no times: {self.fps:g} frames/s, as its headers state"
+        if self._trimmed:
+            yield f"{self._trimmed} frames are in the file and cut away by its edit list: they are left out"
+        if self._undecodable:
+            lost_s = self._times.start_ns / 1e9
+            yield (
+                f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
+                "times count from the first of them"
+            )
+        elif "matroska" in self._container.format.name and (late_s := self._times.first_ns / 1e9) > LATE_S:
+            yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
+        if self._mirrored:
+            yield "asks for a mirrored picture: not mirrored, as cameras see it"
+        ratio = self._stream.codec_context.sample_aspect_ratio
+        if ratio and ratio != 1:
+            yield f"its pixels are not square ({ratio.numerator}:{ratio.denominator}): used as stored, as in a calibration"
+        elif self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
+            yield f"{self.declared} frames declared, {self.read} read: all are used"
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
+        skipped: list[int | None] | None = []  # time stamps before the first key frame
         while True:
             try:
                 packet = next(packets, None)
@@ -197,6 +259,13 @@ class VideoReader(Closable):
                 raise EndedEarly(f"{self.path}: {self.read} frames read, then: {error.strerror}") from error
             if packet is None:
                 return
+            self._trimmed += packet.is_discard
+            if skipped is not None and not packet.is_keyframe and packet.size:
+                skipped.append(packet.pts)
+            elif packet.is_keyframe and skipped:
+                self._undecodable = len(skipped)
+                self._times.start_ns = self._length_ns(skipped, packet.pts)
+            skipped = None if packet.is_keyframe else skipped
             try:
                 frames = packet.decode()
             except InvalidDataError:
@@ -208,7 +277,15 @@ class VideoReader(Closable):
                 if frame.is_corrupt:
                     self.damaged += 1
                 else:
+                    skipped = None
                     yield frame
+
+    def _length_ns(self, skipped: list[int | None], first: int | None) -> int:
+        """Duration of frames with time stamps before a first one."""
+        stamps = [stamp for stamp in skipped if stamp is not None]
+        if first is None or not stamps:
+            return len(skipped) * self._times.period_ns
+        return max(0, round((first - min(stamps)) * self._times.time_base * 10**9))
 
     def _declared_duration_ns(self) -> int:
         """Duration of the video stream as declared; 0 when unknown.  That of the container may be of its sound."""
@@ -222,7 +299,7 @@ class VideoReader(Closable):
 
     def _check_length(self) -> None:
         """Raise EndedEarly when there are fewer frames than declared, or the last one is long before the declared end."""
-        read = self.read + self.damaged
+        read = self.read + self.damaged + self._undecodable
         if self._stream.frames:
             cut = self.declared - read > max(1.0, MISCOUNTED * self.declared)
         else:

@@ -8,6 +8,8 @@ import asyncio
 import hmac
 import logging
 from collections.abc import Callable, Collection, Hashable, Mapping
+from ipaddress import ip_address
+from socket import gethostname
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -69,13 +71,36 @@ def refusal(
     `PageContent`.
     """
     host = headers.get("Host", "")
-    if is_loopback(table.host) and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+    if is_loopback(table.host) and not is_loopback(host_name(host)):
         return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
+    if table.token is None and not is_own_name(host_name(host), table.host):
+        return f"Host {host_name(host)[:64]!r}: allowed: the address of this machine, or its name"
     if socket and not is_allowed_origin(headers.get("Origin"), table.origins, host):
         return other_site(options)
     if table.token is not None and token is not None and not hmac.compare_digest(token.encode(), table.token.encode()):
         return f"a token is required: open the address that the {program} prints"
     return None
+
+
+def host_name(host: str) -> str:
+    """Name or address in a `Host` header or an origin; "" where there is none."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:  # brackets without an address
+        return ""
+
+
+def is_own_name(name: str, listened: str = "") -> bool:
+    """Whether only a program that means this machine asks for this name: an address, or a name of a local network.
+
+    DNS rebinding asks for a name of the attacker's, which is one of the public DNS.  listened: the host of this server.
+    """
+    try:
+        ip_address(name)
+    except ValueError:
+        own = (listened.lower(), gethostname().lower())
+        return bool(name) and ("." not in name or name.endswith(".local") or name in own)
+    return True
 
 
 def is_allowed_origin(origin: str | None, allowed: Collection[str], own: str | None = None) -> bool:
@@ -85,10 +110,8 @@ def is_allowed_origin(origin: str | None, allowed: Collection[str], own: str | N
     """
     if origin is None or ANY_ORIGIN in allowed or origin in allowed:
         return True
-    parts = urlsplit(origin)
-    if own is not None:
-        return parts.netloc == own
-    return parts.scheme in ("http", "https") and is_loopback(parts.hostname or "")
+    scheme, _, netloc = origin.partition("://")
+    return netloc == own if own is not None else scheme in ("http", "https") and is_loopback(host_name(netloc))
 
 
 def other_site(options: str) -> str:

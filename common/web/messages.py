@@ -28,5 +28,5 @@ class Decoder(Generic[C]):
         """Raises ValueError for anything else than a command."""
         try:
             return self._decoder.decode(text)
-        except msgspec.MsgspecError as error:
+        except (ValueError, RecursionError) as error:
             raise ValueError(f"invalid command from a page: {error}") from error

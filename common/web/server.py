@@ -37,7 +37,7 @@ from zenocap.common.web.parameters import (
 
 logger = logging.getLogger(__name__)
 
-SOCKET_PATH = "/socket"
+SOCKET_PATH, INDEX = "/socket", "index.html"
 CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -163,13 +163,13 @@ class PageServer(Generic[C]):
             found = await asyncio.to_thread(self.offered.read, path)
             missing = "this file is not offered any more: it is where it was saved"
         else:
-            found = self._content.files.get(path.lstrip("/") or "index.html")
+            found = self._content.files.get(_file_name(path))
         return _text(HTTPStatus.NOT_FOUND, missing) if found is None else _response(HTTPStatus.OK, *found)
 
     def _refusal(self, request: Request, query: str, path: str) -> str | None:
         """Reason for refusing a request; None for a permitted one."""
         socket = self._is_socket(path)
-        protected = socket or path in ("/", "/index.html", *self._content.made) or path.startswith(OFFERED_PATH)
+        protected = socket or path in self._content.made or _file_name(path) == INDEX or path.startswith(OFFERED_PATH)
         token = parse_qs(query).get("token", [""])[0] if protected else None
         program, options = self._content.program, self._content.options
         return refusal(request.headers, self._table, socket=socket, token=token, program=program, options=options)
@@ -240,6 +240,11 @@ async def _send(connection: ServerConnection, page: PageQueue) -> None:
             await connection.send(await page.take(), text=True)
     except ConnectionClosed:
         return
+
+
+def _file_name(path: str) -> str:
+    """Name of the file at a path, which is empty for a request of `//`."""
+    return path.removeprefix("/") or INDEX
 
 
 def _text(status: HTTPStatus, text: str) -> Response:

@@ -13,5 +13,5 @@ LOOK_AGAIN_S = 5.0  # between looks which cameras are plugged in; chosen by hand
 VIEWER_LEASE_S = 30.0  # without a query of the rig's launcher, after which its viewer ends; chosen by hand
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 10.0  # before a viewer that ended is started again; doubles each time; chosen by hand
 SETTLED_S = 10.0  # run time after which the pause begins at its shortest again; chosen by hand
-VIEWER_STOP_S = 8.0  # for a viewer to end before it is killed, as `zenocap up` has it
+VIEWER_STOP_S = 8.0  # for a viewer to end before it is killed, less than `zenocap up` waits for it; chosen by hand
 LAST_LINES = 5  # of a viewer's output that are kept, to find its error; chosen by hand

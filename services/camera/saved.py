@@ -41,7 +41,7 @@ def read_saved(path: Path) -> SavedAssignment:
         return msgspec.json.decode(path.read_bytes(), type=SavedAssignment)
     except OSError as error:
         raise UserError(f"{path}: {error.strerror}") from error
-    except msgspec.MsgspecError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{path}: no assignment of this version of zenocap: {error}: remove it") from error
 
 

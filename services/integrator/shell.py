@@ -21,6 +21,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.runtime.signals import loading
 from zenocap.common.topics import (
     CAMERA_DELAYS,
     FRAME_RATE,
@@ -54,7 +55,7 @@ def integrator_service(rig: Rig) -> Service[IntegratorSetup, IntegratorState, Ne
 
 
 def service_of(setup: IntegratorSetup) -> Service[IntegratorSetup, IntegratorState, Never]:
-    """Service of the integrator of a method without a tracker."""
+    """Service of the integrator of a method whose viewers run the exchange of [Two-view]."""
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
         "integrator", ID, setup, partial(initial_state, setup), step,
@@ -70,7 +71,7 @@ def _recovers(state: IntegratorState) -> tuple[Topic, ...]:
 
 
 def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
-    """Integrator of a rig with a tracker: clock, frame rate under overload, delays of the cameras, and the log."""
+    """Integrator of a rig with a tracker alone: clock, frame rate under overload, delays of the cameras, and the log."""
     return timekeeper_of(recorded_rig(rig))
 
 
@@ -122,8 +123,10 @@ def run_integrator(
     if method.pose_service == "integrator":
         service = new_pose_service(method, rig)
     else:
-        service = cast("Service[object, object, Never]", timekeeper_service(rig))
-    service.load()
+        own = integrator_service(rig) if method.exchange else timekeeper_service(rig)
+        service = cast("Service[object, object, Never]", own)
+    with loading(stopped):
+        service.load()
     clock = RealClock()
     folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 

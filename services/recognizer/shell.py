@@ -24,6 +24,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.runtime.signals import loading
 from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
 from zenocap.services.recognizer.command_runner import CommandRunner
 from zenocap.services.recognizer.jit_warmup import load_compiled
@@ -122,7 +123,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
         model = models[path] = models.get(path) or model_of(rig)
         check_commands(rig, model)
         services.append(recognizer_service(rig, model))
-    with compiling(logger, "recognizer-service", "recognizer"):
+    with loading(stopped), compiling(logger, "recognizer-service", "recognizer"):
         for service in services:
             load_compiled(service.setup.stream, service.setup.anatomy)
     statuses = [FAILED] * len(rigs)
@@ -133,6 +134,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
             statuses[index] = _run(rig, options, services[index], stopped)
         except BusError as error:
             logger.error("rig %s: %s", rig.name, error)
+            statuses[index] = 0 if stopped() else FAILED
         except Exception:  # a bug in one rig must not end the others
             logger.exception("rig %s failed", rig.name)
         if statuses[index] and len(rigs) > 1:

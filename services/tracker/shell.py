@@ -23,6 +23,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.runtime.signals import loading
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.tracker.filter.particles import REFINEMENTS
 from zenocap.services.tracker.jit_warmup import load_compiled
@@ -75,7 +76,7 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> TrackerSetup:
     if rig.tracker is None:
         raise ValueError(f"method {rig.method!r} has no tracker")
     options = Options(
-        method=_one_of(METHODS, rig.method, "method", " with a tracker"),
+        method=_one_of(METHODS, method_of(rig.method).tracker_method, "method", " with a tracker"),
         particles=rig.tracker.particles,
         points=rig.tracker.points,
         iterations=rig.tracker.iterations,
@@ -122,7 +123,8 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
     use_one_thread()
     clock = RealClock()
     service = new_pose_service(method_of(rig.method), rig)
-    service.load()
+    with loading(stopped):
+        service.load()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "tracker", ID, clock.now_ns()))
         return run(service, bus, clock, stopped=stopped)

@@ -9,7 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.messages import Phase
-from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.average_body import average_body, stature_of
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
@@ -52,9 +52,7 @@ def resume(
 
 def known_person(setup: TrackerSetup, body: Bdp) -> TrackedPerson:
     """A person with a measured body."""
-    knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
-    stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
-    return TrackedPerson.of(setup.anatomy, body, stature)
+    return TrackedPerson.of(setup.anatomy, body, stature_of(setup.anatomy, body))
 
 
 def with_other_times(state: TrackState) -> TrackState:

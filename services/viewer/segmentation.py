@@ -1,5 +1,6 @@
 """Segmentation: background model, silhouette and preview of a viewer's frames, for both methods."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -14,14 +15,16 @@ from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.adaptive.saved import taken_up
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
+from zenocap.common.vision.empty_scene import LEAST_EMPTY, with_people
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions
-from zenocap.services.viewer.advice.watch import watched
+from zenocap.services.viewer.advice.watch import AdviceWatch, watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
+    LEARNT_PX,
     MIXTURE_NOISE,
     PREVIEW_JPEG_QUALITY,
     PREVIEW_NS,
@@ -46,18 +49,31 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
         model = taken_up(setup.kept, image, OPTIONS.foreground)
         if model is not None:
             return state, Segmentation(model, restored=True)
-    state = replace(state, frames=(*state.frames, image))
-    if len(state.frames) < learning_frames(setup.background):
+    if image is not None and state.seen % state.stride == 0:
+        state = _thinned(replace(state, images=(*state.images, image)), LEARNT_PX // (image.shape[0] * image.shape[1]))
+    state = replace(state, seen=state.seen + 1)
+    if state.seen < learning_frames(setup.background):
         return state, None
-    return state, Segmentation(_background(setup, [image for image in state.frames if image is not None]))
+    images = state.images
+    if isinstance(setup.background, FirstFrames) and images:
+        people = with_people(images)
+        empty = [image for image, seen in zip(images, people, strict=True) if not seen]
+        watch = AdviceWatch(occupied=100.0 * float(people.mean()))
+        return state, Segmentation(learn_from(empty if len(empty) >= LEAST_EMPTY else images), watch=watch)
+    return state, Segmentation(_background(setup, images))
 
 
-def _background(setup: ViewerSetup, images: list[Image]) -> Background | Mixture | Adaptive | None:
+def _thinned(state: Learning, most: int) -> Learning:
+    """The state with every second of its images where they are more than `most`, and more than two."""
+    if len(state.images) <= max(2, most):
+        return state
+    return replace(state, images=state.images[::2], stride=2 * state.stride)
+
+
+def _background(setup: ViewerSetup, images: Sequence[Image]) -> Background | Mixture | Adaptive | None:
     if not images:
         return None
     match setup.background:
-        case FirstFrames():
-            return learn_from(images)
         case BackgroundImage():
             assert setup.plate is not None  # checked by the setup
             return from_image(setup.plate, images)

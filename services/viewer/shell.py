@@ -21,6 +21,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.runtime.signals import loading
 from zenocap.common.table import attribute
 from zenocap.common.topics import FRAME_RATE, TRACKER_BDP, TRACKER_POSE
 from zenocap.common.vision.adaptive.model import Adaptive
@@ -126,7 +127,8 @@ def run_viewer(
             kept = read_kept(rig, viewer)
             keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
         service = service_of(rig, viewer, people, kept)
-        service.load()
+        with loading(stopped):
+            service.load()
         if keeper is not None:
             stack.callback(keeper.close)
         clock = RealClock()

@@ -56,6 +56,11 @@ class Segmentation:
 
 @dataclass(frozen=True)
 class LearningBackground:
-    """Collecting images of the scene, None for those not in the take."""
+    """Collecting images of the scene.
 
-    frames: tuple[Image | None, ...] = ()
+    images: every `stride`-th frame of those `seen`, without those that are not in the take.
+    """
+
+    images: tuple[Image, ...] = ()
+    seen: int = 0
+    stride: int = 1

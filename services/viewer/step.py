@@ -98,8 +98,8 @@ def phase_of(state: SilhouetteState) -> Phase:
 def describe(state: SilhouetteState) -> str:
     """Health text of a state."""
     match state:
-        case LearningWithFeedback(frames=frames):
-            return f"learning the background ({len(frames)} frames)"
+        case LearningWithFeedback(seen=seen):
+            return f"learning the background ({seen} frames)"
         case Segmenting(present=present):
             return "silhouettes only" + ("" if present else ", no person in view")
 

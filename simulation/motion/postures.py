@@ -24,6 +24,7 @@ from zenocap.simulation.motion.footsteps import walk
 from zenocap.simulation.motion.posture_style import POSTURES as POSTURES
 from zenocap.simulation.motion.posture_style import PostureStyle, posture_style
 
+# Paper (open): Fig. 16 of [Two-view] shows the postures and no text describes them; these are our reading of the figure.
 Course = Callable[[float], PersonPose]
 
 

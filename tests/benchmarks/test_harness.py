@@ -282,11 +282,12 @@ def test_a_command_that_cannot_be_parsed_ends_with_2(words: str, folder: Path) -
     assert ended.value.code == 2
 
 
-def test_missing_inputs_skip_a_case(
+def test_missing_inputs_skip_a_case_and_a_named_kind_without_any_has_failed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(_Table, "row", lambda _, name: replace(KIND, inputs=lambda _: ("clips/none",)))
-    assert program.main(["doubled"]) == 0
+    assert program.main(["all"]) == 0
+    assert program.main(["doubled"]) == 1
     assert "doubled: small: skipped: clips/none missing" in capsys.readouterr().out
     assert calls == []
 

@@ -3,8 +3,9 @@
 Each NAME.mcap has a NAME.txt beside it with its content as text: read the difference of the text before committing.  The
 results of the readers of takes are in texts/.
 Tracked offline, a simulated person who raises both arms:
-arms: in two views, by the two-view method.  ring: in four views, by the hybrid method with a prior, both ways, with the
-recognizer.  paper: the same views, as [Hybrid] has it.  force: the same views, by the image force alone.
+arms: in two views, by the two-view method.  both: in the same views, by that and the tracker at once.
+ring: in four views, by the hybrid method with a prior, both ways, with the recognizer.  paper: the same views, as [Hybrid]
+has it.  force: the same views, by the image force alone.
 Live, with the actual order and gaps of their messages:
 live: 20 s of the demo, three processes.  follow: three streams of a person who walks, one of them late; the tracker follows
 its delay, and another viewer is started again.
@@ -104,6 +105,15 @@ def make_arms(path: Path) -> None:
     source = Actor("raise-both-arms", 3)
     viewers = tuple(replace(viewer, source=source, preview=False) for viewer in rig.viewers)
     track(replace(rig, viewers=viewers, log=LogTable(foxglove=False)), path)
+
+
+def make_both(path: Path) -> None:
+    rig = demo_rig("both")
+    viewers = tuple(
+        replace(one, source=Actor("raise-both-arms", 3), preview=False, camera=one.camera.resized((160, 120)))
+        for one in rig.viewers
+    )
+    track(replace(rig, viewers=viewers, log=LogTable(foxglove=False), recognizer=None), path)
 
 
 def make_ring(path: Path) -> None:
@@ -209,7 +219,7 @@ def picture_now(pictures: Sequence[np.ndarray], late_s: float) -> np.ndarray:
 
 
 OFFLINE: Mapping[str, Callable[[Path], None]] = {
-    "arms": make_arms, "ring": make_ring, "paper": make_paper, "force": make_force
+    "arms": make_arms, "both": make_both, "ring": make_ring, "paper": make_paper, "force": make_force
 }  # fmt: skip
 LIVE: Mapping[str, Callable[[Path], None]] = {"live": make_live, "follow": make_follow}
 TAKES = OFFLINE | LIVE

@@ -13,7 +13,7 @@ from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 
-OTHER_PROCESSOR = 1e-6
+OTHER_PROCESSOR = 1e-4  # `follow`, recorded on an AMD EPYC, differs by 1.1e-5 on an Intel Xeon after 690 frames
 COMPUTED = ("exports", "page")  # texts in which the last digits of a computation count
 LONG = ("paper", "follow")
 NAMES = [pytest.param(name, marks=pytest.mark.nightly if name in LONG else ()) for name in TAKES]

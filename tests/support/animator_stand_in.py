@@ -200,9 +200,9 @@ class StandIn:
 
 
 @contextmanager
-def stand_in(takes: Path, clock: Clock | None = None, **page: object) -> Iterator[StandIn]:
-    """Yield a stand-in.  page: fields of its table; any free port."""
-    one = StandIn(msgspec.convert({"port": 0} | page, PageTable), takes, clock=clock)
+def stand_in(takes: Path, clock: Clock | None = None, rig: Rig | None = None, **page: object) -> Iterator[StandIn]:
+    """Yield a stand-in.  rig: of two-view by default.  page: fields of its table; any free port."""
+    one = StandIn(msgspec.convert({"port": 0} | page, PageTable), takes, rig, clock)
     try:
         yield one
     finally:

@@ -5,7 +5,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -18,6 +18,46 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 WINDOWS = [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")]  # width, colour scheme
 PATIENCE_S = 240.0  # time limit for reaching a state: only a hang reaches it
+
+
+CONTRAST = 4.5  # of a text to what is behind it; WCAG 2, level AA
+FAINT_TEXTS = """(least) => {
+  const numbers = (text) => (text.match(/[\\d.]+/g) ?? []).map(Number);
+  const colours = (text) => (text.match(/rgba?\\([^)]*\\)/g) ?? []).map(numbers).map(([r, g, b, a = 1]) => [r, g, b, a]);
+  const over = ([r, g, b, a], back) => [r, g, b].map((value, k) => a * value + (1 - a) * back[k]);
+  const linear = (value) => value / 255 <= 0.04045 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4;
+  const light = (colour) => [0.2126, 0.7152, 0.0722].reduce((sum, weight, k) => sum + weight * linear(colour[k]), 0);
+  const contrast = (one, other) => {
+    const [dark, bright] = [light(one), light(other)].sort((a, b) => a - b);
+    return (bright + 0.05) / (dark + 0.05);
+  };
+  const backs = (element) => {
+    if (!element) return [colours(getComputedStyle(document.body).backgroundColor)[0].slice(0, 3)];
+    const style = getComputedStyle(element), own = colours(style.backgroundColor)[0] ?? [0, 0, 0, 0];
+    const gradient = style.backgroundImage === 'none' ? [] : colours(style.backgroundImage);
+    if (own[3] === 1 && !gradient.length) return [own.slice(0, 3)];
+    const behind = backs(element.parentElement).map((back) => over(own, back));
+    return gradient.length ? behind.flatMap((back) => gradient.map((colour) => over(colour, back))) : behind;
+  };
+  const found = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const element = walker.currentNode.parentElement, text = walker.currentNode.textContent.trim();
+    if (!text || element.closest('script, style, :disabled, option')) continue;
+    if (!element.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
+    const range = document.createRange();
+    range.selectNodeContents(walker.currentNode);
+    if (!range.getClientRects().length) continue;
+    const style = getComputedStyle(element), ink = colours(element.closest('svg') ? style.fill : style.color)[0];
+    if (!ink) continue;
+    let alpha = 1;
+    for (let one = element; one; one = one.parentElement) alpha *= Number(getComputedStyle(one).opacity);
+    ink[3] *= alpha;
+    const ratio = Math.min(...backs(element).map((back) => contrast(over(ink, back), back)));
+    const name = `${element.tagName.toLowerCase()}#${element.id}.${element.className}`;
+    if (ratio < least) found.push(`${ratio.toFixed(2)} ${name}: ${text.slice(0, 40)}`);
+  }
+  return found;
+}"""
 
 
 @contextmanager
@@ -63,11 +103,20 @@ class Visit:
             self.page.wait_for_timeout(30)
 
     def check_colours(self, scheme: str) -> None:
-        """Text has contrast, and the background is that of a scheme."""
+        """Every text that is seen has contrast, and the background is that of a scheme."""
         styles = [self.evaluate(f"getComputedStyle(document.body).{key}") for key in ("color", "backgroundColor")]
         ink, back = (np.array(re.findall(r"[\d.]+", style)[:3], dtype=float) for style in styles)
         assert np.abs(ink - back).min() > 150
         assert (back.mean() > 128) == (scheme == "light")
+        self.until(lambda: not self.faint_texts(), f"contrast of {CONTRAST} in the scheme {scheme}: {self.faint_texts()}")
+
+    def faint_texts(self) -> list[str]:
+        """Texts that are seen with less contrast than CONTRAST to what is behind them, by the formula of WCAG 2.
+
+        Behind them are the backgrounds of the elements around, of a gradient the worst of its colours, and the page's own.
+        Buttons that are disabled do not count.
+        """
+        return [str(text) for text in cast("list[object]", self.evaluate(f"({FAINT_TEXTS})({CONTRAST})"))]
 
     def stop_clock(self) -> None:
         """Let the page's time pass by `page.clock.run_for` only."""

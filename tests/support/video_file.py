@@ -1,6 +1,6 @@
 """Video files of any container, codec, pixel format and frame times, with or without sound."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -34,18 +34,24 @@ class Sound:
 def write_video(
     path: Path, images: Iterable[Image], times_s: Sequence[float] | None = None, *, fps: int = 30,
     codec: str = "libx264", pixels: str = "yuv420p", sound: Sound | None = None,
+    options: Mapping[str, str] | None = None, pixel_shape: Fraction | None = None,
 ) -> Path:  # fmt: skip
-    """Write images (height, width, 3), blue, green, red, of one size; at increasing times, else at a constant rate."""
+    """Write images (height, width, 3), blue, green, red, of one size; at increasing times, else at a constant rate.
+
+    options: more of the codec.  pixel_shape: width to height of a pixel.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as container:
         stream: VideoStream | None = None
         heard = None if sound is None else container.add_stream("aac", rate=sound.rate, layout="mono")
         for k, image in enumerate(images):
             if stream is None:
-                added = container.add_stream(codec, rate=fps, options=OPTIONS.get(codec, {}))
+                added = container.add_stream(codec, rate=fps, options=OPTIONS.get(codec, {}) | dict(options or {}))
                 assert isinstance(added, VideoStream)
                 stream = added
                 stream.width, stream.height, stream.pix_fmt = image.shape[1], image.shape[0], pixels
+                if pixel_shape is not None:
+                    stream.codec_context.sample_aspect_ratio = pixel_shape
                 if times_s is not None:
                     stream.codec_context.time_base = Fraction(1, CLOCK)
             frame = av.VideoFrame.from_ndarray(image, format="bgr24")

@@ -120,7 +120,7 @@ def test_pictures_stay_where_they_are_without_permission(rig: Path, stack: ExitS
     assert status == 0, text
     assert "next: copy videos/ and times/ of cam01, cam02 into walk" in text
     there = machines.films(1)[0]
-    assert f"scp lab1:{there} walk/videos/" in text
+    assert f"scp -- lab1:{there} walk/videos/" in text
     for command in (
         ("board", "walk", "--square", "30"),
         ("walk", "walk", "--height", "1.7", "--lenses", "calibration.toml"),
@@ -128,7 +128,7 @@ def test_pictures_stay_where_they_are_without_permission(rig: Path, stack: ExitS
         status, refused = run(rig.parent, "calibrate", *command, "-o", "new.toml")
         assert status == 1, refused
         assert "videos still on the machines of their cameras: cam01 on lab0, cam02 on lab1" in refused
-        assert f"scp lab1:{there} walk/videos/" in refused
+        assert f"scp -- lab1:{there} walk/videos/" in refused
     assert not list((rig.parent / "walk").rglob("*.mkv*"))
     assert [len(machines.films(k)) for k in range(2)] == [1, 1]
 

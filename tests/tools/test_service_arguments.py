@@ -1,5 +1,7 @@
 """Options of services: written as words and read again, and effective in every service."""
 
+import os
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,8 +10,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.services import OF_RIGS
+from zenocap.common.runtime import logs
 from zenocap.tools.cli.main import command_at
 from zenocap.tools.cli.viewer import _assigned_command
 from zenocap.tools.option_groups import expanded
@@ -68,3 +72,21 @@ def test_the_viewer_of_an_assignment_connects_where_its_host_does_and_to_it() ->
         "viewer", "--assigned", "a.json", "--films", "films", "--allow-fetch", "--connect", "tcp/a:1",
         "--connect", "tcp/127.0.0.1:7", "--connect", "tcp/[::1]:8", "--mode", "client", "--with-parent",
     ]  # fmt: skip
+
+
+def test_a_service_that_is_stopped_while_it_waits_for_a_router_has_not_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was an error with status 1, for which the launcher blamed the service."""
+    monkeypatch.setattr(logs, "configure", lambda _: None)
+
+    def waits(*, stop: bool) -> None:
+        with ServiceArguments().running("tracker") as stopped:
+            if stop:
+                os.kill(os.getpid(), signal.SIGTERM)
+            assert stopped() == stop
+            raise BusError("stopped while waiting for a router, or another error")
+
+    with pytest.raises(typer.Exit) as end:
+        waits(stop=True)
+    assert end.value.exit_code == 0
+    with pytest.raises(BusError):
+        waits(stop=False)

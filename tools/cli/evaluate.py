@@ -70,7 +70,9 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
     alike. lost_pct is the share of joints without estimate or more than 250 mm away.
 
     Joint angles (degrees): mean absolute error, RMS, bias (mean of take minus truth), RMS without the bias, ranges of
-    motion, correlation. Frames are paired by time, within half a frame interval. Definitions: docs/conventions.md.
+    motion, correlation. Definitions: docs/conventions.md.
+
+    Frames are paired by time, within half a frame interval, also where the numbers of both sides differ.
 
     --from and --until are frames of the truth. --raw applies to the take alone, not to a truth that is a take: `zenocap
     evaluate walk.mcap --raw --truth walk.mcap` shows what the second pass changed.
@@ -115,11 +117,12 @@ def _centres(
     poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
 ) -> tuple[dict[str, object], list[str]]:
     """Errors of joint centres, for programs and for people.  Raises UserError."""
+    from zenocap.common.formats.angle_series import filled
     from zenocap.common.formats.motion_files import read_centres
-    from zenocap.tools.takes.evaluate import accuracy, centre_lines, pairing_note
+    from zenocap.tools.takes.evaluate import accuracy, centre_lines, pairing_notes
 
-    track, centres = poses.trajectories(given.joints), read_centres(given.truth)
+    track, centres = filled(poses.track()).trajectories(given.joints), read_centres(given.truth)
     found = accuracy(track, centres, selection)
-    if note := pairing_note(track, centres, given.every, given.offset):
+    for note in pairing_notes(poses.trajectories(given.joints), centres, selection, found):
         typer.echo(f"note: {note}", err=True)
     return asdict(found), centre_lines(found)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, file_notes
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
 from zenocap.tools.option_groups import option
@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
-Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
+Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter", "both"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 
 RigPath = Annotated[
@@ -76,16 +76,17 @@ def bound(option: str, text: str | None) -> Bound | None:
 
 
 def rig_at(
-    path: Path, *, files: bool, method: str | None = None, variant: str | None = None, cameras: Sequence[str] | None = None
-) -> Rig:
-    """Load a rig.  files: whether its videos must be on this machine.  cameras: see `load_rig`.
+    path: Path, *, files: bool, method: str | None = None, variant: str | None = None,
+    cameras: Sequence[str] | None = None, background: str | None = None,
+) -> Rig:  # fmt: skip
+    """Load a rig.  files: whether its videos must be on this machine.  cameras, background: see `load_rig`.
 
     Raises UserError, WrongArgument for a take.
     """
     check_rig_path(path)
     from zenocap.common.rig.rig import load_rig
 
-    return load_rig(path, method, variant, files=files, cameras=cameras)
+    return load_rig(path, method, variant, files=files, cameras=cameras, background=background)
 
 
 def checked_take(path: Path) -> Path:
@@ -110,14 +111,22 @@ def echo(line: str, err: bool = False) -> None:
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
 
-    Other exceptions are bugs and pass.
+    An OSError likewise: of a file or the network.  Other exceptions are bugs and pass.  A FileNote is a line too, once for
+    each text.
     """
     try:
-        yield
+        with file_notes(lambda text: echo(f"note: {text}", err=True)):
+            yield
     except UserError as error:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+    except BrokenPipeError:
+        raise  # of the standard output: `zenocap ... | head` ends without a line
+    except OSError as error:
+        place = "" if error.filename is None else f"{printable(error.filename)}: "
+        echo(f"error: {place}{error.strerror or error}", err=True)
+        raise typer.Exit(FAILED) from None
 
 
 def refuse(wrong: Mapping[str, object]) -> None:

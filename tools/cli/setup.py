@@ -98,9 +98,9 @@ def _first_step(folder: Path, cameras: list[str] | None, given: SetupArguments, 
 
 
 def _status(folder: Path) -> int:
-    from zenocap.tools.setup.state import STEPS, next_step
+    from zenocap.tools.setup.state import STEPS, reached_step
 
-    step = next_step(folder)
+    step = reached_step(folder)
     left = STEPS.index(step) if step else len(STEPS)
     for k, one in enumerate(STEPS):
         typer.echo(f"{'done' if k < left else 'next' if k == left else '    '}  {one}: {TITLES[one]}")
@@ -109,9 +109,9 @@ def _status(folder: Path) -> int:
 
 def _check_reached(folder: Path, step: Step) -> None:
     """Refuse a step whose earlier ones are not done.  Raises UserError."""
-    from zenocap.tools.setup.state import STEPS, next_step
+    from zenocap.tools.setup.state import STEPS, reached_step
 
-    reached = next_step(folder)
+    reached = reached_step(folder)
     if reached is not None and STEPS.index(reached) < STEPS.index(step):
         raise UserError(f"--again {step}: {reached} is not done: allowed: {', '.join(STEPS[: STEPS.index(reached) + 1])}")
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE, LOSS
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -91,16 +90,54 @@ def calibrate(folder: Path, known: Cameras) -> None:
         return
     if code == LOSS and not typer.confirm("the result is poor; use it all the same?", default=False):
         return
-    before = output.read_bytes() if output.is_file() else None
-    new.replace(output)
+    _match_names(new, known)
+    known = _matched_size(folder, new, known)
     try:
-        check_calibration(folder, known)
-    except UserError:
-        output.replace(new)
-        if before is not None:
-            output.write_bytes(before)
-        raise
+        check_calibration(new, known)
+        new.replace(output)
+    finally:
+        new.unlink(missing_ok=True)
     typer.echo(f"written: {output}")
+
+
+def _match_names(path: Path, known: Cameras) -> None:
+    """Ask which camera of a calibration is which, where it has other names, and write it with those of the set-up."""
+    from dataclasses import replace
+
+    from zenocap.common.camera.calibration_files import read_calibration, write_calibration
+
+    calibrated = read_calibration(path)
+    missing = [name for name in known.sources if name not in calibrated]
+    others = [name for name in calibrated if name not in known.sources]
+    if not missing or len(others) < len(missing):
+        return
+    typer.echo(f"the calibration has other names of cameras: {', '.join(others)}")
+    names = {name: name for name in known.sources if name in calibrated}
+    for name in missing:
+        names[name] = _choice(f"which of them is {name} ({', '.join(others)})", *others)
+        others.remove(names[name])
+    write_calibration(path, {name: replace(calibrated[other], name=name) for name, other in names.items()})
+
+
+def _matched_size(folder: Path, path: Path, known: Cameras) -> Cameras:
+    """The cameras with the size of their calibration, where it has another shape and the user wants that."""
+    from dataclasses import replace
+
+    from zenocap.common.camera.calibration_files import read_calibration
+    from zenocap.tools.setup.state import has_shape, write_cameras
+
+    sizes = {camera.size for name, camera in read_calibration(path).items() if name in known.sources}
+    if len(sizes) != 1 or has_shape(known.size, size := sizes.pop()):
+        return known
+    question = (
+        f"the calibration is for images of {size[0]} x {size[1]}, of another shape than the {known.size[0]} x "
+        f"{known.size[1]} that are requested from the cameras; request {size[0]} x {size[1]}?"
+    )
+    if not typer.confirm(question, default=True):
+        return known
+    known = replace(known, size=size)
+    write_cameras(folder, known)
+    return known
 
 
 def _with_board(folder: Path, known: Cameras, new: Path) -> int:
@@ -130,7 +167,7 @@ def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
     code = _film(film, known, "--seconds", "40", *["--fetch"] * bool(known.away))
     if code not in (DONE, LOSS):
         return code
-    (film / "clip.toml").write_text(f"empty_frames = {round(2.0 * known.fps)}\n", encoding="utf-8")
+    (film / "clip.toml").write_text("empty_seconds = 2.0\n", encoding="utf-8")
     words = ["--height", f"{height:g}", "--lenses", lenses, "-o", str(new), "--force"]
     return _command("calibrate", "walk", str(film), *words)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from itertools import takewhile
 from pathlib import Path
@@ -14,6 +14,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
+OTHER_FILES: Mapping[tuple[str, ...], str] = {  # what is given instead of videos, and what to do
+    (".wav", ".mp3", ".m4a", ".flac", ".ogg"): "sound alone; the videos themselves are needed",
+    (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar"): "unpack it, and give the folder",
+    (".gif", ".webp"): "an animated picture has no true times; the video from the camera is needed",
+}
 CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
 # Words that users try, and the commands that do it.
 OTHER_WORDS = {
@@ -87,6 +92,13 @@ def unknown_command(word: str, commands: Sequence[str]) -> str:
     return f"no command {word!r}; zenocap --help lists the commands"
 
 
+def check_no_other_file(path: Path) -> None:
+    """Raise WrongArgument for a file of sound, an archive or an animated picture, by its suffix: no rig, and no video."""
+    for suffixes, remedy in OTHER_FILES.items():
+        if path.suffix.lower() in suffixes:
+            raise WrongArgument(f"{path}: no rig and no video: {remedy}")
+
+
 def check_rig_path(path: Path) -> None:
     """Raise WrongArgument or UserError when `path` is certainly no rig: the text names the command for what it is."""
     if path.suffix.lower() == ".mcap":
@@ -99,8 +111,11 @@ def check_rig_path(path: Path) -> None:
             f"{path} is a single video; needed: videos of two or more calibrated cameras: zenocap track VIDEO VIDEO ... "
             "--calibration FILE, or FOLDER/videos/NAME.mp4 beside FOLDER/calibration.toml: zenocap track FOLDER"
         )
+    check_no_other_file(path)
     if path.is_dir():
         if not (path / "calibration.toml").is_file():
+            if path.name == "videos" and (path.parent / "calibration.toml").is_file():
+                raise WrongArgument(f"{path}: the videos of a folder, which is needed itself: did you mean {path.parent}?")
             files = sorted(file.name for file in path.glob("*.toml"))
             others = f"; or one of its files: {', '.join(files)}" if files else ""
             raise UserError(

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.common.formats.export_format import ExportFormat, format_of
+from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
 from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.cli.suggestions import WrongArgument
 from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackResearch, configured_rig
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
     from zenocap.tools.takes.track import Tracked
     from zenocap.tools.takes.track_job import TrackJob
 
@@ -73,6 +75,9 @@ def track(
         from zenocap.tools.takes.both_ways import has_second_pass
         from zenocap.tools.takes.track_job import TrackJob, overlay
 
+        if output is not None and output.suffix.lower() != ".mcap" and format_of(output.suffix) is None:
+            known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
+            raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
         logs.configure("track")
         rig = configured_rig(source, given, expert, research)
         output = Path(f"{rig.name}.mcap") if output is None else output
@@ -86,7 +91,7 @@ def track(
     if drawing is not None:
         shown = ", poses tracked both ways" if result.both_ways else ""
         typer.echo(f"{given.overlay}: {drawing.finish()} pictures and overlay.mp4{shown}")
-    _print_losses(result, given.height)
+    _print_losses(result, rig)
     status = _status(result)
     if to is None and result.poses:
         typer.echo(next_commands(output))
@@ -135,19 +140,29 @@ def _run(job: TrackJob, take: Path, *, kept: bool = True) -> Tracked:
         raise
 
 
-def _print_losses(result: Tracked, height: float | None) -> None:
-    """Print what is missing or unusual.  height: as given, which replaces a measured body."""
+def _print_losses(result: Tracked, rig: Rig) -> None:
+    """Print what is missing or unusual."""
+    from zenocap.common.rig.methods import method_of
+
     lines = [f"note: {note}" for note in result.notes]
     lines += [f"left out: {frames}" for frames in result.left_out]
     lines += [f"lost: {problem}" for problem in result.problems]
-    if result.poses and not result.measured and height is None:
+    if result.poses and not result.measured and rig.person_height is None:
+        estimated = (
+            "" if result.estimated is None else f", of {result.estimated:.2f} m from the floor to the top of the head"
+        )
         lines.append(
-            "note: no T-pose was seen: the body has average proportions, adapted while the person moved; lengths may be "
-            "some centimetres off"
+            f"note: no T-pose was seen: the body has average proportions{estimated}, adapted while the person moved; "
+            "lengths may be some centimetres off: --height METRES gives the height where it is another one"
         )
     if not result.poses:
-        lines.append("no pose: the body is measured when all viewers see a T-pose (arms stretched sideways);")
-        lines.append("  for videos without it, give --height.  State at the end:")
+        if rig.person_height is None and not method_of(rig.method).has_tracker:
+            lines.append("no pose: the body is measured when both viewers see a T-pose (arms stretched sideways);")
+            lines.append(
+                "  for videos without it, give --height, or --method hybrid, which estimates it.  State at the end:"
+            )
+        else:
+            lines.append("no pose.  State at the end:")
         lines += [f"  {service}: {state}" for service, state in result.states.items()]
     for line in lines:
         typer.echo(line, err=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, first_text
 from zenocap.tools.cli.options import Method, Variant, camera_list, parsed_size, rig_at
-from zenocap.tools.cli.suggestions import WrongArgument
+from zenocap.tools.cli.suggestions import WrongArgument, check_no_other_file
 from zenocap.tools.option_groups import option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -27,10 +27,13 @@ class TrackArguments:
     up_axis: Literal["y", "z"] | None = option(None, "Vertical axis of --calibration; default: y.")
     empty_frames: int | None = option(
         None,
-        "With --calibration: first frames of each video without a person; default: the median of the video is the "
-        "background.",
+        "First frames of each video without a person; default: of a folder its own, else the median of the video is the "
+        "background. Not with a rig file.",
         min=1,
-        max=10_000,
+        max=MAX_FIRST,
+    )
+    empty_seconds: float | None = option(
+        None, "The same in seconds, where the frame rates of the cameras differ.", min=0.01, max=MAX_FIRST_S, metavar="S"
     )
     method: Method | None = option(
         None, "Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
@@ -123,19 +126,24 @@ def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackE
 
 def _rig(source: Sequence[Path], given: TrackArguments, variant: Variant | None) -> Rig:
     """The rig of a rig file or folder, or of videos with a calibration.  Raises UserError, WrongArgument."""
-    cameras = camera_list(given.cameras)
+    cameras, background = camera_list(given.cameras), first_text(given.empty_frames, given.empty_seconds)
     if given.calibration is not None:
+        from zenocap.common.rig.folder import MEDIAN
         from zenocap.common.rig.rig import rig_of_videos
 
         files = [file for path in source for file in videos_in(path)]
+        for file in files:
+            check_no_other_file(file)
         if len(files) < 2:
             raise WrongArgument(f"{' '.join(map(str, source))}: {len(files)} videos; needed: of two or more cameras")
-        axis, empty = given.up_axis or "y", given.empty_frames or 0
-        return rig_of_videos(files, given.calibration, axis, empty, given.method, variant, cameras)
+        axis = given.up_axis or "y"
+        return rig_of_videos(files, given.calibration, axis, background or MEDIAN, given.method, variant, cameras)
     if len(source) == 1 and source[0].suffix.lower() not in VIDEO_SUFFIXES:
-        if given.up_axis is not None or given.empty_frames is not None:
-            raise WrongArgument("--up-axis and --empty-frames: allowed with --calibration; a rig or a folder has its own")
-        return rig_at(source[0], files=True, method=given.method, variant=variant, cameras=cameras)
+        if given.up_axis is not None:
+            raise WrongArgument("--up-axis: allowed with --calibration; a rig or a folder has its own")
+        return rig_at(source[0], files=True, method=given.method, variant=variant, cameras=cameras, background=background)
+    for path in source:
+        check_no_other_file(path)
     names = " ".join(map(str, source))
     if all(path.suffix.lower() in VIDEO_SUFFIXES for path in source):
         raise WrongArgument(

@@ -13,6 +13,8 @@ from zenocap.tools.cli.options import DONE, FAILED, NoLogOption, RigPath, one_li
 from zenocap.tools.option_groups import option
 from zenocap.tools.service_arguments import ZenohArguments
 
+DEMO_PORT = 8080  # of the page; the default of a rig file
+
 
 @dataclass(frozen=True)
 class RunArguments:
@@ -33,23 +35,25 @@ def demo(
     *,
     given: RunArguments,
     method: Annotated[
-        Literal["auto", "two-view"],
+        Literal["both", "auto", "two-view"],
         typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
-    ] = "auto",
+    ] = "both",
 ) -> None:
     """Run everything with a simulated person: no camera needed.
 
-    It runs on this machine and needs no network. Two viewers render the person from the front and from the side, the
-    tracker estimates the pose from their silhouettes, and every message is recorded to recordings/demo-TIME.mcap. With
-    --method two-view the viewers estimate the pose and the integrator fuses their results. A table shows the state of
-    each service, and the page at http://127.0.0.1:8080 the pose.
+    It runs on this machine and needs no network. Two viewers render the person from the front and from the side. They
+    estimate the pose, the integrator fuses their results, and the tracker estimates it from the same silhouettes: a
+    switch on the page at http://127.0.0.1:8080 selects one; where that port is taken, a free one is, and shown. With
+    --method auto the tracker runs alone, with two-view the others. Every message is recorded to
+    recordings/demo-TIME.mcap. A table shows the state of each service.
 
     Example: `zenocap demo --seconds 30`
     """
     from zenocap.common.rig.rig import demo_rig_file
+    from zenocap.tools.cli.show import usual_port
 
-    folder = given.recordings or Path("recordings")
-    _run(demo_rig_file(method), replace(given, recordings=folder), ZenohArguments(no_multicast_scouting=True))
+    folder, port = given.recordings or Path("recordings"), usual_port(given.port, DEMO_PORT)
+    _run(demo_rig_file(method), replace(given, recordings=folder, port=port), ZenohArguments(no_multicast_scouting=True))
 
 
 def up(rig: RigPath, *, given: RunArguments, zenoh: ZenohArguments) -> None:

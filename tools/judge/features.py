@@ -10,7 +10,15 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.tools.judge.evidence import LIMBS, PoseRow, TakeEvidence, body_of
 from zenocap.tools.judge.figures import SampleFigures, motion_figures, sample_figures
 from zenocap.tools.judge.overlap import ViewSample
-from zenocap.tools.judge.parameters import LONGEST_GAP_NS, MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
+from zenocap.tools.judge.parameters import (
+    LONGEST_GAP_NS,
+    MIN_AREA,
+    MOST_STEPS,
+    SAMPLE_NS,
+    START_NS,
+    START_SHARE,
+    STRETCH_NS,
+)
 
 FEATURES = (
     "outside",  # share of the silhouette outside the body, worst view
@@ -62,7 +70,8 @@ class Stretch:
 def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
     """Stretches in which the person is in view; empty without poses.
 
-    The first START_NS in view do not count, unless there are poses: the tracker needs them to start.
+    The first START_NS in view, or START_SHARE of the time in view where that is shorter, do not count, unless there are
+    poses: the tracker needs them to start.
     """
     body = body_of(evidence)
     if body is None or not evidence.poses:
@@ -74,7 +83,8 @@ def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
     seen = [one.captured_ns for one in samples if one.seen]
     begin_ns, end_ns = int(times[0]), int(times[-1])
     if seen:
-        begin_ns, end_ns = min(begin_ns, seen[0] + START_NS), max(end_ns, seen[-1])
+        end_ns = max(end_ns, seen[-1])
+        begin_ns = min(begin_ns, seen[0] + min(START_NS, int(START_SHARE * (end_ns - seen[0]))))
     step_ns = float(np.median(np.diff(times))) if len(times) > 1 else float(STRETCH_NS)
     groups: dict[int, list[SampleFigures]] = defaultdict(list)
     for sample in samples:

@@ -11,6 +11,7 @@ from zenocap.tools.judge.parameters import (
     BASELINE,
     CLEAR_APART,
     CLEAR_OUTSIDE,
+    CLEAR_SHARE,
     CLEAR_UNCOVERED,
     LAG_WEIGHT,
     MOST_REASONS,
@@ -39,6 +40,7 @@ CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond whic
     "uncovered": ("uncovered", CLEAR_UNCOVERED),
     "views-apart": ("apart", CLEAR_APART),
 }
+SYMPTOMS = ("limits", "lost")  # kinds of reasons that follow from silhouettes that do not fit, and name no remedy
 
 
 def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
@@ -80,7 +82,7 @@ def reasons_of(
     evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, lags: ViewLags | None
 ) -> list[m.VerdictReason]:
     """Reasons of a take that is not good, one or more, the weightiest first: by their share of ln error, and 1 for a figure
-    that is clearly wrong.
+    that is clearly wrong.  SYMPTOMS come after what is clearly wrong in much of the time, which causes them.
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
@@ -103,6 +105,9 @@ def reasons_of(
     lost = _lost_reason(stretches, start_ns)
     if lost is not None:
         found.append(lost)
+    causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > CLEAR_SHARE]
+    if causes:  # before what follows from it; the sort is stable
+        found = [(min(weight, max(causes)) if one.kind in SYMPTOMS else weight, one) for weight, one in found]
     found.sort(key=lambda one: -one[0])
     notable = [reason for weight, reason in found if weight > NOTABLE][:MOST_REASONS]
     return notable or [reason for _, reason in found[:1]]

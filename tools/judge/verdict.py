@@ -26,7 +26,9 @@ from zenocap.tools.judge.parameters import (
     GOOD_EXPECTED_M,
     GOOD_LOST,
     LOST_ERROR_M,
+    SAMPLE_NS,
     SCALES,
+    START_NS,
     UNUSABLE_EXPECTED_M,
     UNUSABLE_LOST,
 )
@@ -99,9 +101,17 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
 
 
 def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
-    if evidence.body is None and evidence.cameras:
+    seen_s = (
+        SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
+    )
+    if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
         text = (
-            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_frames), the "
+            f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
+            "T-pose: a longer recording, with the person in view of two cameras or more"
+        )
+    elif evidence.body is None and evidence.cameras:
+        text = (
+            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), the "
             "calibration, swapped videos, and for two-view the T-pose"
         )
     else:

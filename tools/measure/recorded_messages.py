@@ -43,7 +43,7 @@ def record_messages(rig_file: Path, watch: Callable[[int, int], None] = lambda d
     rig = load_rig(rig_file)
     if all(messages_file(viewer).exists() for viewer in rig.viewers):
         return
-    alone = method_of(rig.method).has_tracker
+    alone = method_of(rig.method).only_silhouettes
     services = [service_of(rig, viewer) for viewer in rig.viewers] if alone else members(rig)
     session = Session(rig.name, ManualClock(EPOCH_NS), services, (SILHOUETTE, SIGHTING, PARTIAL_BAP))
     for camera in cameras(rig, EPOCH_NS):

@@ -18,6 +18,7 @@ from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.source_kinds import named_source, parse_source
 from zenocap.common.rig.sources import Announced, VideoFile
+from zenocap.common.rig.viewers import SAME_SHAPE
 from zenocap.common.toml_file import quoted, read_toml
 from zenocap.tools.setup.network import OPEN, Network, network_of
 
@@ -25,6 +26,14 @@ Step = Literal["cameras", "look", "calibration", "rig", "take"]
 STEPS: tuple[Step, ...] = get_args(Step)
 CAMERAS, CALIBRATION, RIG, TAKES = "cameras.toml", "calibration.toml", "rig.toml", "recordings"
 WORKING_WIDTH = 960  # px; wider images are reduced: the tracker needs no more, and segmentation costs by the pixel
+
+
+class StepError(UserError):
+    """What a step has left is not right.  step: with which the set-up goes on."""
+
+    def __init__(self, step: Step, folder: Path, problem: UserError) -> None:
+        super().__init__(f"{problem}; then: zenocap setup {folder} --again {step}")
+        self.step: Step = step
 
 
 @dataclass(frozen=True)
@@ -89,7 +98,7 @@ def takes_in(folder: Path) -> list[Path]:
 
 
 def next_step(folder: Path) -> Step | None:
-    """The first step that is not done; None after the last.  Raises UserError for files that are not right."""
+    """The first step that is not done; None after the last.  Raises StepError, UserError for files that are not right."""
     cameras = read_cameras(folder)
     if cameras is None:
         return "cameras"
@@ -97,21 +106,48 @@ def next_step(folder: Path) -> Step | None:
         return "look"
     if not (folder / CALIBRATION).is_file():
         return "calibration"
-    check_calibration(folder, cameras)
+    try:
+        check_calibration(folder / CALIBRATION, cameras)
+    except UserError as problem:
+        raise StepError("calibration", folder, problem) from problem
     if not (folder / RIG).is_file():
         return "rig"
-    load_rig(folder / RIG, files=False)
+    try:
+        load_rig(folder / RIG, files=False)
+    except UserError as problem:
+        raise StepError("rig", folder, problem) from problem
     return None if takes_in(folder) else "take"
 
 
-def check_calibration(folder: Path, cameras: Cameras) -> None:
-    """Raise UserError where a camera is not in the calibration."""
-    calibrated = read_calibration(folder / CALIBRATION)
+def reached_step(folder: Path) -> Step | None:
+    """As `next_step`, also where a later step has to be repeated because of what it has left.  Raises UserError."""
+    try:
+        return next_step(folder)
+    except StepError as problem:
+        return problem.step
+
+
+def check_calibration(path: Path, cameras: Cameras) -> None:
+    """Raise UserError where a camera is not in the calibration, or is there for images of another shape."""
+    calibrated = read_calibration(path)
     if missing := [name for name in cameras.sources if name not in calibrated]:
         raise UserError(
-            f"{folder / CALIBRATION}: no camera {', '.join(missing)}; there are: {', '.join(calibrated)}: allowed: one for "
-            f"each camera of {CAMERAS}"
+            f"{path}: no camera {', '.join(missing)}; there are: {', '.join(calibrated)}: allowed: one for each camera of "
+            f"{CAMERAS}"
         )
+    for name in cameras.sources:
+        width, height = calibrated[name].size
+        if not has_shape(cameras.size, (width, height)):
+            raise UserError(
+                f"{path}: {name}: for images of {width} x {height}, and {CAMERAS} requests {cameras.size[0]} x "
+                f"{cameras.size[1]}, of another shape: allowed: size = [{width}, {height}] there, or a calibration of the "
+                "images that are requested"
+            )
+
+
+def has_shape(size: tuple[int, int], other: tuple[int, int]) -> bool:
+    """Whether sizes (width, height) have the same aspect ratio."""
+    return abs(size[0] * other[1] / (size[1] * other[0]) - 1.0) <= SAME_SHAPE
 
 
 def rig_text(name: str, cameras: Cameras) -> str:

@@ -6,17 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Ints
+from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
-from zenocap.tools.takes.evaluate import ScoredFrames
+from zenocap.tools.takes.evaluate import ScoredFrames, paired_rows
 
 CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
 ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
 ONE_TRUNK = "one side has no joint between pelvis and trunk: hips and shoulders are measured against the whole trunk"
-CLOCK_S = 1e-6  # added to half an interval, for times rounded to decimals
 STILL_DEG = 1e-6  # standard deviation below which an angle has no correlation; chosen by hand, beyond rounding
 
 
@@ -137,20 +136,6 @@ def compared(
     return result, AngleCurves(instants, *curves)
 
 
-def paired_rows(one_s: Floats, other_s: Floats) -> tuple[Ints, Ints]:
-    """Rows (m,) of both rising series of times (n,), seconds, at the m instants of the slower one within the other's time.
-
-    -1 in the faster series where it has no time within half of its interval.  At equal rates, every instant of `other_s`.
-    """
-    one_period, other_period = _period(one_s), _period(other_s)
-    if one_period > other_period * 1.001:  # rates of live takes are not exact
-        half = 0.5 * other_period + CLOCK_S
-        inner = np.flatnonzero((one_s >= other_s[0] - half) & (one_s <= other_s[-1] + half))
-        return inner, _nearest(other_s, one_s[inner], half)
-    rows = np.arange(len(other_s), dtype=np.int64)
-    return _nearest(one_s, other_s, 0.5 * (one_period or other_period) + CLOCK_S), rows
-
-
 def error_of(take: Floats, truth: Floats) -> AngleError:
     """Error of an angle (n,), degrees, both continuous; NaN rows of either are left out, one or more must remain."""
     defined = np.isfinite(take) & np.isfinite(truth)
@@ -181,19 +166,6 @@ def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Float
         nearer = np.where((other_distance < distance)[:, None], other, one)
         result |= {name: nearer[:, k] for k, name in enumerate(names)}
     return result
-
-
-def _nearest(times_s: Floats, wanted_s: Floats, tolerance_s: float) -> Ints:
-    """Row (m,) of `times_s` (n,) nearest to each of `wanted_s` (m,), -1 farther away than the tolerance."""
-    right = np.clip(np.searchsorted(times_s, wanted_s), 0, len(times_s) - 1)
-    left = np.clip(right - 1, 0, None)
-    nearest = np.where(np.abs(times_s[left] - wanted_s) < np.abs(times_s[right] - wanted_s), left, right)
-    return np.where(np.abs(times_s[nearest] - wanted_s) <= tolerance_s, nearest, -1).astype(np.int64)
-
-
-def _period(times_s: Floats) -> float:
-    """Median interval, seconds; 0 for one row."""
-    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
 
 
 def _unwrapped(degrees: Floats) -> Floats:

@@ -108,12 +108,12 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
-    """Rows to write: the selected part, resampled, and without gaps in formats whose rows have no numbers."""
+    """Rows to write: the selected part, resampled, a row for each frame; where rows have no numbers, from frame 0."""
     track = between(take, options.first, options.last)
     if options.fps:
         track = resampled(track, options.fps)
-    if FORMATS.row(options.to).numbered:
-        return track
+    if FORMATS.row(options.to).numbered:  # live takes leave frames out
+        return every_frame(track, int(track.frames[0]))
     first = 0
     if options.first is not None:
         start_s = options.first.value if options.first.seconds else options.first.value / (take.rate or 1.0)

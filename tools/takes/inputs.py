@@ -72,7 +72,8 @@ class Inputs:
             if len(timing.gaps) > SHOWN_GAPS:
                 missing = sum(gap.missing for gap in timing.gaps[SHOWN_GAPS:])
                 found.append(f"{id}: {len(timing.gaps) - SHOWN_GAPS} more gaps, {missing} frames missing")
-            if video.estimated:
+            found += [f"{id}: {note}" for note in video.notes]
+            if video.estimated and not any("frames/s" in note or "/s assumed" in note for note in video.notes):
                 found.append(f"{id}: {video.estimated} frames have no time in the file: one period after the frame before")
         return found + _differences("begins", self.begins_ns, min) + _differences("ends", self.ends_ns, max)
 

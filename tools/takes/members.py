@@ -27,11 +27,14 @@ Stepped: TypeAlias = Stepper[object, object, SegmentedFrame]
 
 
 def members(rig: Rig) -> list[Service[object, object, Frame]]:
-    """The service of the poses, the viewers in the rig's order, and the recognizer if the rig has one.
+    """Services of a session: of the poses, an integrator beside it, the viewers in the rig's order, the recognizer if any.
 
     Raises as the services of the rig's method, `people_of` and `model_of` do.
     """
-    services: list[object] = [new_pose_service(method_of(rig.method), rig)]
+    method = method_of(rig.method)
+    services: list[object] = [new_pose_service(method, rig)]
+    if method.exchange and method.has_tracker:
+        services.append(integrator_shell.integrator_service(rig))
     services += [service_of(rig, viewer, people_of(viewer, threaded=False)) for viewer in rig.viewers]
     if rig.recognizer is not None:
         services.append(recognizer_shell.recognizer_service(rig, recognizer_shell.model_of(rig)))
@@ -73,7 +76,7 @@ def steppers(rig: RecordedRig, path: Path, attached: Mapping[str, bytes]) -> dic
 
 
 def _integrator(rig: RecordedRig) -> object:
-    if method_of(rig.method).pose_service != "integrator":  # clock, log, frame rate, delays
+    if method_of(rig.method).only_silhouettes:  # clock, log, frame rate, delays
         return integrator_shell.timekeeper_of(rig)
     return integrator_shell.service_of(integrator_shell.setup_of(rig))
 

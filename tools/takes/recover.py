@@ -78,8 +78,9 @@ def recover(path: Path, output: Path, watch: Callable[[int], None] = lambda _: N
     try:
         with file:
             _Rewriter(file, recovered).run(watch)
-        if not recovered.messages and not recovered.attachments:
-            raise UserError(f"{path}: nothing to recover: it contains no intact message")
+        if not recovered.messages and (recovered.lost or not recovered.attachments):
+            why = f": {recovered.gaps[0].why}" if recovered.gaps else ""
+            raise UserError(f"{path}: nothing to recover: it contains no intact message{why}")
         kept = True
     except (OSError, zstandard.ZstdError) as error:
         reason = getattr(error, "strerror", None) or error

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.methods import tracker_methods
+from zenocap.common.rig.methods import method_of, tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.rig.table_errors import TableError
@@ -31,7 +31,7 @@ def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
             )
         return rig
     try:
-        spec = with_overrides(rig.tracker, rig.method, overrides)
+        spec = with_overrides(rig.tracker, method_of(rig.method).tracker_method, overrides)
         spec = with_front_of(spec, {viewer.id: viewer.camera.name for viewer in rig.viewers})
     except TableError as error:
         raise UserError(f"--{error}") from error

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
+from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
+from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.methods import method_of
@@ -24,6 +25,7 @@ from zenocap.common.runtime.service import HEALTH_NS
 from zenocap.common.session.lookahead import Lookahead, available_cores, limited_threads
 from zenocap.common.session.session import Session
 from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
+from zenocap.services.tracker.body.average_body import stature_of
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -49,7 +51,8 @@ class Tracked:
     """Result of tracking.
 
     frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
-    states: of each service at the end, in words.  measured: False for a body of average proportions.
+    states: of each service at the end, in words.  measured: False for a body of average proportions, whose
+    estimated: first height (m) then is that of the visual hull over the floor; None for other bodies.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
     verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
@@ -61,6 +64,7 @@ class Tracked:
     problems: tuple[str, ...]
     states: dict[str, str]
     measured: bool = True
+    estimated: float | None = None
     complete: bool = True
     both_ways: bool = False
     notes: tuple[str, ...] = ()
@@ -115,7 +119,8 @@ def track_frames(
         if first is None or inputs.problems:
             raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
         recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
-        count, poses, measured = 0, 0, True
+        count, poses, measured, method = 0, 0, True, method_of(rig.method)
+        estimated: float | None = None
         advice, verdict = TakeAdvice(), None
         report_ns = EPOCH_NS + HEALTH_NS
         with TakeWriter(recording, rig.name) as writer:
@@ -130,10 +135,12 @@ def track_frames(
                 for message in messages:
                     if isinstance(message, CameraAdvice):
                         advice.add(message)
-                poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
-                measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
+                poses += sum(type(message) is method.poses.message for message in messages)
+                for message in messages:
+                    if isinstance(message, TrackerBdp):
+                        measured, estimated = message.measured, estimated or _height(message)
                 count += 1
-                state = session.describe((method_of(rig.method).pose_service, MAIN))
+                state = session.describe((method.pose_service, MAIN))
                 on_frame_set(TrackedFrameSet(current, messages, state))
             _record(session.report(), writer)
             if VERDICT in logged:
@@ -143,7 +150,8 @@ def track_frames(
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
-        count, poses, written.messages, tuple(problems), session.states(), measured, complete=written.failure is None,
+        count, poses, written.messages, tuple(problems), session.states(), measured,
+        None if measured or rig.person_height is not None else estimated, complete=written.failure is None,
         verdict=None if written.failure else verdict, advice=tuple(advice.faults()),
     )  # fmt: skip
 
@@ -173,6 +181,12 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
 def tolerance_ns(rig: Rig) -> int:
     """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
     return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
+
+
+def _height(body: TrackerBdp) -> float:
+    """Height of a body, m."""
+    anatomy = anatomy_of(body.body)
+    return stature_of(anatomy, bdp_of(anatomy, body.body))
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

@@ -6,4 +6,8 @@ DATA = Path(__file__).resolve().parent
 PRIORS = DATA / "priors"  # *.prior
 POSTURES = DATA / "postures"  # *.postures
 PEOPLE = DATA / "people"  # *.json: body measures of adults and children
-DEMO_RIGS = {"auto": DATA / "rigs" / "demo.toml", "two-view": DATA / "rigs" / "demo-two-view.toml"}  # by method
+DEMO_RIGS = {  # by method
+    "both": DATA / "rigs" / "demo-both.toml",
+    "auto": DATA / "rigs" / "demo.toml",
+    "two-view": DATA / "rigs" / "demo-two-view.toml",
+}

@@ -38,7 +38,7 @@ class FoxgloveConverter:
         self._figure: Figure | None = None
         self._cameras: dict[str, m.CameraInfo] = {}
         self._fixed_published = False
-        self._shown = False
+        self._shown = self._tracked = False
         at_rest = Bdp(np.zeros((len(anatomy.parts), 3)), np.zeros((len(anatomy.joints), 3)))
         # Compiles, or loads the compiled code, before poses arrive.
         part_frames(anatomy, at_rest, Pose(np.zeros(3), anatomy.neutral))
@@ -58,7 +58,10 @@ class FoxgloveConverter:
     def _convert(self, message: m.Message) -> Iterator[FoxgloveMessage]:
         if not self._fixed_published:
             yield self._fixed(message.captured_ns)
+        self._tracked = self._tracked or isinstance(message, m.TrackerBdp | m.TrackerPose)
         match message:
+            case m.UniversalBdp() | m.UniversalBap() if self._tracked:
+                pass  # of a rig with both methods: there is one figure, the tracker's
             case m.UniversalBap(lost=limbs):
                 plot = self._message(self._pose_template, plots.pose_json(message))
                 yield from self._pose(message, plot, "person" in limbs, limbs)

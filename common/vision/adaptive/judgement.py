@@ -12,6 +12,7 @@ from zenocap.common.arrays import Bools, Floats, Floats32, Image, Ints, Ints32, 
 from zenocap.common.jit import kernel
 from zenocap.common.vision.adaptive.learning import LATER, LEARN, NEVER, SAME_SIGMAS, learn_still
 from zenocap.common.vision.adaptive.model import Adaptive
+from zenocap.common.vision.empty_scene import EDGE_RATIO, edges
 from zenocap.common.vision.foreground import UNSURE, WEAK
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.regions import Regions, find_regions
@@ -23,7 +24,6 @@ EXPLAINED_SHARE = 0.5  # of the expected body that differs, from which it explai
 BESIDE_BANDS = 1.5  # bands outside the expected body, from where a region is not explained by it; chosen by hand
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
-EDGE_RATIO = 1.5  # of the edges at a pixel of an outline, model to frame, from which the frame has none; chosen by hand
 UNCOVERED_SHARE = 0.3  # of the outline of an uncovered region, that has an edge in the model only; chosen on five people
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 
@@ -43,8 +43,8 @@ def judged(
         moving = cv2.dilate(((differs != 0) & (still == 0)).astype(np.uint8), np.ones((3, 3), np.uint8))
         for r in np.flatnonzero(regions.areas >= smallest):
             place, own, outline = _outline(regions, int(r), number)
-            edges = _edges(frame[place]), _edges(model.background.mean[place])
-            if _is_uncovered(edges, outline & (moving[place] == 0), int(np.count_nonzero(outline))):
+            both = edges(frame[place]), edges(model.background.mean[place])
+            if _is_uncovered(both, outline & (moving[place] == 0), int(np.count_nonzero(outline))):
                 learnt[place][own] = LEARN
                 differs[place][own] = 0
     # 2: the person, and the rest.
@@ -156,11 +156,3 @@ def _count(number: Ints32, since: Floats32, person: Mask, labels: Labels, after_
                 sums[0, r] += since[y, x] > after_s
                 sums[1, r] += person[y, x] != 0
                 sums[2, r] += labels[y, x] >= WEAK
-
-
-def _edges(image: Image | Floats32) -> Floats32:
-    """Strength of the edges, (height, width): the largest of the channels, of the slightly blurred image."""
-    smooth = cv2.GaussianBlur(image, (3, 3), 0)
-    across, down = cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
-    blue, green, red = cv2.split(cv2.magnitude(across, down))
-    return np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.float32)

@@ -6,8 +6,10 @@ The file is a NumPy archive (.npz, not compressed) with `version`, `rig`, `viewe
 
 import io
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError
 
 import cv2
 import numpy as np
@@ -26,6 +28,8 @@ FITTING_SHARE = SUDDEN_SHARE  # of the image, largest that differs where a model
 SHIFTS_PX = (-8, -6, -4, -2, -1, 0, 1, 2, 4, 6, 8)  # px, that are compared in both directions; chosen by hand
 BETTER, FAR_SIGMAS = 0.9, 4.0  # of the cost without a shift, from which another fits better; see `shift_px`; by hand
 LARGEST_BYTES = 2**30  # of a file, before anything of it is read
+# Raised by NumPy and zipfile for damaged archives, also of a header that is no Python
+UNREADABLE = (KeyError, ValueError, EOFError, SyntaxError, TokenError, zipfile.BadZipFile, zlib.error, RuntimeError)
 ARRAYS = ("mean", "weight", "noise", "halo")
 
 
@@ -72,7 +76,7 @@ def read(path: Path, size: tuple[int, int], owner: Owner) -> Adaptive:
             mean, weight, noise, halo = (file[name] for name in ARRAYS)
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except UNREADABLE as error:
         raise UserError(f"{path}: no background model: {error}") from error
     if (kept.rig, kept.viewer) != (owner.rig, owner.viewer):
         raise UserError(

@@ -84,7 +84,8 @@ class PartOutline(msgspec.Struct, frozen=True):
 class ViewUpdate(msgspec.Struct, frozen=True, tag="view", tag_field="type"):
     """Silhouette of a viewer, encoded as in `zenocap.common.messages.Silhouette`, and the model's outlines by source.
 
-    data: base64.  score: matching score S of [Two-view Eq. 1] in this view, or None.
+    data: base64.  role, scale: facade or flank, and perspective scaling factor, None without an assignment.
+    score: matching score S of [Two-view Eq. 1] in this view, or None.
     """
 
     viewer: str
@@ -94,6 +95,7 @@ class ViewUpdate(msgspec.Struct, frozen=True, tag="view", tag_field="type"):
     outlines: dict[str, list[PartOutline]]
     role: str
     score: float | None
+    scale: float | None = None
 
 
 class PreviewUpdate(msgspec.Struct, frozen=True, tag="preview", tag_field="type"):

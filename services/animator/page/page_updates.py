@@ -193,6 +193,7 @@ def _view_update(state: AnimatorState, viewer: str, silhouette: m.Silhouette) ->
     return pm.ViewUpdate(
         viewer, silhouette.size, silhouette.region, silhouette.data, outlines, assigned.view if assigned else "",
         round(sighting.score, 3) if sighting and sighting.score else None,
+        round(assigned.scale, 3) if assigned else None,
     )  # fmt: skip
 
 

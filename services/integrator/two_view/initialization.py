@@ -8,7 +8,14 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.proportions import average_lengths, body_from_lengths, body_from_paper_lengths, t_pose_angles
+from zenocap.common.body.proportions import (
+    PAPER_TORSO_SHARE,
+    TORSO_SHARE,
+    average_lengths,
+    body_from_lengths,
+    body_from_paper_lengths,
+    t_pose_angles,
+)
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp, ViewAssignment
@@ -151,8 +158,10 @@ def integrate_bodies(
     front, side = _medians(fronts), _medians(sides)
     ratio = side["height"] / front["height"]  # r_t = t2 / t1  [Two-view 4.2]
     depths = {name: side[name] / ratio for name in ("torso_depth", "head_depth") if name in side}
-    build = body_from_lengths if "body" in additions else body_from_paper_lengths
-    return build(anatomy, front | depths), ratio
+    if "body" in additions:
+        return body_from_lengths(anatomy, front | depths), ratio
+    share = TORSO_SHARE if "proportions" in additions else PAPER_TORSO_SHARE
+    return body_from_paper_lengths(anatomy, front | depths, share), ratio
 
 
 def _medians(frames: Sequence[Mapping[str, float]]) -> dict[str, float]:

@@ -108,9 +108,10 @@ def _torso(
         tilts.append((sighting.tilt, ray / np.linalg.norm(ray)))
     spine = spine_after(torso_rotation(yaw, lean, roll)[:, 1], tilts)
     off_axis = _off_axis(setup, yaw, views)
-    # Paper (open): 3.1 does not decide between front and back to the facade viewer; the nearer one is taken.
-    if "turn" not in setup.additions:  # the axis of the facade viewer, front or back to it, whichever is nearer
-        yaw -= off_axis
+    # Paper (open): 3.1 does not decide between front and back to the facade viewer; front, unless the back is turned to it.
+    if "turn" not in setup.additions:  # after a change of views both are a right angle away
+        front = facing(setup.cameras[_facade(setup, views)])
+        yaw = front + pi if abs(_wrapped(yaw - front)) > parameters.BACK else front
     elif abs(off_axis) > parameters.SNAP:  # the views have changed: a turn larger than the search of the yaw finds
         yaw = _turned_to(setup, person, yaw, views)
     elif spine[1] > parameters.UPRIGHT:
@@ -164,22 +165,24 @@ def _toes_agreement(setup: IntegratorSetup, toes: Mapping[str, float], yaw: floa
 def _turned_to(setup: IntegratorSetup, person: IntegratedPerson, yaw: float, views: Mapping[str, View]) -> float:
     """Yaw on the axis of the facade viewer after a turn: front or back, whichever is nearer, by the feet if visible."""
     # Paper (added): 5.2 (4) states that a silhouette does not distinguish front from back; here the feet decide.
-    facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
     start = facing(next(iter(setup.cameras.values())))
-    front = facing(setup.cameras[facade])
+    front = facing(setup.cameras[_facade(setup, views)])
 
     def cost(candidate: float) -> float:
         turn = abs(_wrapped(candidate - yaw)) + parameters.FIRST_VIEW_GAIN * abs(_wrapped(candidate - start))
         return turn - parameters.TOES_GAIN * _toes_agreement(setup, person.toes, candidate)
 
-    return min((front, front + pi), key=cost)
+    return front + pi if cost(front + pi) < cost(front) - parameters.BACK_COST else front
 
 
 def _off_axis(setup: IntegratorSetup, yaw: float, views: Mapping[str, View]) -> float:
     """Angle of the body from the axis of the facade viewer, front or back to it, in [-pi/2, pi/2]."""
-    facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
-    off = _wrapped(yaw - facing(setup.cameras[facade]))
+    off = _wrapped(yaw - facing(setup.cameras[_facade(setup, views)]))
     return off - pi * round(off / pi)
+
+
+def _facade(setup: IntegratorSetup, views: Mapping[str, View]) -> str:
+    return next(viewer for viewer in setup.cameras if views[viewer] == "facade")
 
 
 def _views(

@@ -76,7 +76,7 @@ def read_stored(model: Path) -> tuple[list[Example], TrainingSettings]:
         settings = msgspec.convert(contents.settings, TrainingSettings)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except msgspec.MsgspecError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{path}: no examples of this version of zenocap: {error}: train the model again") from error
     try:
         same = contents.model == _digest(model)

@@ -148,9 +148,14 @@ class _ManifestLine:
     def source(self) -> Path:
         text, motions = self.cell("source"), (".mcap", *import_suffixes())
         source = self.path.parent / text
+        try:
+            exists = source.exists()
+        except (OSError, ValueError) as error:  # a name that is too long, or has a zero byte
+            self.refuse("source", text[:80], f"a file or folder that exists: {getattr(error, 'strerror', None) or error}")
+            return source
         if not text:
             self.refuse("source", "", f"a file ({', '.join(motions)}), a rig file ({RIG}) or a clip folder")
-        elif not source.exists():
+        elif not exists:
             self.refuse("source", text, f"a file or folder that exists; there is no {source}")
         elif source.is_file() and source.suffix.lower() not in (*motions, RIG):
             self.refuse("source", text, f"{', '.join(motions)}, a rig file ({RIG}) or a clip folder")

@@ -59,3 +59,9 @@ def average_body(anatomy: Anatomy, height: float) -> Bdp:
     if anatomy is FOURTEEN_PARTS:
         return body_of_height(height)
     return body_from_lengths(anatomy, average_lengths(height))
+
+
+def stature_of(anatomy: Anatomy, body: Bdp) -> float:
+    """Height in metres, from the thigh; exact for an average body."""
+    knee = next(k for k, joint in enumerate(anatomy.joints) if joint.name == "right_knee")
+    return float(body.offsets[knee][1] / average_body(anatomy, 1.0).offsets[knee][1])

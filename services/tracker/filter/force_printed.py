@@ -12,7 +12,13 @@ from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.evidence.residuals import Weights
-from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, corresponding_part, part_spheres, scene_point
+from zenocap.services.tracker.filter.closest_points import (
+    CLOSEST_LENGTH,
+    Correspondence,
+    corresponding_part,
+    part_spheres,
+    scene_point,
+)
 from zenocap.services.tracker.parameters import (
     FORCE_GAIN,
     FORCE_TRUNCATION_M,
@@ -24,13 +30,13 @@ from zenocap.services.tracker.parameters import (
 
 @kernel
 def group_forces(
-    model: BodyModel, frames: Floats, rays: Floats32, limit: float, linear: bool, closest: bool,
+    model: BodyModel, frames: Floats, rays: Floats32, limit: float, linear: bool, by: Correspondence,
     parts: Ints, forces: Floats, moments: Floats, numbers: Floats,
 ) -> None:  # fmt: skip
     """Sum over the group of every part, the part and all its descendants; all overwritten.  [Hybrid Eq. 38-40]
 
     parts: (n,) part of every point in the last iteration, or any; overwritten with those of this one.
-    linear: rho(x) = min(x, T), else min(x, T)^2, T = FORCE_TRUNCATION_M.  closest: see `corresponding_part`.
+    linear: rho(x) = min(x, T), else min(x, T)^2, T = FORCE_TRUNCATION_M.
     forces: (p, 3) m, or m^2 with the square.  moments: (p, 3) the same times m, about its joint, along the world's axes.
     numbers: (p,) of points.  A point farther than `limit` metres from every part belongs to none.
     """
@@ -38,17 +44,17 @@ def group_forces(
     moments[:] = 0.0
     numbers[:] = 0.0
     centres, reach = np.empty((frames.shape[0], 3)), np.empty(frames.shape[0])
-    part_spheres(model, frames, centres, reach)
+    part_spheres(model, frames, by.flat, centres, reach)
     point, normal, found, best = np.empty(3), np.empty(3), np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
     for i in range(rays.shape[1]):
         scene_point(rays, i, point, normal)
-        part = corresponding_part(model, frames, centres, reach, closest, parts[i], point, normal, found, best)
+        part = corresponding_part(model, frames, centres, reach, by, parts[i], point, normal, found, best)
         parts[i] = part
         if not best[0] < limit:
             continue
         # Paper (open): rho of a negative mF; 0, so that surfaces that face away from each other exert no force.
         size = min(max(best[2], 0.0) * best[0], FORCE_TRUNCATION_M)
-        # Paper (corrected): Eq. 32 has the rho of Eq. 31, whose argument is a square there; linear and truncated here.
+        # Paper (replaced): Eq. 32 has the rho of Eq. 31, whose argument is a square there; with force_law = "linear" none.
         size = (size if linear else size**2) / max(best[0], 1e-9)
         # Paper (corrected): Eq. 32 prints the direction from model to scene reversed; it is that of Fig. 2.
         fx, fy, fz = size * (point[0] - best[3]), size * (point[1] - best[4]), size * (point[2] - best[5])
@@ -68,11 +74,11 @@ def group_forces(
 
 @kernel
 def refine_as_printed(
-    model: BodyModel, rays: Floats32, weights: Weights, linear: bool, closest: bool, iterations: int, pose: RootedPose
+    model: BodyModel, rays: Floats32, weights: Weights, linear: bool, by: Correspondence, iterations: int, pose: RootedPose
 ) -> None:
     """Refine a pose in place by the printed force and moment.
 
-    linear, closest: see `group_forces`.  Of the weights only the limit counts, and only for the square: a linear force is
+    linear: see `group_forces`.  Of the weights only the limit counts, and only for the square: a linear force is
     truncated.  The paper has no target.
     """
     position, rotation, values = pose.position, pose.rotation, pose.values
@@ -89,7 +95,7 @@ def refine_as_printed(
     # Paper (open): the number of iterations; ITERATIONS of `zenocap.common.rig.tracker`.
     for _ in range(iterations):
         forward_kinematics(model, pose, frames)
-        group_forces(model, frames, rays, limit, linear, closest, parts, forces, moments, numbers)
+        group_forces(model, frames, rays, limit, linear, by, parts, forces, moments, numbers)
         for part in range(count):
             # Paper (open): Eq. 34-35 give no rho and lambda; here constants over the number of points in the group.
             many = max(numbers[part], 1.0)

@@ -15,7 +15,7 @@ from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit
 from zenocap.services.tracker.evidence.residuals import Weights
-from zenocap.services.tracker.filter.closest_points import modulated_misfit
+from zenocap.services.tracker.filter.closest_points import Correspondence, modulated_misfit
 from zenocap.services.tracker.filter.force import refine_by_force
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -143,17 +143,17 @@ def refine_particles(
 
     Particles are independent of one another, so threads share them without an effect on the result.
     """
-    many, closest = len(errors), options.association == "closest"
+    many, by = len(errors), Correspondence(options.association == "closest", options.ends == "flat")
     if iterations > 0 and refinement == "force":
         in_threads(many, partial(_refine_by_force, *scene, iterations, cloud))
     if iterations > 0 and refinement == "force-printed":
         linear = options.force_law == "linear"
-        in_threads(many, partial(_refine_as_printed, *scene, linear, closest, iterations, cloud))
+        in_threads(many, partial(_refine_as_printed, *scene, linear, by, iterations, cloud))
     steps = iterations if refinement == "gauss-newton" else 0
     if options.distance == "contact" or steps > 0:
         in_threads(many, partial(_refine_and_score, *scene, steps, cloud, errors))
     if options.distance == "modulated":
-        in_threads(many, partial(_score_modulated, *scene, closest, cloud, errors))
+        in_threads(many, partial(_score_modulated, *scene, by, cloud, errors))
 
 
 @kernel
@@ -189,20 +189,20 @@ def _refine_by_force(
 
 @kernel
 def _refine_as_printed(
-    model: BodyModel, evidence: Evidence, weights: Weights, linear: bool, closest: bool, iterations: int,
+    model: BodyModel, evidence: Evidence, weights: Weights, linear: bool, by: Correspondence, iterations: int,
     cloud: Cloud, first: int, end: int,
 ) -> None:  # fmt: skip
     for k in range(first, end):
-        refine_as_printed(model, evidence.rays, weights, linear, closest, iterations, _pose_of(cloud, k))
+        refine_as_printed(model, evidence.rays, weights, linear, by, iterations, _pose_of(cloud, k))
 
 
 @kernel
 def _score_modulated(
-    model: BodyModel, evidence: Evidence, weights: Weights, closest: bool,
+    model: BodyModel, evidence: Evidence, weights: Weights, by: Correspondence,
     cloud: Cloud, errors: Floats, first: int, end: int,
 ) -> None:  # fmt: skip
     for k in range(first, end):
-        errors[k] = modulated_misfit(model, evidence, weights.limit, closest, _pose_of(cloud, k))
+        errors[k] = modulated_misfit(model, evidence, weights.limit, by, _pose_of(cloud, k))
 
 
 @kernel

@@ -53,7 +53,7 @@ def parse_prior(path: Path, data: bytes, anatomy: Anatomy | None = None) -> Prio
     """Prior in the bytes of a file; path: for errors.  Raises UserError."""
     try:
         contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_Contents)
-    except msgspec.MsgspecError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{path}: {error}") from None
     _check_anatomy(path, contents, anatomy)
     prior = _unpacked(path, contents)

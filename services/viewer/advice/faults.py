@@ -26,6 +26,7 @@ from zenocap.services.viewer.parameters import (
     OFTEN_CUT,
     OFTEN_MIRRORED,
     SMALL_PERSON,
+    SOME_OCCUPIED,
     WIDE_EDGES,
     WIDE_EDGES_MIN_PX,
 )
@@ -37,7 +38,10 @@ Unit = Literal["levels", "%", "px"]
 
 @dataclass(frozen=True)
 class Measured:
-    """Measures of the last seconds, with times in s, see `watch.Watch`.  edge_px: of the room.  rows: of the image."""
+    """Measures of the last seconds, with times in s, see `watch.Watch`.  edge_px: of the room.  rows: of the image.
+
+    occupied: as of the watch.
+    """
 
     fast: Sequence[tuple[float, Floats]]
     slow: Sequence[tuple[float, Floats]]
@@ -46,6 +50,7 @@ class Measured:
     exposure: Exposure | None
     edge_px: float | None
     rows: int
+    occupied: float
 
 
 LOW = (AdviceCode.CONTRAST, AdviceCode.SMALL, AdviceCode.DARK)  # faults where the value is below the limit
@@ -71,6 +76,7 @@ def is_fault(one: CameraFault) -> bool:
 
 def values_of(found: Measured) -> Iterator[CameraFault]:
     """All measured values, good and bad."""
+    yield _value(AdviceCode.OCCUPIED, found.occupied, SOME_OCCUPIED, "%")
     yield from _of_person(found)
     yield from _of_light(found)
     yield from _of_lens(found)

@@ -31,6 +31,7 @@ class AdviceWatch:
     fast: cells of every image, for flicker.  slow: cells of each colour (cells down, cells across, 3).
     samples: of the person.  blurs: edges of the moving person.  outline: edges of the last sampled image, until the next
     image shows how far they have moved.  exposure: of the last sampled image.  edge_px: of the sharpest edges of the room.
+    occupied: %, of the images that should show the empty scene, those with a person.
     """
 
     fast: tuple[tuple[float, Floats], ...] = ()
@@ -40,6 +41,7 @@ class AdviceWatch:
     outline: EdgeOutline | None = None
     exposure: Exposure | None = None
     edge_px: float | None = None
+    occupied: float = 0.0
     sampled_s: float = -1e9
     focus_s: float = -1e9
     reported_s: float = -1e9
@@ -73,7 +75,7 @@ def watched(
     found = Measured(
         watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S],
         [one for at_s, one in watch.blurs if time_s - at_s <= ADVICE_WINDOW_S], watch.exposure,
-        watch.edge_px, image.shape[0],
+        watch.edge_px, image.shape[0], watch.occupied,
     )  # fmt: skip
     return replace(watch, reported_s=time_s), faults_of(found)
 

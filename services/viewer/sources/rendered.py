@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from tokenize import TokenError
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def opened(path: Path) -> Bytes:
         pictures: Bytes = np.load(path, mmap_mode="r", allow_pickle=False)
     except PermissionError as error:
         raise AccessDenied(f"{path}: no permission to read this file") from error
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, SyntaxError, TokenError) as error:
         raise OpenError(f"{path}: no NumPy file of pictures: {error}") from error
     if pictures.ndim != 4 or pictures.shape[3] != 3 or pictures.dtype != np.uint8 or not len(pictures):
         raise OpenError(f"{path}: {pictures.dtype} {pictures.shape}: allowed: uint8 (count, height, width, 3)")

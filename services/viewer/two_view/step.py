@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
+from zenocap.common.body.proportions import PAPER_TORSO_SHARE, TORSO_SHARE
 from zenocap.common.body.segments import torso_rotation
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.conversion import angles_of, bdp_of
@@ -75,8 +76,8 @@ def answered_frame(id: str, message: Message) -> int | None:
 def describe(state: TwoViewState) -> str:
     """Health text of a state."""
     match state:
-        case LearningWithBody(frames=frames):
-            return f"learning the background ({len(frames)} frames)"
+        case LearningWithBody(seen=seen):
+            return f"learning the background ({seen} frames)"
         case MeasuringBody(advice=advice):
             return advice
         case TrackingBody(lost=lost):
@@ -215,8 +216,12 @@ def _measure(
         if is_front:
             if not is_front_posture(box):
                 raise ValueError("hold the T-pose, facing this camera")
-            measure = fine_tuned if "body" in setup.additions else paper_fine_tuned
-            lengths = measure(setup.anatomy, pending.mask, setup.rows, position, torso_rotation(assignment.yaw, 0.0, 0.0))
+            there = pending.mask, setup.rows, position, torso_rotation(assignment.yaw, 0.0, 0.0)
+            if "body" in setup.additions:
+                lengths = fine_tuned(setup.anatomy, *there)
+            else:
+                share = TORSO_SHARE if "proportions" in setup.additions else PAPER_TORSO_SHARE
+                lengths = paper_fine_tuned(setup.anatomy, *there, share)
         else:
             if not is_side_posture(box):
                 raise ValueError("hold the T-pose, side-on to this camera")

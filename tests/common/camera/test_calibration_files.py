@@ -14,9 +14,10 @@ from tests.support.places import CLIPS
 from zenocap.common import atomic_write as durable
 from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
+from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.ros_camera_info import read_ros_info
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError, file_notes
 
 GOOD = """[cam_01]
 name = "left"
@@ -32,6 +33,7 @@ adjusted = false
 error = 0.0
 """
 
+pytestmark = pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3)
 
 
@@ -287,6 +289,208 @@ def test_qualisys_units_are_millimetres_and_sixty_fourths_of_a_pixel(tmp_path, t
     np.testing.assert_allclose(camera.centre, [2, 3, 1])
     np.testing.assert_allclose(camera.matrix, [[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
     np.testing.assert_allclose(camera.distortions, expected)
+
+
+def qualisys_camera(serial: str, attributes: str, video: str = 'right="1919" bottom="1087"') -> str:
+    """As Qualisys writes a Miqus Video camera: intrinsics of the sensor of 1920 x 1088 px."""
+    other = QUALISYS.replace('<calibration><cameras><camera serial="7">', f'<camera serial="{serial}" {attributes}>')
+    sensor = 'sensorMinU="0.0" sensorMaxU="122879.0" sensorMinV="0.0" sensorMaxV="69631.0" radialDistortion1="64"'
+    other = other.replace('right="639" bottom="479"', video).replace('radialDistortion1="0"', sensor)
+    return other.replace("</cameras></calibration>", "")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "reason"),
+    [
+        ('active="0" calibrated="false"', "not active"),
+        ('active="1" calibrated="false"', "not calibrated"),
+        ('active="1" calibrated="true" model="Oqus 300+" video_resolution=""', "a marker camera, without video"),
+    ],
+)
+def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_path, attributes, reason):
+    path, good = tmp_path / "room.qca.txt", qualisys_camera("1", 'active="1" video_resolution="1080p"')
+    path.write_text(f"<calibration><cameras>{good}{qualisys_camera('2', attributes)}</cameras></calibration>")
+    with pytest.warns(FileNote) as notes:
+        assert list(read_calibration(path, "z")) == ["1"]
+    texts = [str(note.message) for note in notes]
+    assert texts[0] == f"{path}: camera 2 is {reason}: left out"
+    assert "the distortions are divided by 64" in texts[1]
+    alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
+    refused(path, alone, f"camera 2 is {reason}: allowed: Qualisys calibration")
+
+
+@pytest.mark.parametrize(
+    ("video", "resolution", "factor"),
+    [
+        ('right="1919" bottom="1087"', "1080p", 1),
+        ('right="959" bottom="543"', "540p", 2),
+        ('right="639" bottom="361"', "360p", 3),
+        ('right="959" bottom="543"', "1080p", 1),
+        ('right="959" bottom="543"', None, 1),
+    ],
+    ids=["whole", "half", "a third", "a part of the sensor", "an old file"],
+)
+def test_qualisys_intrinsics_are_those_of_the_sensor(tmp_path, video, resolution, factor):
+    given = "" if resolution is None else f'video_resolution="{resolution}"'
+    path = tmp_path / "room.qca.txt"
+    path.write_text(f"<calibration><cameras>{qualisys_camera('1', given, video)}</cameras></calibration>")
+    with pytest.warns(FileNote, match="divided by 64"):
+        camera = read_calibration(path, "z")["1"]
+    centre = (np.array([319.5, 239.5]) + 0.5) / factor - 0.5
+    np.testing.assert_allclose(camera.matrix[[0, 1], [0, 1]], 600 / factor)
+    np.testing.assert_allclose(camera.matrix[:2, 2], centre)
+
+
+def test_a_qualisys_video_of_another_part_of_the_sensor_is_refused(tmp_path):
+    text = f"<calibration><cameras>{qualisys_camera('1', VIDEO_720, NOT_HALF)}</cameras></calibration>"
+    refused(tmp_path / "room.qca.txt", text, r"camera\[1\].fov_video = 500 px high of a sensor of 1088: allowed")
+
+
+VIDEO_720, NOT_HALF = 'video_resolution="720p"', 'right="959" bottom="499"'
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (
+            "translation = [0.0, 100.0, 520.0]",
+            "camera 'left' is 530 m from the origin: is the file in centimetres or inches?",
+        ),
+        (
+            "translation = [0.0, 39.0, 205.0]",
+            "camera 'left' is 209 m from the origin: is the file in centimetres or inches?",
+        ),
+        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* 6.5 m high or more: is the file in feet?"),
+    ],
+    ids=["centimetres", "inches", "feet"],
+)
+def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, note):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD.replace("translation = [0.0, 1.0, 5.2]", change))
+    with pytest.warns(FileNote, match=note):
+        read_calibration(path)
+
+
+def test_a_note_about_a_file_is_shown_once(tmp_path):
+    path, shown = tmp_path / "calibration.toml", list[str]()
+    path.write_text(GOOD.replace("translation = [0.0, 1.0, 5.2]", "translation = [0.0, 100.0, 520.0]"))
+    with file_notes(shown.append):
+        read_calibration(path)
+        read_calibration(path)
+    assert len(shown) == 1
+    path.write_text(GOOD)
+    with file_notes(shown.append):
+        read_calibration(path)
+    assert len(shown) == 1
+
+
+def test_the_guessed_size_of_easymocap_is_said(tmp_path):
+    test_opencv_storage_of_easymocap_is_read(tmp_path)
+    path = tmp_path / "intri.yml"
+    storage(path, {"K_left": np.array([[600.0, 0, 975], [0, 600, 528], [0, 0, 1]]), "dist_left": np.zeros((1, 5))})
+    with pytest.warns(FileNote, match=r"intri\.yml: no W_left and H_left: 1951 x 1057 px is a guess"):
+        read_calibration(tmp_path / "extri.yml")
+
+
+ROI = "roi:\n  x_offset: 0\n  y_offset: 0\n  height: {}\n  width: {}\n  do_rectify: false\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        ("binning_x: 2\nbinning_y: 2\n", "binning_x = 2: allowed: 0 or 1"),
+        ("binning_x: 1\nbinning_y: 4\n", "binning_y = 4: allowed: 0 or 1"),
+        (ROI.format(240, 320), "roi = x_offset 0 y_offset 0 height 240 width 320: allowed: none, or the whole image"),
+        (ROI.format(0, 0).replace("x_offset: 0", "x_offset: 8"), "roi = x_offset 8"),
+    ],
+)
+def test_ros_camera_info_of_a_part_of_the_pixels_is_refused(tmp_path, more, text):
+    refused(tmp_path / "head.yaml", ROS + more, text)
+    for whole in ("binning_x: 0\nbinning_y: 1\n", ROI.format(0, 0), ROI.format(480, 640)):
+        (tmp_path / "head.yaml").write_text(ROS + whole)
+        assert read_ros_info(tmp_path / "head.yaml").size == (640, 480)
+
+
+ECHO = """header:
+  stamp:
+    sec: 17
+    nanosec: 5
+  frame_id: webcam
+height: 480
+width: 640
+distortion_model: plumb_bob
+d:
+- 0.1
+- -0.2
+- 0.001
+- 0.002
+- 0.0
+k:
+- 600.0
+- 0.0
+- 319.5
+- 0.0
+- 601.0
+- 239.5
+- 0.0
+- 0.0
+- 1.0
+r:
+- 1.0
+binning_x: 0
+binning_y: 0
+roi:
+  x_offset: 0
+  y_offset: 0
+  height: 0
+  width: 0
+  do_rectify: false
+---
+"""
+ECHO_1 = """header:
+  seq: 3
+  frame_id: "webcam"
+height: 480
+width: 640
+distortion_model: "plumb_bob"
+D: [0.1, -0.2, 0.001, 0.002, 0.0]
+K: [600.0, 0.0, 319.5, 0.0, 601.0, 239.5, 0.0, 0.0, 1.0]
+"""
+
+
+@pytest.mark.parametrize("echo", [ECHO, ECHO + ECHO.replace("640", "10"), ECHO_1], ids=["ROS 2", "two messages", "ROS 1"])
+def test_what_ros_topic_echo_prints_is_read(tmp_path, echo):
+    (tmp_path / "echo.yaml").write_text(echo)
+    (tmp_path / "head.yaml").write_text(ROS)
+    found, expected = (read_lenses(tmp_path / name)["webcam"] for name in ("echo.yaml", "head.yaml"))
+    assert found.size == expected.size
+    np.testing.assert_array_equal(found.matrix, expected.matrix)
+    np.testing.assert_array_equal(found.distortions, expected.distortions)
+    binned = echo.replace("binning_x: 0", "binning_x: 2") if "binning" in echo else echo + "binning_x: 2\n"
+    (tmp_path / "echo.yaml").write_text(binned)
+    with pytest.raises(UserError, match="binning_x = 2"):
+        read_lenses(tmp_path / "echo.yaml")
+
+
+KALIBR = "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  intrinsics: [461.6, 460.2, 362.7, 248.1]\n"
+CALIB_IO = (
+    '{"Calibration": {"cameras": [{"model": {"polymorphic_id": 1, "polymorphic_name": "libCalib::CameraModelOpenCV"}}]}}'
+)
+VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" SENSOR_SIZE="4704 3456"/>\n</Cameras>'
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "text"),
+    [
+        ("camchain.yaml", KALIBR, "is Kalibr's camchain, without the floor, which is not read: allowed: .toml"),
+        ("results-camchain.yaml", "%YAML:1.0\n" + KALIBR, "is Kalibr's camchain"),
+        ("calibration.json", CALIB_IO, "is calib.io's JSON, which is not read: allowed: .toml"),
+        ("room.xcp", VICON, r"is Vicon's \.xcp, which is not read: allowed: .toml"),
+        ("room.xml", VICON, r"is Vicon's \.xcp"),
+    ],
+)
+def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name, content, text):
+    refused(tmp_path / name, content, text)
 
 
 @pytest.mark.clips

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 import c3d
+import ezc3d
 import numpy as np
 import pytest
 
@@ -57,3 +58,72 @@ def test_a_missing_and_a_cut_file_are_errors(tmp_path: Path, share: float) -> No
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
     with pytest.raises(UserError, match=r"a\.c3d: "):
         read_c3d(path)
+
+
+@pytest.mark.parametrize(
+    ("before", "value", "text"),
+    [
+        (b"CHANNEL\x06\x00\x02", 247, "reading it was ended by SIGSEGV"),
+        (b"_START\x07\x00\x02\x00\x1d\x00", 179, "bad_alloc"),
+    ],
+)
+def test_damage_that_ends_the_library_is_a_one_line_error(tmp_path: Path, before: bytes, value: int, text: str) -> None:
+    """By a false dimension, which ezc3d follows beyond its memory, or by a length for which it takes all memory."""
+    path = tmp_path / "a.c3d"
+    write_points(path, acted_centres())
+    content = bytearray(path.read_bytes())
+    content[content.index(before) + len(before)] = value
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=rf"^{path}: not a C3D file: .*{text}$"):
+        read_c3d(path)
+
+
+def late_file(path: Path, first: int, actual: tuple[int, int] | None, unit: str = "mm") -> Path:
+    """20 rows from a number on; the header's is `first`.  actual: numbers of TRIAL, two words each."""
+    data = moving(20, first=first - 1).trajectories()
+    write_c3d(path, data)
+    file = ezc3d.c3d(str(path))
+    for end, number in zip(("START", "END"), actual or (), strict=False):
+        file.add_parameter("TRIAL", f"ACTUAL_{end}_FIELD", [number & 0xFFFF, number >> 16])
+    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    file.write(str(path))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("first", "actual", "found", "note"),
+    [
+        (101, (101, 120), 100, None),
+        (101, (70001, 70020), 70000, "first frame 101 in the header, TRIAL:ACTUAL_START_FIELD = 70001: the latter is used"),
+        (101, (1, 500), 100, "TRIAL:ACTUAL_START_FIELD = 1, but first frame 101 in the header: the latter is used"),
+        (101, (0, 0), 100, None),
+        (101, None, 100, None),
+    ],
+    ids=["equal", "beyond the header", "of the whole trial", "not filled in", "none"],
+)
+def test_the_first_frame_of_the_trial_is_used_where_it_agrees_with_the_rows(
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    first: int,
+    actual: tuple[int, int] | None,
+    found: int,
+    note: str | None,
+) -> None:
+    path = late_file(tmp_path / "a.c3d", first, actual)
+    assert read_c3d(path).frames[0] == found
+    assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+def test_a_blank_unit_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="POINT:UNITS = '': allowed: m, cm, mm, in"):
+        read_c3d(late_file(tmp_path / "a.c3d", 1, None, unit=" "))
+
+
+def test_zeros_with_a_valid_residual_are_missing_and_said_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    data = moving(20).trajectories()
+    data.points[3:5, 2] = 0.0
+    write_c3d(tmp_path / "a.c3d", data)
+    assert np.isnan(read_c3d(tmp_path / "a.c3d").points[3:5, 2]).all()
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{tmp_path / 'a.c3d'}: 2 points are 0 0 0: taken as missing"
+    ]

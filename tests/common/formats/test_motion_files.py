@@ -52,6 +52,18 @@ def test_poses_have_the_files_times_and_rate(tmp_path: Path, anatomy: Anatomy) -
     assert np.abs(elbows(motion, anatomy)).max() < 0.01
 
 
+def test_the_rate_is_that_of_the_times_and_rows_that_are_left_out_are_gaps(tmp_path: Path) -> None:
+    """What a prior and postures learn from: a DataRate of 200 had made 1.5 s of motion 0.45 s."""
+    path = written(tmp_path)
+    lines = path.read_text().splitlines()
+    lines[2] = lines[2].replace("60\t60", "200\t200", 1)
+    path.write_text("\n".join([*lines[:40], *lines[70:]]) + "\n")  # half a second of rows is missing
+    motion = read_poses_for(path, TEN_PARTS)
+    assert (motion.rate, len(motion.poses)) == (pytest.approx(RATE, rel=1e-3), 90)
+    np.testing.assert_allclose(motion.times_s, np.arange(FIRST, FIRST + 90) / RATE, atol=1e-5)
+    assert list(np.flatnonzero(~motion.known)) == list(range(34, 64))
+
+
 def test_a_range_uses_the_frame_numbers_of_the_file(tmp_path: Path) -> None:
     path = written(tmp_path)
     motion = read_poses_for(path, TEN_PARTS, range(20, 30))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.places import ROOT
-from zenocap.common.formats.trajectories import MATRICES, Axes, axis_directions, convert
+from zenocap.common.formats.trajectories import MATRICES, Axes, Trajectories, axis_directions, convert, with_absent_rows
 
 TAKES = (ROOT / "docs" / "takes.md").read_text(encoding="utf-8")
 OUR = {"left": (1, 0, 0), "right": (-1, 0, 0), "up": (0, 1, 0), "front": (0, 0, 1), "back": (0, 0, -1)}
@@ -31,3 +31,12 @@ def test_the_readme_lists_the_axes(axes: Axes) -> None:
 
 def test_points_are_converted_to_every_unit() -> None:
     np.testing.assert_allclose(convert(np.array([1.0, 2.0, 3.0]), "y-up", "mm"), [1000, 2000, 3000])
+
+
+def test_rows_that_a_file_leaves_out_are_rows_without_points() -> None:
+    data = Trajectories(("Hip",), np.array([3, 4, 7]), np.array([0.1, 0.2, 0.5]), np.ones((3, 1, 3)), 10.0)
+    found = with_absent_rows(data)
+    assert list(found.frames) == [3, 4, 5, 6, 7]
+    np.testing.assert_allclose(found.times_s, [0.1, 0.2, 0.3, 0.4, 0.5])
+    assert list(np.isfinite(found.points[:, 0, 0])) == [True, True, False, False, True]
+    assert with_absent_rows(found) is found

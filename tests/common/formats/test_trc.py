@@ -81,6 +81,90 @@ def test_the_shared_scorer_reads_the_file(path: Path) -> None:
     assert (found["joints"], found["frames"], found["mpjpe_mm"]) == (15, 11, 0.0)
 
 
+def lines_of(path: Path) -> list[list[str]]:
+    return [line.split("\t") for line in path.read_text().splitlines()]
+
+
+def rewritten(path: Path, lines: list[list[str]]) -> Path:
+    path.write_text("\n".join("\t".join(cells) for cells in lines) + "\n")
+    return path
+
+
+def test_fewer_names_than_columns_and_more_cells_than_names_are_refused(path: Path) -> None:
+    """Each marker would get its neighbour's coordinates."""
+    whole = path.read_text()
+    path.write_text(whole.replace("Hip\t\t\tRHip", "RHip", 1))
+    with pytest.raises(UserError, match="line 4: 14 names of markers for 45 columns in line 5: allowed: 3 for each"):
+        read_trc(path)
+    path.write_text(whole.replace("Hip\t\t\tRHip", "RHip", 1).replace("X15\tY15\tZ15", ""))
+    with pytest.raises(UserError, match="line 7: 47 cells: allowed: up to 44, for the 14 markers of line 4"):
+        read_trc(path)
+
+
+def test_counts_in_the_header_that_contradict_the_rows_are_said(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    lines = lines_of(path)
+    lines[2][2:4] = ["99", "16"]
+    assert len(read_trc(rewritten(path, lines)).frames) == 12
+    found = [record.getMessage().partition(": ")[2] for record in caplog.records]
+    assert found == [
+        "NumMarkers = 16, but there are 15: these are read",
+        "NumFrames = 99, but there are 12: these are read",
+    ]
+
+
+def test_zeros_are_missing_points_and_said_once(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As Mokka and Visual3D write a missing marker."""
+    lines = lines_of(path)
+    for row in (6, 9):
+        lines[row][2 + 3 * 5 : 5 + 3 * 5] = ["0.000000", "-0.0", "0"]
+    found = read_trc(rewritten(path, lines))
+    assert np.isnan(found.points[[0, 3], 5]).all()
+    assert np.count_nonzero(np.isnan(found.points).any(axis=2)) == 2 + len(NAMES)
+    assert [record.getMessage() for record in caplog.records] == [f"{path}: 2 points are 0 0 0: taken as missing"]
+
+
+def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert read_trc(path).names == NAMES
+
+
+USED = "these are used"
+
+
+@pytest.mark.parametrize(
+    ("column", "values", "frames", "note"),
+    [
+        (0, ["1"] * 12, range(5, 17), "Frame# does not rise: counted from Time"),
+        (0, [str(k % 5) for k in range(12)], range(5, 17), "Frame# does not rise: counted from Time"),
+        (1, ["0.0"] * 12, range(5, 17), "Time does not rise: taken from Frame# and 30 frames/s"),
+        (1, [""] * 12, range(5, 17), "Time does not rise: taken from Frame# and 30 frames/s"),
+        (1, [f"{k / 100:.6f}" for k in range(5, 17)], range(5, 17), "DataRate = 30, but Time has 100 rows/s: " + USED),
+    ],
+    ids=["one number", "numbers that begin again", "one time", "no time", "another rate"],
+)  # fmt: skip
+def test_of_number_time_and_rate_the_time_decides(
+    path: Path, caplog: pytest.LogCaptureFixture, column: int, values: list[str], frames: range, note: str
+) -> None:
+    lines = lines_of(path)
+    for cells, value in zip(lines[6:], values, strict=True):
+        cells[column] = value
+    found = read_trc(rewritten(path, lines))
+    assert list(found.frames) == list(frames)
+    rate = 100.0 if "100" in note else 30.0
+    assert found.rate == rate
+    np.testing.assert_allclose(found.times_s, found.frames / rate, atol=1e-6)
+    np.testing.assert_allclose(found.points[5], walking().points[5], atol=1e-6)
+    assert [record.getMessage() for record in caplog.records] == [f"{path}: {note}"]
+
+
+def test_rows_without_rising_numbers_and_times_are_refused(path: Path) -> None:
+    lines = lines_of(path)
+    for cells in lines[6:]:
+        cells[:2] = ["1", "0.0"]
+    with pytest.raises(UserError, match="neither Frame# nor Time rises"):
+        read_trc(rewritten(path, lines))
+
+
 def tokens_as_opensim(line: str) -> list[str]:
     """OpenSim's FileAdapter::tokenize: a cell per tab, and the text after the last tab unless it is empty."""
     cells = [cell.strip() for cell in line.split("\t")]
@@ -166,6 +250,6 @@ def test_short_rows_of_many_markers_are_refused_before_memory_is_used(tmp_path, 
     path = tmp_path / "many.trc"
     names = "\t\t\t".join(f"m{k}" for k in range(101))
     rows = "".join(f"{k}\t{k}\n" for k in range(10))
-    path.write_text(f"PathFileType\t4\nDataRate\tUnits\n10\tm\nFrame#\tTime\t{names}\n\t\tX1\n{rows}")
+    path.write_text(f"PathFileType\t4\nDataRate\tUnits\n10\tm\nFrame#\tTime\t{names}\n\n{rows}")
     with pytest.raises(UserError, match="101 markers in 10 rows, 3030 coordinates: allowed: 3000"):
         read_trc(path)

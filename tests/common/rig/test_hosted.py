@@ -38,7 +38,7 @@ def sent(query: AssignQuery) -> AssignQuery:
     return codec.decode(codec.encode(query), AssignQuery)
 
 
-@pytest.mark.parametrize("method", ["hybrid", "two-view"])
+@pytest.mark.parametrize("method", ["hybrid", "two-view", "both"])
 def test_the_viewer_of_a_host_is_that_of_the_rig(tmp_path, method):
     one = rig(tmp_path, 'background = "first:45"\npreview = true', method)
     assert [(camera.viewer, camera.source) for camera in hosted_cameras(one)] == [
@@ -47,7 +47,7 @@ def test_the_viewer_of_a_host_is_that_of_the_rig(tmp_path, method):
     there = hosted_rig(sent(assignment(one, "0", 5)), STREAM, tmp_path, previews=True)
     own, other = one.viewer("0"), there.viewer("0")
     assert (there.name, there.digest, there.fps, there.additions) == (one.name, one.digest, 20.0, one.additions)
-    assert (there.tracker is None) == (method == "two-view")
+    assert (there.tracker is None) == (method != "hybrid")  # with both, viewers run the exchange
     assert replace(other, camera=own.camera, source=own.source) == own
     assert other.source == STREAM
     for name in ("matrix", "distortions", "rotation", "translation"):
@@ -70,7 +70,7 @@ def test_settings_of_the_camera_and_other_backgrounds_are_sent(tmp_path):
 
 def test_no_picture_of_the_scene_is_sent(tmp_path):
     (tmp_path / "empty.png").touch()
-    with pytest.raises(UserError, match=r"viewer\[0\].background = 'image:empty.png': allowed .*first:N, median"):
+    with pytest.raises(UserError, match=r"viewer\[0\].background = 'image:empty.png': allowed .*first:N, .*median"):
         rig(tmp_path, 'background = "image:empty.png"')
 
 
@@ -93,6 +93,15 @@ def with_viewer(**changes: object) -> Callable[[AssignQuery], AssignQuery]:
         (with_viewer(settings={"format": "../../x"}), "format = "),
         (with_viewer(size=(640, 640)), "the shape of the calibrated"),
         (with_viewer(size=(16384, 16384), calibrated_size=(16384, 16384)), "pixels at most"),
+        (with_viewer(size=(1600, 1200)), r"size = \[1600, 1200\]: allowed: at most the calibrated 1280 x 960 px"),
+        (
+            with_viewer(background="first", empty_frames=10_000, size=(1280, 960)),
+            "empty_frames = 10000: allowed: 1 to 3495 at 1280 x 960 px",
+        ),
+        (
+            with_viewer(background="first", empty_frames=10_000, size=(6680, 5010), calibrated_size=(6680, 5010)),
+            "empty_frames = 10000: allowed: 1 to 128 at 6680 x 5010 px",
+        ),
         (with_viewer(rotation=[0.0] * 9), "no calibration"),
         (with_viewer(matrix=[0.0] * 9), "no calibration"),
         (lambda query: replaced(query, additions=["rm"]), "additions rm"),
@@ -103,3 +112,11 @@ def test_an_assignment_that_makes_no_viewer_is_refused(tmp_path, change, reason)
     query = change(assignment(rig(tmp_path), "0", 5))
     with pytest.raises(UserError, match=reason):
         hosted_rig(sent(query), Device(0), tmp_path, previews=False)
+
+
+def test_more_empty_frames_than_are_learnt_from_are_refused_in_the_rig_file(tmp_path: Path) -> None:
+    rig(tmp_path, 'size = [1280, 960]\nbackground = "first:3495"')
+    with pytest.raises(UserError) as raised:
+        rig(tmp_path, 'size = [1280, 960]\nbackground = "first:3496"')
+    allowed = "viewer[0].background = 'first:3496': allowed: first:N with N from 1 to 3495 at 1280 x 960 px"
+    assert str(raised.value) == f"{tmp_path / 'rig.toml'}: {allowed}"

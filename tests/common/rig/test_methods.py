@@ -33,5 +33,5 @@ def test_a_row_names_what_exists(method: Method) -> None:
 
 
 def test_the_methods_with_a_tracker_are_named_in_errors() -> None:
-    assert tracker_methods() == ("hybrid", "image-force", "particle-filter")
+    assert tracker_methods() == ("hybrid", "image-force", "particle-filter", "both")
     assert demo_rig("two-view").method not in tracker_methods()

@@ -133,7 +133,7 @@ VIEWERS, SECOND = RIG[RIG.index("[[viewer]]") :], RIG[RIG.index('[[viewer]]\nid 
          "viewer 2: keep_background = true: allowed: false for method 'two-view'"),
         (NAME, 'name = "studio"\ndelays = "x"', "delays = 'x': allowed: 'off', 'report', 'follow'"),
         (NAME, NAME + '\ndelays = "follow"',
-         "delays = 'follow': allowed for method 'two-view', without a tracker: off, report"),
+         "delays = 'follow': allowed for method 'two-view': off, report"),
         (FPS, "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (FPS, 'exposure = "manual"',
          r"viewer\[0\].exposure = 'manual': allowed: a whole number in the range .* \"locked\""),
@@ -148,13 +148,15 @@ VIEWERS, SECOND = RIG[RIG.index("[[viewer]]") :], RIG[RIG.index('[[viewer]]\nid 
         ("[160, 120]", "[160, 4]", r"viewer\[0\].size\[1\] = 4: allowed: int >= 16"),
         ("[160, 120]", "[160, 160]",
          r"viewer\[0\].size = \[160, 160\]: allowed: the shape of the .* 640 x 480 px, such as \[160, 120\]"),
+        ("[160, 120]", "[960, 720]", r"viewer\[0\].size = \[960, 720\]: allowed: at most the calibrated 640 x 480 px"),
         ('id = "2"', 'id = "1"', r"viewer\[1\].id = '1': allowed: an id that viewer\[0\] does not have"),
         ('id = "2"', 'id = "a/b"', r"viewer\[1\].id = 'a/b': allowed: 1 to 64 letters"),
         ('camera = "cam02"', 'camera = "cam03"', r"viewer\[1\].camera: no camera 'cam03'; there are: cam01, cam02"),
         ('camera = "cam02"', 'camera = "cam01"', r"viewer\[1\].camera = 'cam01': viewer '1' uses it already"),
         ('camera = "cam02"\n', "", r"viewer\[1\].camera is missing"),
         ("first:60", "first:0", r"viewer\[0\].background = 'first:0': allowed: first:N with N from 1 to 10000 frames"),
-        ("first:60", "mean", r"viewer\[0\].background = 'mean': allowed: adaptive, first:N, median, image:FILE, mog2"),
+        ("first:60", "mean", r"viewer\[0\].background = 'mean': allowed: adaptive, first:N, first:SECONDSs, median"),
+        ("first:60", "first:0s", r"'first:0s': allowed: first:N .*, or first:SECONDSs up to 60, such as first:2s"),
         ("first:60", "image:none.png", r"viewer\[0\].background = 'image:none.png': no file "),
         ("source = 0", "source = 200", r"viewer\[0\].source = 200: allowed: a device number from 0 to 99"),
         ("source = 0", 'source = "ftp://a"', r"viewer\[0\].source = 'ftp://a': allowed: a device number, /dev/videoN"),
@@ -218,6 +220,24 @@ def test_a_folder_is_a_rig(tmp_path):
     assert rig.notes == ()
 
 
+def test_seconds_of_the_empty_scene_are_frames_of_each_camera(tmp_path):
+    for text in ("empty_seconds = 0.1", ""):
+        folder = write_folder(tmp_path / "take", [0, 90], text or "up_axis = 'y'")
+        rig = load_rig(folder, background=None if text else "first:0.1s")
+        assert [one.background for one in rig.viewers] == [FirstFrames(2)] * 2  # of 25/s: whole periods in 0.1 s
+    assert parse_background("first:2s", tmp_path, 29.97) == FirstFrames(59)
+    assert parse_background("first:2s", tmp_path, 30.0) == FirstFrames(60)
+    with pytest.raises(UserError, match=r"a rig file has the backgrounds of its viewers: allowed with a folder"):
+        load_rig(write_rig(tmp_path, RIG), background="first:2s")
+
+
+def test_first_frames_of_cameras_of_different_rates_end_at_the_same_time(tmp_path):
+    """30 frames are 1.2 s of the slow camera, in which somebody enters, and 1 s of the fast one."""
+    folder = write_folder(tmp_path / "take", [0, 90], "empty_frames = 30")
+    write_video(folder / "videos" / "cam02.mp4", grey_frames(4, (640, 480)), fps=30)
+    assert [one.background for one in load_rig(folder).viewers] == [FirstFrames(25)] * 2
+
+
 def test_a_background_image_overrides_empty_frames(tmp_path):
     folder = write_folder(tmp_path / "take", [0, 90], "empty_frames = 3\nfps = 12.5\n")
     (folder / "background").mkdir()
@@ -231,7 +251,7 @@ def test_a_background_image_overrides_empty_frames(tmp_path):
 def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
     rig = load_rig(write_folder(tmp_path / "take", [0, 90]))
     assert rig.viewers[0].background == MedianFrames()
-    words = "no background picture and no empty_frames: the median of the video is used; "
+    words = "no background picture and no empty_seconds: the median of the video is used; "
     assert rig.notes[0].startswith(f"cam01, cam02: {words}")
 
 
@@ -267,6 +287,9 @@ def test_videos_with_other_names_are_assigned_in_order(tmp_path):
         ('up_axis = "x"', "up_axis = 'x': allowed: 'y' or 'z'"),
         ("fps = -1", "fps = -1: allowed: above 0 to 1000"),
         ("empty_frames = 2.5", "empty_frames = 2.5: allowed: a whole number from 0 to 10000"),
+        ("empty_seconds = 61", "empty_seconds = 61: allowed: seconds from 0 to 60"),
+        ('empty_seconds = "2s"', "empty_seconds = '2s': allowed: seconds from 0 to 60"),
+        ("empty_frames = 3\nempty_seconds = 1", "empty_frames = 3 and empty_seconds = 1: allowed: one of them"),
     ],
 )
 def test_errors_of_clip_toml(tmp_path, text, reason):
@@ -327,7 +350,7 @@ def test_background_texts_are_parsed():
 
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
-    with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: auto, two-view"):
+    with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: both, auto, two-view"):
         demo_rig("hybrid")
     assert [viewer.source for viewer in demo_rig().viewers] == [Actor("demo", 4)] * 2
     rig = demo_rig("two-view")

@@ -29,8 +29,9 @@ from zenocap.tools.operate.warmup.parts import PARTS
 
 TWO_VIEW = replace(demo_rig("two-view"), recognizer=None)
 HYBRID = replace(TWO_VIEW, method="hybrid", tracker=tracker_spec(TrackerTable(), "hybrid", True, Path()))
+BOTH = replace(HYBRID, method="both")
 WITH_RECOGNIZER = replace(TWO_VIEW, recognizer=recognizer_spec(RecognizerTable(), "two-view", Path()))
-RIGS = (TWO_VIEW, HYBRID, WITH_RECOGNIZER)
+RIGS = (TWO_VIEW, HYBRID, BOTH, WITH_RECOGNIZER)
 
 
 def test_every_service_has_a_folder_with_a_shell_and_a_command() -> None:
@@ -55,7 +56,7 @@ def test_the_services_of_a_rig() -> None:
     viewers = (("viewer", "1"), ("viewer", "2"))
     integrator, animator = ("integrator", "main"), ("animator", "main")
     assert services_of(TWO_VIEW) == (*viewers, integrator, animator)
-    assert services_of(HYBRID) == (*viewers, integrator, ("tracker", "main"), animator)
+    assert services_of(HYBRID) == services_of(BOTH) == (*viewers, integrator, ("tracker", "main"), animator)
     assert services_of(WITH_RECOGNIZER, required=True) == (*viewers, integrator, ("recognizer", "main"))
 
 
@@ -67,6 +68,7 @@ def test_a_take_has_the_services_of_its_rig(rig: Rig) -> None:
 def test_services_whose_inputs_are_in_the_take_are_recomputed() -> None:
     assert [kind.name for kind in kinds_of(TWO_VIEW) if kind.recomputed(TWO_VIEW)] == ["viewer", "integrator"]
     assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["integrator", "tracker"]
+    assert [kind.name for kind in kinds_of(BOTH) if kind.recomputed(BOTH)] == ["viewer", "integrator", "tracker"]
 
 
 def test_poses_of_a_packages_method_are_not_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,6 +83,7 @@ def test_poses_of_a_packages_method_are_not_recomputed(monkeypatch: pytest.Monke
 def test_the_warmup_parts_of_a_rig() -> None:
     assert warmup_parts(TWO_VIEW) == ("silhouettes", "actor", "tracking")
     assert warmup_parts(HYBRID) == ("silhouettes", "actor", "tracker")
+    assert warmup_parts(BOTH) == ("silhouettes", "actor", "tracking", "tracker")
     assert set().union(*map(warmup_parts, RIGS)) <= set(PARTS)
 
 

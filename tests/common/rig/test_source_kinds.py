@@ -24,6 +24,7 @@ TEXTS = {
 }
 LIVE = {"device", "stream"}
 ENDS = {"video", "images", "actor", "rendered"}
+FINISHES = {"video", "images"}  # in a live rig
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def test_a_row_parses_its_texts_and_names_what_opens_them(name: str) -> None:
     assert callable(attribute(row.open))
     assert row.has(TEXTS[name])
     assert source.kind == name
-    assert (source.live, source.ends) == (name in LIVE, name in ENDS)
+    assert (source.live, source.ends, source.finishes) == (name in LIVE, name in ENDS, name in FINISHES)
     assert source.background == ("first:60" if name in ENDS else "adaptive")
     assert parse_source(source.text, Path("/")) == source
     assert "secret" not in source.shown

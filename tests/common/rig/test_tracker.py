@@ -104,6 +104,7 @@ def test_a_prior_may_be_on_another_machine(tmp_path: Path) -> None:
         ("seed = 7", 'distance = "plain"', "tracker.distance = 'plain': allowed: contact, modulated"),
         ("seed = 7", 'association = "any"', "tracker.association = 'any': allowed: modulated, closest"),
         ("seed = 7", 'force_law = "cubic"', "tracker.force_law = 'cubic': allowed: quadratic, linear"),
+        ("seed = 7", 'ends = "sharp"', "tracker.ends = 'sharp': allowed: round, flat"),
         ("seed = 7", "prior_share = 1.5", r"tracker.prior_share = 1.5: allowed: 0 to 1, adaptive"),
         ("seed = 7", 'prior_share = "all"', r"tracker.prior_share = 'all': allowed: 0 to 1, adaptive"),
         ("seed = 7", 'cost_terms = "no"', r"tracker.cost_terms = 'no': allowed: bool"),
@@ -126,7 +127,7 @@ def test_every_error_names_file_key_value_and_what_is_allowed(tmp_path: Path, ol
 def test_preset_paper_sets_the_printed_options(tmp_path: Path, shipped: Path) -> None:
     path = write_rig(tmp_path, HYBRID + '\n[tracker]\npreset = "paper"\n')
     printed = FilterOptions(
-        distance="modulated", association="closest", force_law="linear", cost_terms=False, prior_share=1.0,
+        distance="modulated", association="closest", force_law="quadratic", ends="flat", cost_terms=False, prior_share=1.0,
         relocalization=False, velocity_prediction=False, shape_estimation=False, limb_search=False,
         other_postures=False, start="t-pose",
     )  # fmt: skip

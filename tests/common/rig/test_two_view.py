@@ -61,7 +61,8 @@ def test_argument_replaces_the_variant_of_the_file(tmp_path: Path) -> None:
     path = rig_with(tmp_path, 'without = ["toes"]')
     assert load_rig(path, variant="paper").additions == PAPER
     assert load_rig(path, variant="improved").additions == IMPROVED
-    with pytest.raises(UserError, match="only with method 'two-view'"):
+    assert load_rig(path, "both", "paper").additions == PAPER
+    with pytest.raises(UserError, match="only with method 'two-view' or 'both'"):
         load_rig(path, "hybrid", "paper")
 
 

@@ -8,6 +8,7 @@ from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import _paired
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.sources import Stream, VideoFile
 from zenocap.common.runtime.clock import ManualClock
@@ -128,12 +129,43 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
     sources = {viewer.id: viewer.source for viewer in rig.viewers}
     assert list(sources.items()) == [("cam01", VideoFile(first)), ("cam02", VideoFile(second))]
     (note,) = (note for note in rig.notes if "median" in note)
-    assert note.startswith("cam01, cam02: no background picture and no empty_frames: the median of the video is used; ")
+    assert note.startswith("cam01, cam02: no background picture and no empty_seconds: the median of the video is used; ")
     renamed = [file.rename(tmp_path / name) for file, name in ((first, "left.mp4"), (second, "right.mp4"))]
-    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", empty_frames=2)
+    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", background="first:2")
     assert "assigned in order: cam01 = left.mp4, cam02 = right.mp4" in rig.notes[0]
     assert [len(list(open_source(one, Playback(0, ManualClock(0), live=False)))) for one in rig.viewers] == [4, 4]
     with pytest.raises(UserError, match=r"none\.mp4: no such file"):
         rig_of_videos([tmp_path / "none.mp4"], tmp_path / "a" / "calibration.toml")
     with pytest.raises(UserError, match=r"right\.mp4: belongs to no camera of .*; there are: cam01, cam02"):
         rig_of_videos(renamed[1:], tmp_path / "a" / "calibration.toml")
+
+
+@pytest.mark.parametrize(
+    ("cameras", "videos", "expected"),
+    [
+        ("cam8 cam9 cam10", "cam10_walk cam8_walk cam9_walk", "cam8_walk cam9_walk cam10_walk"),
+        ("cam1 cam10", "cam10_walk cam1_walk", "cam1_walk cam10_walk"),
+        ("cam_8 cam_9 cam_10", "9 8 10", "8 9 10"),
+        ("cam1 cam2", "subject1_cam2 subject2_cam1", "subject2_cam1 subject1_cam2"),
+        ("1 2", "trial1_2 trial1_1", "trial1_1 trial1_2"),
+        ("1 2", "trial1_left trial1_right", "trial1_left trial1_right"),
+        ("a b c", "shot-10 shot-8 shot-9", "shot-8 shot-9 shot-10"),
+        ("cam10 cam8 cam9", "shot-10 shot-8 shot-9", "shot-10 shot-8 shot-9"),
+        ("a b", "second first", "second first"),
+        ("int_cam1_img int_cam2_img", "cam2 cam1", "cam1 cam2"),
+        ("left right", "left_walk other", "left_walk other"),
+        ("Left Right", "walk_right walk_left", "walk_left walk_right"),
+        ("cam1 cam2", "cam1 walk_cam2", "cam1 walk_cam2"),
+    ],
+)
+def test_videos_belong_to_the_camera_whose_name_they_contain(cameras: str, videos: str, expected: str) -> None:
+    found, _ = _paired(Path("calibration.toml"), cameras.split(), [Path(f"{name}.mp4") for name in videos.split()])
+    assert [found[name].stem for name in cameras.split()] == expected.split()
+
+
+def test_two_videos_of_one_camera_are_refused_and_the_pairs_are_said() -> None:
+    calibration, cameras = Path("calibration.toml"), ["cam1", "cam2"]
+    with pytest.raises(UserError, match=r"cam1_b\.mp4: cam1_a\.mp4 is of camera cam1 too: allowed: one video per camera"):
+        _paired(calibration, cameras, [Path("cam1_a.mp4"), Path("cam1_b.mp4")])
+    _, notes = _paired(calibration, cameras, [Path("walk_cam2.mp4")])
+    assert notes == ["assigned by the names within: cam2 = walk_cam2.mp4", "cam1: no video: this camera is not used"]

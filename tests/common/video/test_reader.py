@@ -2,9 +2,11 @@
 
 import wave
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 from unittest.mock import Mock
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -104,6 +106,102 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     assert np.array_equal(read(path)[0][0].image(), expected)
     with VideoReader(path) as reader:
         assert reader.size == expected.shape[1::-1]
+
+
+def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
+    """The video's packets from `first` on without new encoding, with times that are `shift_s` later."""
+    with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
+        stream = container.streams.video[0]
+        added = copy.add_stream_from_template(stream)
+        for packet in [one for one in container.demux(stream) if one.size][first:end]:
+            assert packet.time_base is not None
+            assert packet.pts is not None
+            assert packet.dts is not None
+            shift = round(shift_s / packet.time_base)
+            packet.pts, packet.dts, packet.stream = packet.pts + shift, packet.dts + shift, added
+            copy.mux(packet)
+    return target
+
+
+def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:
+    return write_video(path, grey_frames(count), options={"g": str(every), "bf": "0", "sc_threshold": "0"})
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mov"])
+@pytest.mark.parametrize(("first_s", "shown"), [(0.5, 45), (1.0, 30)])
+def test_a_film_that_an_edit_list_trims_is_whole(tmp_path: Path, suffix: str, first_s: float, shown: int) -> None:
+    """As phones and `ffmpeg -ss 0.5 -c copy` trim."""
+    whole = with_key_frames(tmp_path / f"whole.{suffix}", every=60)
+    frames, summary = read(copied(whole, tmp_path / f"a.{suffix}", shift_s=-first_s))
+    assert (len(frames), frames[0].time_ns, levels(frames)[0]) == (shown, 0, (60 - shown) % 24)
+    cut_away = f"{60 - shown} frames are in the file and cut away by its edit list: they are left out"
+    assert summary.notes == (cut_away,)
+    with VideoReader(tmp_path / f"a.{suffix}") as reader:
+        assert reader.declared == shown
+
+
+@pytest.mark.parametrize("suffix", ["h264", "hevc"])
+def test_a_bare_stream_has_the_rate_of_its_headers(tmp_path: Path, suffix: str) -> None:
+    codec = "libx264" if suffix == "h264" else "libx265"
+    frames, summary = read(write_video(tmp_path / f"a.{suffix}", grey_frames(10), codec=codec))
+    assert [round(1e-6 * frame.time_ns) for frame in frames[:4]] == [0, 33, 67, 100]
+    assert summary.notes == ("has no times: 30 frames/s, as its headers state",)
+
+
+def test_the_rate_of_a_bare_stream_that_states_none_is_said_to_be_assumed(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.mjpeg", grey_frames(10), codec="mjpeg", pixels="yuvj420p")
+    frames, summary = read(path)
+    assert frames[1].time_ns == 40_000_000
+    assert summary.notes == ("states no frame rate: 25/s assumed; put it into a container with its rate, such as .mp4",)
+
+
+@pytest.mark.parametrize("suffix", ["ts", "h264"])
+def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(tmp_path: Path, suffix: str) -> None:
+    whole = with_key_frames(tmp_path / f"whole.{suffix}")
+    if suffix == "ts":
+        path = copied(whole, tmp_path / "a.ts", first=5)
+    else:
+        content = whole.read_bytes()
+        begins = [at for at in range(len(content) - 4) if content[at : at + 4] == b"\x00\x00\x01\x41"]  # no key frames
+        path = tmp_path / "a.h264"
+        path.write_bytes(content[begins[4] - 1 :])
+    frames, summary = read(path)
+    assert levels(frames)[0] == 20
+    assert frames[0].time_ns == pytest.approx(15 / 30 * 1e9, abs=1e6)
+    assert any("begins between two key frames: the first 15 frames (0.50 s) cannot be decoded" in n for n in summary.notes)
+
+
+def test_a_matroska_file_whose_beginning_is_missing_says_so(tmp_path: Path) -> None:
+    _, summary = read(write_video(tmp_path / "a.mkv", grey_frames(5), [0.6 + k / 10 for k in range(5)]))
+    assert summary.notes == ("its first frame is at 0.60 s: what came before is missing; times count from that frame",)
+    assert read(write_video(tmp_path / "b.mkv", grey_frames(5)))[1].notes == ()
+
+
+@pytest.mark.parametrize(
+    ("matrix", "turn"),
+    [((-1, 0, 0, 1), None), ((1, 0, 0, -1), None), ((0, 1, 1, 0), cv2.ROTATE_90_CLOCKWISE)],
+    ids=["left and right", "top and bottom", "turned"],
+)
+def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
+    tmp_path: Path, matrix: tuple[int, int, int, int], turn: int | None
+) -> None:
+    image = np.zeros((48, 64, 3), np.uint8)
+    image[:24, :32] = 250
+    path = write_video(tmp_path / "a.mp4", [image] * 5)
+    stored = read(path)[0][0].image()
+    a, b, c, d = matrix
+    content = bytearray(path.read_bytes())
+    at = content.index(b"tkhd") + 4 + 4 + 20 + 16
+    content[at : at + 32] = b"".join((v * 65536).to_bytes(4, "big", signed=True) for v in (a, b, 0, c, d, 0, 0, 0))
+    path.write_bytes(content)
+    frames, summary = read(path)
+    np.testing.assert_array_equal(frames[0].image(), stored if turn is None else cv2.rotate(stored, turn))
+    assert summary.notes == ("asks for a mirrored picture: not mirrored, as cameras see it",)
+
+
+def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.mkv", grey_frames(5), pixel_shape=Fraction(4, 3))
+    assert read(path)[1].notes == ("its pixels are not square (4:3): used as stored, as in a calibration",)
 
 
 @pytest.mark.parametrize(

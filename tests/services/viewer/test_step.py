@@ -3,14 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.support.built_messages import built
 from tests.support.two_view_run import EMPTY_FRAMES, EPOCH_NS, FRAME_NS, SIZE, envelope, film, viewer_setup
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Tick
+from zenocap.common.rig.sources import FirstFrames
+from zenocap.common.vision.background import learn
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.viewer import segmentation
 from zenocap.services.viewer import step as silhouette_step
 from zenocap.services.viewer.frame import SegmentedFrame
+from zenocap.services.viewer.states import LearningBackground
 from zenocap.services.viewer.two_view import step as two_view
 
 COUNT = 30
@@ -34,6 +39,28 @@ def test_there_are_no_messages_while_the_background_is_learned() -> None:
     for count, text in ((EMPTY_FRAMES - 1, learning), (EMPTY_FRAMES, learned)):
         state, published = played(count)
         assert (published, silhouette_step.describe(state)) == ([], text)
+
+
+def test_many_frames_of_the_empty_scene_are_learnt_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of those spread over the whole time; fewer are kept all."""
+    frames, kept = [np.full((48, 64, 3), k, np.uint8) for k in range(100)], []
+    setup = replace(SETUP, background=FirstFrames(len(frames)))
+    monkeypatch.setattr(segmentation, "LEARNT_PX", 16 * 48 * 64 + 5)
+    monkeypatch.setattr(segmentation, "learn_from", kept.extend)
+    state, scene, most = LearningBackground(), None, 0
+    for frame in frames:
+        assert scene is None
+        state, scene = segmentation.learn(setup, state, frame)
+        most = max(most, len(state.images))
+    assert (scene is not None, most) == (True, 16)
+    assert [int(image[0, 0, 0]) for image in kept] == list(range(0, 100, 8))
+    monkeypatch.undo()
+    state, scene = LearningBackground(), None
+    for frame in frames:
+        state, scene = segmentation.learn(setup, state, frame)
+    assert scene is not None
+    assert np.array_equal(scene.background.mean, learn(frames).mean)
+    assert np.array_equal(scene.background.weight, learn(frames).weight)
 
 
 def test_every_later_frame_has_one_silhouette_and_no_other_message_but_advice() -> None:

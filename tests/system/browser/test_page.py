@@ -20,17 +20,20 @@ from tests.support.animator_stand_in import (
     pose_at,
     stand_in,
 )
-from tests.support.browser import PATIENCE_S, Visit, visited
+from tests.support.browser import PATIENCE_S, WINDOWS, Visit, visited
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.bus.protocol import Alive
-from zenocap.common.conversion import packed_points
+from zenocap.common.conversion import angles_by_name, body_of, packed_points
 from zenocap.common.messages import Request
+from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.services.tracker.body.average_body import body_of_height
 
 pytestmark = pytest.mark.core
 FIELD_OF_VIEW = np.radians(38)  # of the page's camera
@@ -47,8 +50,10 @@ def animator(tmp_path: Path) -> Iterator[StandIn]:
 
 
 @contextmanager
-def opened(browser: object, animator: StandIn, expected: str | None = None) -> Iterator[Visit]:
-    with visited(browser, animator.address, expected=expected) as one:
+def opened(
+    browser: object, animator: StandIn, expected: str | None = None, width: int = 1280, scheme: str = "dark"
+) -> Iterator[Visit]:
+    with visited(browser, animator.address, width, scheme=scheme, expected=expected) as one:
         one.until(lambda: one.text("#rig").startswith("rig demo"), "the name of the rig")
         yield one
 
@@ -116,6 +121,43 @@ def test_elbows_are_drawn_in_the_colour_of_their_side(visit: Visit, animator: St
     for name, is_right in (("LElbow", False), ("RElbow", True)):
         red, green, blue = pixel(visit, expected_px(visit, centres[name]))
         assert (blue > red + 40) if is_right else (red > blue + 40), (name, red, green, blue)
+
+
+def test_a_visitor_switches_between_both_methods_of_a_rig_and_sees_the_exchange(browser: object, tmp_path: Path) -> None:
+    """The tracker's pose is shown first, the other method's as a ghost; each view has role and scaling factor."""
+    with (
+        stand_in(tmp_path, ManualClock(time.time_ns()), rig=demo_rig("both")) as animator,
+        opened(browser, animator) as visit,
+    ):
+        animator.begin()
+        for k in range(2):
+            pose = animator.send_frame_set(0.2 * k)
+            animator.receive(*tracked(k, animator.clock.now_ns(), pose))
+            tick(animator)
+        visit.until(lambda: visit.evaluate("zenocap.state.source") == "tracker", "the tracker's pose")
+        names = visit.evaluate("[...document.querySelectorAll('#sources button')].map((one) => one.textContent)")
+        assert names == ["tracker", "two-view"]
+        visit.until(lambda: visit.text(".view[data-viewer='1'] .scale") == "×1.00", "the scaling factor of viewer 1")
+        assert [visit.text(f".view[data-viewer='{id}'] .role") for id in "12"] == ["facade", "flank"]
+        counts = "[zenocap.scene.capsules.length, zenocap.scene.ghost.length]"
+        visit.until(lambda: visit.evaluate(counts) == [14, 11], "the tracker's capsules, and the ghost's")
+        visit.page.click("#sources [data-name=two-view]")
+        visit.until(lambda: visit.evaluate(counts) == [11, 14], "both exchanged")
+        animator.receive(*tracked(9, animator.clock.now_ns(), pose))
+        assert visit.evaluate("zenocap.state.source") == "two-view"  # the visitor's choice stays
+        visit.page.click("#layers [name=others]")
+        visit.until(lambda: visit.evaluate(counts) == [11, 0], "no ghost")
+        assert visit.problems == []
+
+
+def tracked(frame: int, now_ns: int, pose: Pose) -> tuple[m.TrackerBdp, m.TrackerPose]:
+    """Body and pose of the tracker, upright at the place of a pose."""
+    x, y, z = pose.position.tolist()
+    angles = angles_by_name(FOURTEEN_PARTS, FOURTEEN_PARTS.neutral)
+    return (
+        m.TrackerBdp(frame=frame, captured_ns=now_ns, body=body_of(FOURTEEN_PARTS, body_of_height(1.75))),
+        built(m.TrackerPose, frame=frame, captured_ns=now_ns, position=(x, y, z), angles=angles, lost=False),
+    )
 
 
 def pixel(visit: Visit, at: Floats) -> tuple[int, int, int]:
@@ -461,3 +503,32 @@ def test_the_resolution_follows_the_drawing_time(visit: Visit) -> None:
         script = f"""(() => {{ const {{scene}} = zenocap; scene.times = []; scene.quality = {before};
             for (let k = 0; k < 4; k++) scene.adaptResolution({took_ms}); return scene.quality; }})()"""
         assert visit.evaluate(script) == after, (before, took_ms)
+
+
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
+def test_every_text_has_contrast_in_both_colour_schemes(
+    browser: object, animator: StandIn, width: int, scheme: str
+) -> None:
+    """In each tab, and on each slide."""
+    with opened(browser, animator, width=width, scheme=scheme) as one:
+        animator.send_frame_set(0.0)
+        sees(one, 1)
+        animator.receive(health("viewer", "1", animator.clock.now_ns(), "no person in view", dropped_frames=3))
+        for tab in ("view", "setup", "takes"):
+            one.evaluate(f"document.querySelector('[data-tab={tab}]').click()")
+            one.check_colours(scheme)
+        one.evaluate("document.getElementById('slides-open').click()")
+        for _ in range(6):
+            one.check_colours(scheme)
+            one.page.keyboard.press("ArrowRight")
+
+
+def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Visit, animator: StandIn) -> None:
+    for frame, pose in ((60, T_POSE), (61, Pose(T_POSE.position, TEN_PARTS.neutral))):
+        animator.receive(bap(frame, animator.clock.now_ns(), pose))
+        sees(visit, frame)
+        degrees = 90 if pose is T_POSE else 0
+        shown = (
+            "[...document.querySelectorAll('figure')].find((one) => one.textContent.includes('arm elevation'))?.textContent"
+        )
+        visit.until(lambda: f"{degrees}° {degrees}°" in str(visit.evaluate(shown)), f"{degrees} degrees")  # noqa: B023

@@ -178,6 +178,7 @@ def test_nothing_is_wider_than_the_window(browser, tmp_path, width, scheme) -> N
         visit.until(lambda: "good" in tab.inner_text("#outcome"), "the verdict of the points in the file")
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
         assert tab.locator("#points tbody tr").count() == len(ROOM)
+        visit.check_colours(scheme)
 
 
 def scene_file(camera) -> str:

@@ -43,6 +43,7 @@ def folder(tmp_path: Path) -> Path:
     for name in ("clip", "empty"):
         (tmp_path / name).mkdir()
     (tmp_path / "clip" / "calibration.toml").write_text("")
+    (tmp_path / "clip" / "videos").mkdir()
     return tmp_path
 
 
@@ -51,7 +52,18 @@ def folder(tmp_path: Path) -> Path:
     [
         ("track film.mp4 -o a.mcap", 2, ("videos need --calibration FILE", "zenocap calibrate")),
         ("track film.mp4 walk.mcap", 2, ("one rig file or folder, or videos with --calibration FILE",)),
-        ("track empty --up-axis z", 2, ("--up-axis and --empty-frames: allowed with --calibration",)),
+        ("track empty --up-axis z", 2, ("--up-axis: allowed with --calibration",)),
+        ("track studio.toml --empty-seconds 1", 1, ("a rig file has the backgrounds of its viewers",)),
+        ("track clip/videos", 2, ("did you mean", "clip?")),
+        ("track clip.zip", 2, ("clip.zip: no rig and no video: unpack it",)),
+        (
+            "track film.mp4 sound.wav --calibration clip/calibration.toml",
+            2,
+            ("sound.wav: no rig and no video: sound alone",),
+        ),
+        ("track a.gif b.gif", 2, ("a.gif: no rig and no video: an animated picture",)),
+        ("up clip.zip", 2, ("unpack it",)),
+        ("track clip -o no/such/a.xyz", 2, ("a.xyz: allowed: a take (.mcap), or an export (", ".bvh")),
         ("up walk.mcap", 2, ("is a take", "a rig is needed", "zenocap show")),
         ("viewer walk.mcap --id 1", 2, ("is a take", "a rig is needed")),
         ("up empty", 1, ("no calibration.toml in this folder", "zenocap calibrate")),

@@ -120,6 +120,25 @@ def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
 
 
 @pytest.mark.slow
+def test_what_lies_before_the_first_pose_counts_in_a_short_take() -> None:
+    """The tracker needs 1.2 s to start without a T-pose: of 3 s that is too much, of a long take it is not."""
+    found = verdict_of(evidence_of(without_poses(set(range(36)))))
+    assert (found.rating, found.reasons[0].kind) == ("unusable", "lost")
+    assert found.stretches[0].start_ns - START_NS == pytest.approx(0.6e9, abs=0.1e9)
+    assert verdict_of(evidence_of(without_poses(set(range(12))))).rating == "good"
+
+
+@pytest.mark.slow
+def test_the_cause_comes_before_the_poses_that_are_lost_by_it() -> None:
+    lost = set(range(15, 70))
+    every = [one for one in messages(swapped=True) if not (isinstance(one, m.TrackerPose) and one.frame in lost)]
+    kinds = [reason.kind for reason in verdict_of(evidence_of(every)).reasons]
+    assert kinds[0] in ("overlap", "views-apart")
+    assert "lost" in kinds
+    assert verdict_of(evidence_of(without_poses(lost))).reasons[0].kind == "lost"
+
+
+@pytest.mark.slow
 def test_a_pose_between_two_others_may_be_missing() -> None:
     """At a variable frame rate single frames are missing: the poses are interpolated there."""
     found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))

@@ -62,6 +62,23 @@ def test_a_calibration_of_other_cameras_is_refused(tmp_path):
         next_step(tmp_path)
 
 
+def test_a_calibration_of_another_shape_is_refused_before_the_rig_file_and_the_step_can_be_repeated(tmp_path):
+    write_cameras(tmp_path, replace(CAMERAS_1, size=(640, 480), looked=True))
+    calibrate(tmp_path, "cam01", "cam02")
+    with pytest.raises(
+        state.StepError,
+        match=r"cam01: for images of 1280 x 720, and cameras.toml requests 640 x 480, .* --again calibration",
+    ):
+        next_step(tmp_path)
+    assert state.reached_step(tmp_path) == "calibration"
+    write_cameras(tmp_path, replace(CAMERAS_1, size=(640, 360), looked=True))  # of the same shape
+    assert next_step(tmp_path) == "rig"
+    (tmp_path / RIG).write_text("name = 3")
+    with pytest.raises(state.StepError, match=r"--again rig"):
+        next_step(tmp_path)
+    assert state.reached_step(tmp_path) == "rig"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

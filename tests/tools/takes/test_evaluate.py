@@ -14,7 +14,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
-from zenocap.tools.takes.evaluate import ScoredFrames, accuracy, pairing_note
+from zenocap.tools.takes.evaluate import Accuracy, ScoredFrames, accuracy, better_offset, pairing_notes
 
 ALL = ScoredFrames()
 
@@ -58,7 +58,7 @@ def test_selection_limits_the_scored_frames() -> None:
     start_s, end_s = truth.times_s[truth.frames == 8][0], truth.times_s[truth.frames == 12][0]
     assert accuracy(truth, truth, ScoredFrames(first=Bound(start_s, True), last=Bound(end_s, True))).frames == 5
     assert accuracy(truth, truth, ScoredFrames(every=2)).frames == 6
-    later = replace(truth, frames=truth.frames + 3)
+    later = replace(truth, frames=truth.frames + 3, times_s=truth.times_s + 3 / 30)
     assert accuracy(later, truth, ScoredFrames(offset=3)).mpjpe_mm == 0
 
 
@@ -94,23 +94,62 @@ def filmed(count: int, rate: float, step: int = 1, first: int = 0) -> Trajectori
     return Trajectories(("Hip",), frames, frames / rate, np.zeros((len(frames), 1, 3)), rate / step)
 
 
+def numbered(data: Trajectories, by: int, count: int | None = None) -> Trajectories:
+    """The same with numbers that are `by` higher; with a count, from `by` on."""
+    frames = data.frames + by if count is None else np.arange(by, by + count)
+    return replace(data, frames=frames)
+
+
 @pytest.mark.parametrize(
     ("take", "truth", "every", "offset", "note"),
     [
         (filmed(100, 30.0), filmed(100, 29.97), 1, 0, None),
         (filmed(100, 60.0, step=2), filmed(100, 60.0), 2, 0, None),
         (filmed(120, 30.0, first=20), filmed(100, 30.0), 1, 20, None),
-        (filmed(99, 30.0), filmed(200, 60.0), 1, 0, "last 3.27 s in the take and 1.63 s in the truth"),
-        (filmed(99, 30.0), filmed(200, 60.0), 2, 0, "last 3.27 s in the take and 1.63 s in the truth"),
+        (filmed(99, 30.0), filmed(200, 60.0), 1, 0, "frame 98 of the truth is at 1.633 s, and that of the take at 3.267 s"),
+        (filmed(100, 30.0), numbered(filmed(100, 30.0), 1), 1, 0, "frame 99 of the truth is at 3.267 s"),
+        (filmed(100, 30.0), numbered(filmed(100, 30.0), 1), 1, 1, "frame 98 of the truth is at 3.233 s"),
         (filmed(100, 60.0, step=2), filmed(100, 60.0), 1, 0, "give --every 2"),
     ],
-    ids=["equal", "every second", "offset", "half the rate", "half the rate, every second", "every second, not given"],
+    ids=["equal", "every second", "offset", "half the rate", "from 1", "from 1, with an offset", "every second, not given"],
 )
 def test_frames_of_equal_numbers_at_other_times_need_a_note(
     take: Trajectories, truth: Trajectories, every: int, offset: int, note: str | None
 ) -> None:
-    found = pairing_note(take, truth, every, offset)
-    assert found == "" if note is None else note in found
+    selection = ScoredFrames(every=every, offset=offset)
+    found = list(pairing_notes(take, truth, selection, Accuracy(1, 1, 0.0, 0.0, 0.0, 0.0, 0.0, {})))
+    assert found == [] if note is None else note in found[0]
+
+
+def test_a_truth_that_counts_from_1_is_paired_by_time() -> None:
+    """As in files of OpenSim, Cortex and Vicon: Frame# 1 at Time 0."""
+    truth = walking()
+    assert accuracy(numbered(truth, -1), truth, ALL).mpjpe_mm == 0
+    half = replace(truth, frames=truth.frames[::2], times_s=truth.times_s[::2], points=truth.points[::2], rate=15.0)
+    found = accuracy(half, truth, ALL)
+    assert (found.mpjpe_mm, found.lost_pct, found.frames) == (0, 0, 5)  # a row has no estimate
+
+
+def test_rows_that_a_take_leaves_out_are_lost_also_where_they_are_most() -> None:
+    truth = walking(31)
+    kept = np.arange(4, 31, 3)
+    take = replace(truth, frames=truth.frames[kept], times_s=truth.times_s[kept], points=truth.points[kept])
+    found = accuracy(take, truth, ALL)
+    assert (found.frames, found.mpjpe_mm) == (30, 0.0)
+    assert found.lost_pct == pytest.approx(100.0 * 21 / 30)
+
+
+def test_a_truth_whose_numbers_and_times_begin_again_gets_the_better_offset() -> None:
+    track = walking(60)
+    cut = numbered(replace(track, points=track.points[20:], times_s=track.times_s[:40] - track.times_s[0]), 0, 40)
+    found = accuracy(track, cut, ALL)
+    (note,) = [note for note in pairing_notes(track, cut, ALL, found) if "--offset" in note]
+    assert note.startswith("with --offset 25 the mean distance is 0 mm")
+    assert accuracy(track, cut, ScoredFrames(offset=25)).mpjpe_mm == pytest.approx(0.0)
+    late = replace(cut, times_s=cut.times_s + 3600.0)
+    with pytest.raises(UserError, match=r"no frame in common .*: with --offset -107975 the mean distance is 0 mm"):
+        accuracy(track, late, ALL)
+    assert better_offset(track, walking(60, seed=2), ALL, found.mpjpe_mm) == ""
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

@@ -21,8 +21,8 @@ from zenocap.common.body.clinical_angles import within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries
 from zenocap.common.formats.pose_track import Bound
-from zenocap.tools.takes.evaluate import ScoredFrames
-from zenocap.tools.takes.evaluate_angles import ONE_TRUNK, AngleAccuracy, compared, error_of, paired_rows
+from zenocap.tools.takes.evaluate import ScoredFrames, paired_rows
+from zenocap.tools.takes.evaluate_angles import ONE_TRUNK, AngleAccuracy, compared, error_of
 from zenocap.tools.teach.dataset.generate import dataset_rig, generate_take
 
 ALL = ScoredFrames()

@@ -259,3 +259,17 @@ def test_files_say_how_they_were_smoothed(to: str, two_view: Path, tmp_path: Pat
         assert ezc3d.c3d(str(path))["parameters"]["ZENOCAP"]["SMOOTHING"]["value"][0].startswith(text)
     else:
         assert text.encode() in path.read_bytes()
+
+
+@pytest.mark.parametrize("to", ["trc", "csv"])
+def test_frames_that_a_live_take_leaves_out_are_rows_without_pose(to: str, tmp_path: Path) -> None:
+    """So that a reader who counts rows by DataRate is right about time."""
+    track = moving(30, first=4)
+    kept = np.array([k for k in range(30) if k % 3 or k == 0])  # 20 of 29 frames, up to the last one
+    take = write_take(tmp_path / "live.mcap", messages_of_track(track.rows(kept)))
+    found = export(take, tmp_path / f"live.{to}", ExportOptions(to))
+    assert (found.rows, found.first, found.last, found.empty) == (30, 4, 33, 9)
+    if to == "trc":
+        again = read_trc(tmp_path / "live.trc")
+        assert again.rate == pytest.approx(30.0, rel=1e-3)
+        np.testing.assert_allclose(np.diff(again.times_s), 1 / 30, atol=1e-3)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 from tests.common.recording.test_writer import START_NS, record_take
 from zenocap.common.errors import UserError
@@ -89,6 +90,42 @@ def test_unrecoverable_file_leaves_no_output(tmp_path: Path, output: Path, conte
     (tmp_path / "take.mcap").write_bytes(content)
     with pytest.raises(UserError, match=r"nothing to recover|is no MCAP file"):
         recover(tmp_path / "take.mcap", output)
+    assert not output.exists()
+
+
+def packed(source: Path, target: Path, name: bytes = b"lz4") -> Path:
+    """The same messages and attachments, in chunks compressed with LZ4; these named differently."""
+    with source.open("rb") as file, target.open("wb") as written:
+        reader, writer = make_reader(file), Writer(written, compression=CompressionType.LZ4)
+        writer.start()  # type: ignore[no-untyped-call]
+        channels: dict[int, int] = {}
+        for schema, channel, message in reader.iter_messages(log_time_order=False):
+            if channel.id not in channels:
+                kind = writer.register_schema(schema.name, schema.encoding, schema.data) if schema else 0
+                channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, kind)
+            writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time)
+        writer.add_attachment(0, 0, "rig.toml", "text/plain", b"rig")
+        writer.finish()  # type: ignore[no-untyped-call]
+    target.write_bytes(target.read_bytes().replace(b"\x03\0\0\0lz4", b"\x03\0\0\0" + name))
+    return target
+
+
+def test_chunks_of_lz4_are_read(intact: Path, output: Path) -> None:
+    take = TakeReader(packed(intact, intact.with_name("lz4.mcap")))
+    assert [one.data for one in take.messages()] == [one.data for one in TakeReader(intact).messages()]
+    assert take.cut is None
+    assert not recover(intact.with_name("lz4.mcap"), output).lost
+
+
+def test_another_compression_is_named_and_no_empty_take_is_written(intact: Path, output: Path) -> None:
+    path = packed(intact, intact.with_name("lzo.mcap"), b"lzo")
+    take = TakeReader(path)
+    assert list(take.messages()) == []
+    reason = "a chunk compressed with 'lzo', which is not read: allowed: zstd, lz4, or none"
+    assert take.cut is not None
+    assert reason in take.cut
+    with pytest.raises(UserError, match=f"nothing to recover: it contains no intact message: {reason}"):
+        recover(path, output)
     assert not output.exists()
 
 

@@ -13,7 +13,7 @@ from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.tables import write_csv
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.sources import Actor, AdaptiveBackground, Device, FirstFrames
 from zenocap.common.topics import HANDLED, SILHOUETTE
 from zenocap.tools.operate.warmup import parts as warmup
@@ -50,6 +50,31 @@ def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -
     assert (tmp_path / "two.mcap").read_bytes() == take.read_bytes()
     assert result.poses > 20
     assert result.problems == ()
+
+
+@pytest.mark.nightly
+def test_both_methods_run_on_the_same_silhouettes(tmp_path: Path) -> None:
+    """The exchange is that of two-view alone, and the tracker gets the silhouettes that it gets alone; readers of the take
+    use its poses."""
+    found: dict[str, dict[type[m.Message], list[m.Message]]] = {}
+    for method in ("both", "two-view", "hybrid"):
+        rig = replace(
+            with_viewers(load_rig(demo_rig_file("both"), method), source=Actor("raise-both-arms", 3)), recognizer=None
+        )
+        small = at_working_size(with_viewers(rig, preview=False), (160, 120), None)
+        path = tmp_path / f"{method}.mcap"
+        result = track(small, path)
+        messages = [received.message for received in TakeReader(path).envelopes(invalid="raise")]
+        kinds = (m.PartialBdp, m.PartialBap, m.Assignment, m.UniversalBap, m.TrackerPose, m.Silhouette)
+        found[method] = {kind: [one for one in messages if type(one) is kind] for kind in kinds}
+        assert result.poses == len(found[method][m.UniversalBap if method == "two-view" else m.TrackerPose]) > 20
+    for kind in (m.PartialBdp, m.PartialBap, m.Assignment, m.UniversalBap):
+        assert found["both"][kind] == found["two-view"][kind] != []
+    assert len(found["both"][m.TrackerPose]) == len(found["hybrid"][m.TrackerPose])
+    seen, alone = ({(one.viewer, one.frame): one for one in found[name][m.Silhouette]} for name in ("both", "hybrid"))
+    assert seen == {key: alone[key] for key in seen}  # viewers of the tracker alone also send empty ones at the beginning
+    assert len(read_poses(tmp_path / "both.mcap").baps) == len(found["both"][m.TrackerPose])
+    assert verify([tmp_path / "both.mcap"]).failed is False
 
 
 def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:

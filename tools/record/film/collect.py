@@ -16,8 +16,17 @@ from zenocap.common.formats.model_files import MAX_BYTES
 from zenocap.common.messages import FilmBoard, FilmFile, FilmReply
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.runtime.foreign_text import printable
+from zenocap.common.video.parameters import RESERVE_BYTES
 from zenocap.services.camera.files import Kind
-from zenocap.tools.record.film.parameters import CHECKSUM_S, DETECT_S, FETCH_TRIES, POLL_S, QUERY_S
+from zenocap.tools.record.film.parameters import (
+    CHECKSUM_S,
+    DETECT_S,
+    FETCH_TRIES,
+    FILE_BYTES,
+    FRAME_BYTES,
+    POLL_S,
+    QUERY_S,
+)
 from zenocap.tools.record.film.remote import RemoteCamera, Unanswered
 from zenocap.tools.record.film.remote_film import RemoteFilm
 
@@ -106,7 +115,14 @@ def move(camera: RemoteCamera, folder: Path) -> None:
 def copy(camera: RemoteCamera, folder: Path, report: Callable[[str], None]) -> tuple[int, float]:
     """Copy the files into `folder`, each whole or not at all; returns bytes and seconds.  Raises UserError."""
     begin_s, total = time.monotonic(), 0
+    told, more = camera.reply, camera.reply.frames * FRAME_BYTES + FILE_BYTES
     sizes = _checksums(camera, tuple(FILES))
+    limits: dict[Kind, int] = {"video": told.written_bytes + more, "times": more}
+    for kind, most in limits.items():
+        if (size := sizes[kind].bytes) > most:
+            raise UserError(
+                f"{camera.name} on {camera.host}: {kind}: {size} bytes: allowed: {most} after {told.frames} frames"
+            )
     for kind, file in sizes.items():
         total += _copy(camera, kind, file, folder / FILES[kind].format(name=camera.name), report)
     return total, time.monotonic() - begin_s
@@ -162,15 +178,20 @@ def _checksums(camera: RemoteCamera, kinds: Sequence[Kind]) -> dict[Kind, FilmFi
 def _copy(camera: RemoteCamera, kind: Kind, file: FilmFile, path: Path, report: Callable[[str], None]) -> int:
     """Copy one file; returns its size."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    if shutil.disk_usage(path.parent).free < file.bytes:
-        raise UserError(f"{path}: {file.bytes / 1e6:.0f} MB, more than the disk has left")
     part, digest, done, tenth = path.with_name(f"{path.name}.part"), hashlib.sha256(), 0, 1
     try:
         with part.open("wb") as out:
             while done < file.bytes:
+                spare = shutil.disk_usage(path.parent).free - RESERVE_BYTES
+                if spare < file.bytes - done:
+                    raise UserError(
+                        f"{path}: {file.bytes / 1e6:.0f} MB: allowed: {max(0, spare + done) / 1e6:.0f} MB, free disk"
+                    )
                 data = _asked(camera, "read", file=kind, offset=done).data
-                if not data:
-                    raise UserError(f"{camera.name} on {camera.host}: {path.name} has become shorter")
+                if not 0 < len(data) <= file.bytes - done:
+                    raise UserError(
+                        f"{camera.name} on {camera.host}: {path.name}: not the {file.bytes} bytes that it announced"
+                    )
                 out.write(data)
                 digest.update(data)
                 done += len(data)

@@ -40,10 +40,10 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
 def write_layout(
     folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed], *, calibrated: bool = True, begins_empty: bool = True
 ) -> None:
-    """Write calibration, beginnings of the videos, and the number of empty frames where all viewers have one.
+    """Write calibration, beginnings of the videos, and the time of the empty scene where all viewers have one.
 
-    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  begins_empty: whether the number of
-    empty frames is written: a film of a rig that was tracking begins with a person in it.  Raises UserError, OSError.
+    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  begins_empty: whether the time of
+    the empty scene is written: a film of a rig that was tracking begins with a person in it.  Raises UserError, OSError.
     """
     if calibrated:
         cameras = {viewer.camera.name: viewer.camera.resized(viewer.calibrated_size) for viewer in viewers}
@@ -52,9 +52,9 @@ def write_layout(
     offsets = {one.name: (one.first_ns - first_ns) / 1e9 for one in filmed if one.frames}
     comment = "\n# ".join(("Written by zenocap film, from capture times", *late_texts(viewers, filmed)))
     write_sync(folder, offsets, comment)
-    empty = [viewer.background.count for viewer in viewers if isinstance(viewer.background, FirstFrames)]
+    empty = [one.background.count / one.fps for one in viewers if isinstance(one.background, FirstFrames)]
     if begins_empty and len(empty) == len(viewers):
-        write_atomically(folder / CLIP, f"empty_frames = {min(empty)}\n".encode())
+        write_atomically(folder / CLIP, f"empty_seconds = {min(empty):.6g}\n".encode())
 
 
 def late_texts(viewers: Sequence[Viewer], filmed: Sequence[Filmed]) -> list[str]:

@@ -107,7 +107,7 @@ def lines_of(result: FilmResult) -> Iterator[tuple[str, bool]]:
     if result.remote.cameras:
         yield result.remote.start_text(result.filmed), False
     if result.remote.of_running_rig:
-        yield "note: of a running rig, so without empty_frames: the background is the median of each video", True
+        yield "note: of a running rig, so without empty_seconds: the background is the median of each video", True
     if result.reason:
         yield f"ended early: {result.reason}", True
 

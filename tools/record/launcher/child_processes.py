@@ -7,14 +7,20 @@ import queue
 import signal
 import subprocess
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
+from zenocap.common.runtime.signals import STACKS
+
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
+SETTLED_PAUSE_S = 0.1  # after a run of SETTLED_S; chosen by hand
 SETTLED_S = 10.0  # run time after which a start counts as successful
+HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
 STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
+WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
+FAILED = 1  # status of a process that ended without a failure of its own, although it was to run on
 
 
 class Process(Protocol):
@@ -35,7 +41,7 @@ class Process(Protocol):
     def kill(self) -> None: ...
 
 
-Spawn = Callable[[Sequence[str]], Process]
+Spawn = Callable[[Sequence[str]], Process]  # raises InterruptedError when it is to start no more
 
 
 def spawn(arguments: Sequence[str]) -> Process:
@@ -70,9 +76,11 @@ class ChildProcesses:
     """The children of this process.  clock: monotonic, seconds.  `lines` returns their output and status changes."""
 
     def __init__(
-        self, commands: Sequence[tuple[str, Sequence[str]]], clock: Callable[[], float], start: Spawn = spawn
-    ) -> None:
-        self._clock, self._spawn = clock, start
+        self, commands: Sequence[tuple[str, Sequence[str]]], clock: Callable[[], float], start: Spawn = spawn,
+        finishing: Collection[str] = (),
+    ) -> None:  # fmt: skip
+        """finishing: names of those that end by themselves; others are started again when something else stops them."""
+        self._clock, self._spawn, self._finishing = clock, start, finishing
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.all = [ChildProcess(name, tuple(arguments)) for name, arguments in commands]
 
@@ -104,31 +112,50 @@ class ChildProcesses:
         return sum(max(0, child.starts - 1) for child in self.all)
 
     def stop(self, names: Callable[[str], bool] = lambda _: True) -> None:
-        """End processes by name: SIGTERM, then SIGKILL after STOPPED_S."""
+        """End processes by name: SIGTERM, then SIGKILL after STOPPED_S.  One that hangs logs its stacks after HANGING_S."""
         running = []
         for child in self.all:
             if names(child.name):
                 if child.due_s is not None and child.quick_failures >= QUICK_FAILURES:
-                    child.status = child.last_status
+                    child.status = child.last_status or FAILED
                 child.due_s = None
                 if child.process is not None and child.process.poll() is None:
                     child.process.send_signal(signal.SIGTERM)
                     running.append(child)
-        end_s = self._clock() + STOPPED_S
-        for child in running:
-            assert child.process is not None  # it is running
-            try:
-                child.status = child.process.wait(max(0.05, end_s - self._clock()))
-            except subprocess.TimeoutExpired:
+        begin_s = self._clock()
+        for child in self._left(running, begin_s + HANGING_S):
+            if child.process is not None and STACKS is not None:
+                self._lines.put(f"{child.name}: has not stopped in {HANGING_S:g} s; the stacks of its threads:")
+                child.process.send_signal(STACKS)
+        for child in self._left(running, begin_s + STOPPED_S):
+            if child.process is not None:
                 child.process.kill()
-                child.status = child.process.wait()
                 self._lines.put(f"{child.name}: did not stop in {STOPPED_S:g} s and was killed")
+        self._left(running, None)
+
+    def _left(self, stopping: Collection[ChildProcess], end_s: float | None) -> list[ChildProcess]:
+        """Processes that still run at a time; None: wait for all.  Those that have ended get their status."""
+        left = []
+        for child in stopping:
+            if child.process is None:
+                continue
+            try:
+                status = child.process.wait(None if end_s is None else max(0.05, end_s - self._clock()))
+            except subprocess.TimeoutExpired:
+                left.append(child)
+                continue
+            # One that had just been started has no handler of the signal yet.
+            child.status = 0 if status == -signal.SIGTERM else status
             child.process = None
             if child.reader is not None:
                 child.reader.join(1.0)
+        return left
 
     def _start(self, child: ChildProcess) -> None:
-        child.process = self._spawn(child.arguments)
+        try:
+            child.process = self._spawn(child.arguments)
+        except InterruptedError:  # the launcher is to stop
+            return
         child.started_s, child.due_s = self._clock(), None
         child.starts += 1
         if child.starts > 1:
@@ -145,7 +172,7 @@ class ChildProcesses:
         child.process = None
         if child.reader is not None:
             child.reader.join(1.0)
-        if status == 0:
+        if status == 0 and child.name in self._finishing:
             child.status = 0
             self._lines.put(f"{child.name}: finished")
             return
@@ -153,14 +180,16 @@ class ChildProcesses:
         child.last_status = status
         child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
-        # A process that exits right after its first start would fail again.  One that was killed may not, and for one that
-        # ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
-        first_failed = status > 0 and child.starts == 1 and child.quick_failures
+        # A process that fails right after its first start would fail again.  One that was killed or stopped may not, and of
+        # one that ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
+        first_failed = status > 0 and status not in WITHOUT_FAILURE and child.starts == 1 and child.quick_failures
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):
-            child.status = status
+            child.status = status or FAILED
             self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
             return
-        pause_s = min(FIRST_PAUSE_S * 2 ** max(0, child.quick_failures - 1), LONGEST_PAUSE_S)
+        pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 1), LONGEST_PAUSE_S)
+        if not child.quick_failures:
+            pause_s = SETTLED_PAUSE_S
         child.due_s = self._clock() + pause_s
         self._lines.put(f"{child.name}: {_exit_text(status)}; starting it again in {pause_s:g} s")
 
@@ -171,4 +200,6 @@ def _exit_text(status: int) -> str:
             return f"died ({signal.Signals(-status).name})"
         except ValueError:
             return f"died (signal {-status})"
+    if status in WITHOUT_FAILURE:
+        return f"ended, although it was to run on (exit status {status})"
     return f"failed (exit status {status})"

@@ -1,16 +1,21 @@
 """Display of the rig's status: a live table on a terminal, elsewhere one plain line per second."""
 
+import re
 from collections.abc import Sequence
 
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from zenocap.common.messages import Phase
 from zenocap.common.observe.losses import lost as lost_of
 from zenocap.common.rig.services import ServiceKey, title
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.record.launcher.rig_status import RigStatus, lost_text, posture_label, view_of
 
+WIDE = 120  # columns of a terminal, from which the stage times and the states in full are shown; chosen by hand
+TIMES = "stage times, ms"
+HEADINGS = ("service", "frames/s", TIMES, "dropped", "view", "score", "state")
 # Stages of the services that run once per frame; their median times are shown.
 STAGES = (
     ("step_frame", "silhouette + place"), ("step_assignment", "limbs"), ("step_sighting", "assign"),
@@ -18,15 +23,38 @@ STAGES = (
 )  # fmt: skip
 
 
-def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, take: str) -> Group:
-    """The whole display."""
-    rows = Table(title=f"zenocap  {elapsed_s:.0f} s", title_justify="left", expand=False)
-    for heading in ("service", "frames/s", "stage times, ms", "dropped", "view", "score", "state"):
-        rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
+def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, take: str, width: int = WIDE) -> Group:
+    """The whole display: the address of the page, a line for each service, the pose, the take.  width: of the terminal.
+
+    Below WIDE columns there are no stage times, the state is that of the phase, in two words, and nothing is wrapped.
+    """
+    wide = width >= WIDE
+    page = _page_of(status, services)
+    head = Text(f"zenocap  {elapsed_s:.0f} s    {f'page: {page}    ' if page else ''}Ctrl-C ends", style="bold")
+    rows = Table(expand=False)
+    shown = [heading for heading in HEADINGS if wide or heading != TIMES]
+    for heading in shown:
+        rows.add_column(
+            heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left", no_wrap=not wide
+        )
     for service in services:
-        rows.add_row(*_row(status, service))
-    end = Text(f"take: {printable(take)}    Ctrl-C ends", style="dim")
-    return Group(rows, _pose_line(status), *_posture_line(status), end)
+        cells = dict(zip(HEADINGS, _row(status, service, wide), strict=True))
+        rows.add_row(*(cells[heading] for heading in shown))
+    end = Text(f"take: {printable(take)}", style="dim")
+    lines = [head, _pose_line(status), *_posture_line(status), end]
+    for line in lines if not wide else ():
+        line.no_wrap, line.overflow = True, "ellipsis"
+    return Group(lines[0], rows, *lines[1:])
+
+
+def _page_of(status: RigStatus, services: Sequence[ServiceKey]) -> str:
+    """Address of the page, which the animator states; empty before, and without a page."""
+    for service in services:
+        health = status.services.health.get(service)
+        if service[0] == "animator" and health is not None:
+            found = re.search(r"page (https?://[^\s,]+)", health.state)
+            return printable(found[1]) if found else ""
+    return ""
 
 
 def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float) -> str:
@@ -48,14 +76,16 @@ def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: flo
     return " | ".join(parts)
 
 
-def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
+def _row(status: RigStatus, service: ServiceKey, wide: bool) -> list[str | Text]:
+    """Cells of HEADINGS.  wide: with the state as the service describes it."""
     health = status.services.health.get(service)
     if service not in status.services.alive:
         return [title(service), "", "", "", "", "", Text("not running" if health else "starting", style="yellow")]
     if health is None:
         return [title(service), "", "", "", "", "", "starting"]
     view, score = _view(status, service)
-    lost, rate, state = lost_of(health.counts), f"{health.rate:.1f}", Text(printable(health.state))
+    words = health.state if wide or health.phase is Phase.UNKNOWN else health.phase.replace("_", " ")
+    lost, rate, state = lost_of(health.counts), f"{health.rate:.1f}", Text(printable(words))
     times = "  ".join(f"{label} {health.stages_ms[stage]:.1f}" for stage, label in STAGES if stage in health.stages_ms)
     return [title(service), rate, times, Text(str(lost), style="red" if lost else ""), view, score, state]
 

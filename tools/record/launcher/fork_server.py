@@ -7,6 +7,7 @@ exists.  Linux only; elsewhere, and when the fork server has ended, processes ar
 """
 
 import ctypes
+import gc
 import json
 import os
 import select
@@ -15,11 +16,12 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, NoReturn, cast
 
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.runtime.compiled import is_compiled
@@ -30,6 +32,8 @@ COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
 ROOM = 4096  # bytes of the command line of a forked service
 PROGRAM = "zenocap.tools.cli.main"  # by name: it starts this server itself
 STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
+STOPPED_S = 0.1  # between two looks whether to stop
+CLOSED_S = 1.0  # for the server to end; chosen by hand
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
 UNKNOWN = 1  # exit status of a service whose fork server ended before
 
@@ -69,20 +73,23 @@ class ForkedProcess:
     def kill(self) -> None:
         self.send_signal(signal.SIGKILL)
 
-    def wait_for_end(self) -> None:
-        """Wait without the fork server, whose exit statuses are lost."""
-        select.select([self._pidfd], [], [])
-        self.end(UNKNOWN)
+    def fileno(self) -> int:
+        """Descriptor that is readable when the service has ended."""
+        return self._pidfd.fileno()
 
 
 class ForkServer:
     """Starts services by `spawn`.  The server ends with this process, or with `close`."""
 
-    def __init__(self, services: Collection[str], parts: Collection[str] = ()) -> None:
-        """services: names of those whose modules are imported at once.
+    def __init__(
+        self, services: Collection[str], parts: Collection[str] = (), stopped: Callable[[], bool] = lambda: False
+    ) -> None:
+        """services: names of those whose modules are imported at once.  stopped: whether to start no more.
 
         parts: of `zenocap warmup`, whose compiled functions are loaded at once if they are cached; they start no thread.
         """
+        self._stopped = stopped
+        self._answers = False  # while the server imports, it does not notice its end either
         self._lock = threading.Lock()
         self._children: dict[int, ForkedProcess] = {}
         self._pids: dict[int, int] = {}  # by request
@@ -97,7 +104,10 @@ class ForkServer:
         threading.Thread(target=self._listen, name="fork server", daemon=True).start()
 
     def spawn(self, arguments: Sequence[str]) -> Process:
-        """Start a process; one that is no command of zenocap, or cannot be forked, is executed."""
+        """Start a process; one that is no command of zenocap, or cannot be forked, is executed.
+
+        Raises InterruptedError when it is to start no more.
+        """
         if tuple(arguments[:4]) != (sys.executable, *COMMAND):
             return spawn(arguments)
         with self._lock:
@@ -106,9 +116,10 @@ class ForkServer:
 
     def close(self) -> None:
         """End the server; its services are not affected."""
-        self._socket.close()
+        with suppress(OSError):  # it has ended
+            self._socket.shutdown(socket.SHUT_RDWR)  # `close` alone has no effect while `_listen` waits in recv
         try:
-            self._process.wait(5.0)
+            self._process.wait(CLOSED_S if self._answers else 0.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -123,13 +134,16 @@ class ForkServer:
             message = json.dumps([request, arguments]).encode()
             socket.send_fds(self._socket, [message], [stdin_there, stderr_there])
             with self._answered:
-                self._answered.wait_for(lambda: request in self._pids or self._process.poll() is not None, STARTED_S)
+                self._wait_for_answer(request)
                 pid = self._pids.pop(request, 0)
                 if pid:
                     child = self._children[pid] = ForkedProcess(pid, stdin, stderr)
                     if pid in self._ends:
                         child.end(self._ends.pop(pid))
                     return child
+        except InterruptedError:
+            stdin.close()  # ends it, should it still be forked
+            raise
         except OSError:  # the server has ended, or the process already has and is not there for its pidfd
             pass
         finally:
@@ -138,6 +152,14 @@ class ForkServer:
         stdin.close()
         stderr.close()
         return None
+
+    def _wait_for_answer(self, request: int) -> None:
+        """Wait until a process is forked or the server has ended.  Raises InterruptedError when it is to stop before."""
+        end_s = time.monotonic() + STARTED_S
+        while not (request in self._pids or self._process.poll() is not None or time.monotonic() > end_s):
+            if self._stopped():
+                raise InterruptedError
+            self._answered.wait(STOPPED_S)
 
     def _listen(self) -> None:
         while True:
@@ -149,6 +171,7 @@ class ForkServer:
                 break
             what, number, value = json.loads(data)
             with self._answered:
+                self._answers = True
                 if what == "started":
                     self._pids[number] = value
                 elif (child := self._children.pop(number, None)) is not None:
@@ -156,17 +179,21 @@ class ForkServer:
                 else:
                     self._ends[number] = value
                 self._answered.notify_all()
+        self._socket.close()
         with self._answered:
             left, self._children = list(self._children.values()), {}
             self._answered.notify_all()
-        for child in left:
-            child.wait_for_end()
+        while left:  # without the server, their exit statuses are lost
+            for child in select.select(left, [], [])[0]:
+                child.end(UNKNOWN)
+                left.remove(child)
 
 
 def serve(connection: socket.socket) -> list[str] | None:
     """Fork a process for each request until the connection is closed.
 
-    Returns the arguments of its command in a forked process, None in the server at its end.
+    Returns None in the server at its end, in a forked process the arguments of its command: there the signals of IGNORED
+    wait until they are unblocked.
     """
     woken, waker = os.pipe()
     os.set_blocking(waker, False)
@@ -183,6 +210,7 @@ def serve(connection: socket.socket) -> list[str] | None:
         if not data:
             return None
         request, arguments = json.loads(data)
+        signal.pthread_sigmask(signal.SIG_BLOCK, IGNORED)  # ignored until its own handlers are set, they would be lost
         pid = os.fork()
         if pid == 0:
             signal.set_wakeup_fd(-1)
@@ -192,6 +220,7 @@ def serve(connection: socket.socket) -> list[str] | None:
             connection.close()
             _become(arguments, *descriptors)
             return [str(argument) for argument in arguments]
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
         for descriptor in descriptors:
             os.close(descriptor)
         connection.send(json.dumps(["started", request, pid]).encode())
@@ -228,15 +257,17 @@ def _show_command(words: Sequence[str]) -> None:
 
 
 @contextmanager
-def fork_server(services: Collection[str], parts: Collection[str] = ()) -> Iterator[Spawn]:
+def fork_server(
+    services: Collection[str], parts: Collection[str] = (), stopped: Callable[[], bool] = lambda: False
+) -> Iterator[Spawn]:
     """Context of a function that starts processes, those of `services` without importing their modules again.
 
-    parts: see `ForkServer`.
+    parts, stopped: see `ForkServer`.
     """
     if sys.platform != "linux":
         yield spawn
         return
-    server = ForkServer(services, parts)
+    server = ForkServer(services, parts, stopped)
     try:
         yield server.spawn
     finally:
@@ -257,6 +288,7 @@ def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
     command_line = cast("Callable[[], None]", attribute(f"{PROGRAM}:main"))  # imported before anything is forked
     command_at = cast("Callable[[str], object]", attribute(f"{PROGRAM}:command_at"))
+    leave = cast("Callable[[int], NoReturn]", attribute(f"{PROGRAM}:leave"))
     for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
         command_at(name)
@@ -265,11 +297,13 @@ def main() -> None:
                 attribute(method_of(method).viewer)
     for part in filter(is_compiled, sys.argv[3].split()):
         _load(part)
+    gc.freeze()  # a collection in each service would copy what they share: half a second of processor
     arguments = serve(connection)
     if arguments is None:
-        return
+        leave(0)
     for number, handler in before.items():
         signal.signal(number, handler)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
     sys.argv = ["zenocap", *arguments]
     command_line()
 

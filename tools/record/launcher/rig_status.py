@@ -21,7 +21,7 @@ SHOWN_ANGLES = (
 
 @dataclass(frozen=True)
 class RigStatus:
-    """services: presence and health.  pose: last universal BAP or pose of the tracker.  poses: their number.
+    """services: presence and health.  pose: last one of the tracker, or universal BAP without any.  poses: their number.
     complete: number of those to which every viewer contributes.  posture, postures: last one; number by label."""
 
     services: RigView
@@ -34,6 +34,8 @@ class RigStatus:
     def updated(self, event: Received, at_ns: int) -> "RigStatus":
         """The status after one event.  at_ns: see `zenocap.common.observe.view`."""
         match event:
+            case Envelope(message=m.UniversalBap()) if isinstance(self.pose, m.TrackerPose):
+                return self  # of a rig with both methods
             case Envelope(message=m.UniversalBap() as bap):
                 return replace(self, pose=bap, poses=self.poses + 1, complete=self.complete + (not bap.stale))
             case Envelope(message=m.TrackerPose() as pose):

@@ -4,7 +4,7 @@ import logging
 import re
 import sys
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from itertools import repeat
@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.live import Live
 
-from zenocap.common.bus.protocol import Alive, Bus, Envelope, Received
+from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
@@ -35,10 +35,10 @@ from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
-from zenocap.tools.record.launcher.statement import Statement, frame_lines, new_takes, statement
+from zenocap.tools.record.launcher.statement import frame_lines, new_takes, statement
 from zenocap.tools.service_arguments import arguments_of, words
 
-DONE, FAILED, LOSS = 0, 1, 3
+DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
 REQUIRED = {kind.name for kind in SERVICES if kind.required}
 POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
 
@@ -67,7 +67,7 @@ def run_rig(
     for note in rig.notes:
         console.print(f"note: {note}", markup=False, highlight=False)
     if not compile_parts(warmup_parts(rig), stopped, console):
-        return DONE if stopped() else FAILED
+        return INTERRUPTED if stopped() else FAILED
     services = [service for service in services_of(rig) if page or service[0] != "animator"]
     elsewhere = hosted_cameras(rig)
     away = {("viewer", one.viewer) for one in elsewhere}
@@ -79,12 +79,18 @@ def run_rig(
     for (name, id), place in zip(starting, places, strict=False):
         own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
         commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
-    with (
-        fork_server({name for name, _ in starting}) as start,
-        ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
-        ExitStack() as stack,
-    ):
-        children = ChildProcesses(commands, time.monotonic, start)
+    names = {name for name, _ in starting}
+    # Loaded once: two viewers would take as long at the start, and one that is started again would load them again.
+    parts = ("silhouettes",) if "viewer" in names else ()
+    with fork_server(names, parts, stopped) as start, ExitStack() as session, ExitStack() as stack:
+        try:
+            bus = session.enter_context(ZenohBus.open(places[-1], rig.name, clock, stopped))
+        except BusError:
+            if stopped():
+                return INTERRUPTED
+            raise
+        finishing = [title(("viewer", viewer.id)) for viewer in rig.viewers if viewer.source.finishes]
+        children = ChildProcesses(commands, time.monotonic, start, finishing)
         hosted = None
         if elsewhere and options.security is not None:
             for line in secured_advice(elsewhere, rig_argument):
@@ -107,7 +113,7 @@ def run_rig(
             children.stop()
             supervisor.print_output()
             supervisor.receive_rest()
-    return supervisor.summary()
+    return supervisor.summary(interrupted=stopped())
 
 
 class Supervisor:
@@ -150,7 +156,8 @@ class Supervisor:
                 self.print_output()
                 self._receive(now_s - started_s)
                 if live is not None:
-                    live.update(table(self._status, self._services, now_s - started_s, str(self._take or "none")))
+                    take = str(self._take or "none")
+                    live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))
                 elif now_s >= line_s:
                     line_s += LINE_S
                     self._print(plain_line(self._status, self._services, now_s - started_s))
@@ -165,10 +172,9 @@ class Supervisor:
             else:
                 print(line, file=sys.stderr, flush=True)
 
-    def summary(self) -> int:
-        """Print the result; return the exit status."""
+    def summary(self, *, interrupted: bool = False) -> int:
+        """Print the result; return the exit status.  interrupted: whether the user has ended the run."""
         failed = self._failed_services()
-        integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
         if self._first_s is not None:
             dropped = sum(lost(health.counts) for health in self._status.services.health.values())
             self._print(
@@ -183,39 +189,51 @@ class Supervisor:
         for line in frame_lines(self._status.services, self._frames):
             self._print(line)
         incomplete = self._take is not None and self._print_takes(self._take)
-        broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
+        broken = [child for child in failed if not (child is self._integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
         never_ran = self._hosted.never_ran if self._hosted is not None else []
         for text in never_ran:
             self._print(f"error: {printable(text, MAX_LINE)}")
-        return FAILED if broken or never_ran else LOSS if failed or incomplete else DONE
+        if broken or never_ran:
+            return FAILED
+        return LOSS if failed or incomplete else INTERRUPTED if interrupted and not self._has_begun else DONE
 
     def receive_rest(self) -> None:
         """Handle what the services published until they ended, such as the integrator's last health."""
         while (event := self._bus.receive(POLL_S)) is not None:
             self._handle(event)
 
+    @property
+    def _integrator(self) -> ChildProcess:
+        return next(child for child in self._children.all if child.name == TIMEKEEPER)
+
+    @property
+    def _has_begun(self) -> bool:
+        """Whether the integrator, which begins the take, was there."""
+        return (TIMEKEEPER, MAIN) in self._status.services.services
+
     def _print_takes(self, take: Path) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
         takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
-        health = self._status.services.health.get((TIMEKEEPER, MAIN))
-        counts: Mapping[str, int] = health.counts if health is not None else {}
-        whole = not (counts.get("log_stopped") or counts.get("log_removed"))
-        whole = whole and bool(takes) and all(one.complete for one in takes)
+        if not (takes or unreadable or self._has_begun):
+            self._print("take: none, the end came before its beginning")
+            return False
+        integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
+        whole = integrator is None or not (integrator.total("log_stopped") or integrator.total("log_removed"))
+        whole = whole and self._integrator.status is not None  # else it had ended before the others were stopped
+        whole = whole and bool(takes) and not unreadable and all(one.complete for one in takes)
         found = statement(takes, self._reports, self._services, whole=whole)
-        loss = _loss(found) if found.lines or whole else "an unknown number lost: see the integrator's output"
-        for one in takes:
-            self._print(f"take: {one.path}: {one.messages} messages" + (f", {loss}" if len(takes) == 1 else ""))
         for line in unreadable:
             self._print(f"take: {printable(line)}")
-        if len(takes) != 1:
-            self._print(f"takes: {loss}")
+        for line in found.take_text():
+            self._print(line)
         for line in found.text():
             self._print(line)
         if takes and self._status.poses:
-            self._print(f"content: zenocap info {takes[0].path}")
-            self._print(f"joint centres: zenocap export {takes[0].path} --to trc -o {takes[0].path.stem}.trc")
+            longest = max(takes, key=lambda take: take.messages).path
+            self._print(f"content: zenocap info {longest}")
+            self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
         return not (found.complete and whole)
 
     def _handle(self, event: Received) -> None:
@@ -250,13 +268,6 @@ class Supervisor:
     def _print(self, text: str) -> None:
         self._console.print(text, markup=False, highlight=False, soft_wrap=True)
         self._console.file.flush()
-
-
-def _loss(found: Statement) -> str:
-    """What is lost as text."""
-    unknown_ns = sum(end - begin for spans in found.unknown.values() for begin, end in spans)
-    more = f", and an unknown number in {unknown_ns / 1e9:.1f} s" if found.unknown else ""
-    return f"{found.lost} lost{more}"
 
 
 def named_ports(rig: Rig, options: ZenohOptions, page: int | None) -> set[int]:

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from zenocap.common.messages import SENT
-from zenocap.common.observe.account import Account, Line, Span
+from zenocap.common.observe.account import Account, Line, Sender, Span
 from zenocap.common.observe.several_logs import began, completed, joined
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.take_account import Place, TakeAccount, readable
@@ -17,15 +17,30 @@ MOST_LINES = 20  # of topics with losses, and of spans
 
 
 @dataclass(frozen=True)
+class TakeShare:
+    """One take of a run.  lost: messages that its log was to have and that it has not.
+
+    gap: log times of the end of the one before and of its beginning, when the integrator has ended between them; else None.
+    lost_before: messages between both that were to be in a take.
+    """
+
+    take: TakeAccount
+    lost: int
+    gap: Span | None = None
+    lost_before: int = 0
+
+
+@dataclass(frozen=True)
 class Statement:
     """lines: of the topics of each service.  refused: messages that a log received and that are in no take.
 
-    dropped: events that the full queue of a log dropped; the messages among them are missing.
+    dropped: events that the full queue of a log dropped; the messages among them are missing.  takes: in order.
     """
 
     lines: Mapping[Place, Line]
     refused: Mapping[Place, int]
     dropped: int = 0
+    takes: tuple[TakeShare, ...] = ()
 
     @property
     def sent(self) -> int:
@@ -52,6 +67,11 @@ class Statement:
         return sum(line.missing for line in self.lines.values()) + sum(self.refused.values())
 
     @property
+    def lost_outside(self) -> int:
+        """Those of `lost` that were sent after the last take, or by a process that is in none."""
+        return max(0, self.lost - sum(one.lost + one.lost_before for one in self.takes))
+
+    @property
     def unknown(self) -> dict[ServiceKey, tuple[Span, ...]]:
         """Log times without a count, by service."""
         return {service: line.unknown for (service, _), line in self.lines.items() if line.unknown}
@@ -59,6 +79,34 @@ class Statement:
     @property
     def complete(self) -> bool:
         return not (self.lost or self.unknown)
+
+    def take_text(self) -> Iterator[str]:
+        """Lines on the takes for display: each with its own loss, the gaps between them, and the whole loss."""
+        whole, several = self._loss(), len(self.takes) != 1
+        before = ""
+        for one in self.takes:
+            name = one.take.path.name
+            if one.gap is not None:
+                begin, end = one.gap
+                yield (
+                    f"take: none from {_clock(begin)} to {_clock(end)}, between {before} and {name}: "
+                    f"the integrator was started again, {one.lost_before} lost"
+                )
+            elif one.lost_before:
+                yield f"take: between {before} and {name}: {one.lost_before} lost"
+            cut = "" if one.take.complete else "; cut: its integrator did not close it"
+            yield f"take: {one.take.path}: {one.take.messages} messages, {f'{one.lost} lost' if several else whole}{cut}"
+            before = name
+        if several:
+            rest = f"; {self.lost_outside} of them outside these takes and gaps" if self.takes and self.lost_outside else ""
+            yield f"takes: {whole}{rest}"
+
+    def _loss(self) -> str:
+        """What is lost as text."""
+        if not self.lines and any(not one.take.complete for one in self.takes):
+            return "an unknown number lost: see the integrator's output"
+        unknown_ns = sum(end - begin for spans in self.unknown.values() for begin, end in spans)
+        return f"{self.lost} lost{f', and an unknown number in {unknown_ns / 1e9:.1f} s' if self.unknown else ''}"
 
     def text(self) -> Iterator[str]:
         """Lines for display; none when no service reported what it sends."""
@@ -85,14 +133,30 @@ def statement(
     takes: of the run, in order.  reports: account of the healths that were received beside the logs.
     whole: whether each log finished its files, and none was removed.
     """
-    account, before = Account(), None
+
+    def missing(account: Account) -> int:
+        return sum(line.missing for (service, _), line in account.lines().items() if service in services)
+
+    account, shares = Account(), list[TakeShare]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
-        continued = bool(take.previous) or (before is not None and not before.complete)
-        account, before = joined(account, take.account, continued=continued), take
-    account = completed(account, reports, continued=not whole)
+        before = shares[-1].take if shares else None
+        gap = None if before is None or not _ended_with_its_integrator(before) else (before.account.end_ns, take.start_ns)
+        all = joined(account, take.account, continued=bool(take.previous) or gap is not None)
+        own = missing(take.account)
+        refused = sum(count for (service, _), count in take.refused.items() if service in services)
+        shares.append(TakeShare(take, own + refused, gap, max(0, missing(all) - missing(account) - own)))
+        account = all
+    last, gaps = takes[-1].account if takes else None, any(one.gap is not None for one in shares)
+    account = completed(account, reports, continued=not whole, last=last, between=gaps)
     lines = {place: line for place, line in account.lines().items() if place[0] in services}
-    refused = {place: sum(take.refused[place] for take in takes) for place in lines}
-    return Statement(lines, {place: count for place, count in refused.items() if count}, account.dropped)
+    refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
+    return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))
+
+
+def _ended_with_its_integrator(take: TakeAccount) -> bool:
+    """Whether a take was written until its integrator ended, and not until its user ended the recording."""
+    last = next(reversed(take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.values()), None)
+    return not take.complete or (last is not None and last.last.ended)
 
 
 def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
@@ -120,11 +184,25 @@ def new_takes(folder: Path, known: Collection[Path], rig: str, reports: Account)
 
     reports: see `statement`.
     """
-    found = [readable(path) for path in sorted(set(folder.glob("*.mcap")) - set(known))]
-    takes = [one for one in found if isinstance(one, TakeAccount) and one.rig == rig]
+
+    def is_own(take: TakeAccount) -> bool:
+        """Whether a take may be of this run: of a second rig of the same name another integrator has reported."""
+        processes = take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
+        seen = reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
+        return (take.rig == rig and (not processes or not seen or bool(processes & seen))) or not (
+            take.rig or take.complete
+        )
+
+    paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
+    found = [readable(path) for path in paths]
+    takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
+    takes.sort(key=lambda take: take.start_ns)
     order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
-    takes.sort(key=lambda take: take.start_ns if None in order.values() else order[take.path] or ())
-    return takes, [one for one in found if isinstance(one, str)]
+    ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())
+    for take in takes:  # one without a health, by its time
+        if order[take.path] is None:
+            ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
+    return ordered, [one for one in found if isinstance(one, str)]
 
 
 def _shortened(lines: Iterator[str]) -> Iterator[str]:

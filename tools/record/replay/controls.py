@@ -101,7 +101,7 @@ class Remote:
         for line in self._stream:
             try:
                 command = msgspec.json.decode(line, type=CommandLine)
-            except msgspec.MsgspecError as error:
+            except (ValueError, RecursionError) as error:
                 print(f"invalid command: {error}", file=sys.stderr, flush=True)
                 continue
             place_ns = None if command.place_s is None else round(command.place_s * 1e9)

@@ -27,7 +27,7 @@ def write_away(folder: Path, places: Places) -> None:
 def copy_commands(folder: Path, places: Places) -> list[str]:
     """Commands that copy the videos and times of these cameras into the folder."""
     return [
-        f"scp {quote(f'{host}:{there}/{part}/{name}.{suffix}')} {quote(str(folder / part))}/"
+        f"scp -- {quote(f'{host}:{there}/{part}/{name}.{suffix}')} {quote(str(folder / part))}/"
         for name, (host, there) in places.items()
         for part, suffix in (("videos", "mkv"), ("times", "csv"))
     ]
@@ -43,7 +43,7 @@ def detect_commands(folder: Path, places: Places, options: str = "--square MM") 
         for host, there in dict.fromkeys(places.values())
     ]
     copy = [
-        f"scp {quote(f'{host}:{there}/{CORNERS}/{name}{CORNERS_SUFFIX}')} {quote(str(folder / CORNERS))}/"
+        f"scp -- {quote(f'{host}:{there}/{CORNERS}/{name}{CORNERS_SUFFIX}')} {quote(str(folder / CORNERS))}/"
         for name, (host, there) in places.items()
     ]
     return [_make(folder, CORNERS), *detect, *copy]

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from ipaddress import ip_address
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -82,7 +82,7 @@ def read_key(name: str, data: bytes) -> ec.EllipticCurvePrivateKey:
     """name: of the file, for errors.  Raises UserError."""
     try:
         key = serialization.load_pem_private_key(data, password=None)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, UnsupportedAlgorithm) as error:
         raise UserError(f"{name}: no private key (PEM): {error}") from error
     if not isinstance(key, ec.EllipticCurvePrivateKey):
         raise UserError(f"{name}: {type(key).__name__}: allowed: a key on an elliptic curve, as `zenocap certs` makes")

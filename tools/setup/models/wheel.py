@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import zipfile
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -73,7 +74,7 @@ def from_file(path: Path) -> bytes:
             raise UserError(f"{path}: allowed: a wheel of {REQUIREMENT} (.whl), or {SELFIE.name} (.tflite)")
     except KeyError:
         raise UserError(f"{path}: has no {INSIDE}: allowed: a wheel of {REQUIREMENT}") from None
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise UserError(f"{path}: no wheel that can be read: {error}") from error
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error

@@ -9,10 +9,11 @@ const GAP_MS = 1000;  // between two poses, beyond which no line joins them, as 
 const BLUE = '#4fb0ff';
 const ORANGE = '#ffa657';
 const WHITE = '';  // the colour of the page's text
-const both = (joint, axis) => [[`right_${joint}.${axis}`, BLUE], [`left_${joint}.${axis}`, ORANGE]];
+const both = (joint, axis, right, left) => [[`right_${joint}.${axis}`, BLUE, right], [`left_${joint}.${axis}`, ORANGE, left]];
+const fromHanging = [(z) => 180 - z, (z) => z - 180];  // right and left arm: 0 hanging, 90 in the T-pose
 
 export const PLOTS = [
-  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z')], ['knee flexion', both('knee', 'x')],
+  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z', ...fromHanging)], ['knee flexion', both('knee', 'x')],
   ['hip flexion', both('hip', 'x')], ['heading', [['navel.y', WHITE]]], ['lean', [['navel.x', WHITE]]],
 ];
 
@@ -60,8 +61,8 @@ export class AnglePlots {
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const pen = canvas.getContext('2d', { willReadFrequently: true });  // by the processor: faster where there is no graphics card
     pen.clearRect(0, 0, width, height);
-    const series = lines.map(([name, colour]) => ({ at: this.names.indexOf(name), colour })).filter(({ at }) => at >= 0);
-    const values = this.history.flatMap(({ angles }) => (angles ? series.map(({ at }) => angles[at]) : []));
+    const series = lines.map(([name, colour, shown = (angle) => angle]) => ({ at: this.names.indexOf(name), colour, shown })).filter(({ at }) => at >= 0);
+    const values = this.history.flatMap(({ angles }) => (angles ? series.map(({ at, shown }) => shown(angles[at])) : []));
     if (!values.length) { value.textContent = ''; return; }
     let low = Math.min(...values), high = Math.max(...values);
     const margin = Math.max(0, MIN_RANGE_DEG - (high - low)) / 2 + 3;
@@ -78,7 +79,7 @@ export class AnglePlots {
     }
     pen.lineWidth = 1.6 * scale;
     pen.lineJoin = 'round';
-    for (const { at, colour } of series) {
+    for (const { at, colour, shown } of series) {
       pen.strokeStyle = colour || getComputedStyle(document.body).color;
       pen.beginPath();
       let before = null;
@@ -86,13 +87,13 @@ export class AnglePlots {
         if (!angles) { before = null; continue; }
         const x = width * (1 - (end - ms) / SPAN_MS);
         const joined = before !== null && ms - before.ms <= GAP_MS && Math.abs(angles[at] - before.angle) <= 180;
-        if (joined) pen.lineTo(x, y(angles[at]));
-        else pen.moveTo(x, y(angles[at]));
+        if (joined) pen.lineTo(x, y(shown(angles[at])));
+        else pen.moveTo(x, y(shown(angles[at])));
         before = { ms, angle: angles[at] };
       }
       pen.stroke();
     }
     const last = this.history.at(-1).angles;
-    value.textContent = last ? series.map(({ at }) => `${Math.round(last[at])}°`).join(' ') : '';
+    value.textContent = last ? series.map(({ at, shown }) => `${Math.round(shown(last[at]))}°`).join(' ') : '';
   }
 }

@@ -55,7 +55,8 @@ class View {
       e.stopPropagation();
     };
     this.caption = this.card.appendChild(create('figcaption'));
-    this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="score number"></span>';
+    this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="scale number"></span><span class="score number"></span>';
+    this.caption.querySelector('.scale').title = 'Perspective scaling factor: size of the person here to that at the origin';
     this.caption.querySelector('.score').title = 'Matching score of the model and this silhouette, 0 to 1';
     this.caption.querySelector('b').textContent = `viewer ${viewer}`;
     this.advice = this.card.appendChild(create('ul', { className: 'advice-lines', hidden: true }));
@@ -108,6 +109,7 @@ class View {
     this.pictured = drawn.pictures;
     this.draw();
     if (!this.silent) this.caption.querySelector('.role').textContent = update.role;
+    this.caption.querySelector('.scale').textContent = update.scale === null ? '' : `×${update.scale.toFixed(2)}`;
     this.caption.querySelector('.score').textContent = update.score === null ? '' : `score ${update.score.toFixed(2)}`;
     return true;
   }

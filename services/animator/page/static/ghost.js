@@ -1,11 +1,21 @@
-// The second take of a comparison: a translucent figure, and the distances of its joints from those of the shown take.
+// Translucent figures: the second take of a comparison, with the distances of its joints from those of the shown take; and
+// the poses of the other methods of a rig.
 import { placedCapsules, shapesOf } from './capsules.js';
 import { jointWords } from './joints.js';
 import { el } from './page.js';
 
 const COLOUR = [0.73, 0.52, 0.98];
 const OPACITY = 0.4;
+const OTHER_COLOUR = [0.98, 0.7, 0.4];
 const millimetres = (metres) => `${(1000 * metres).toFixed(0)} mm`;
+
+// Capsules of the poses of all methods but `source`.  bodies, poses: by method.
+export function otherMethods(source, bodies, poses) {
+  const others = [...poses.values()].filter((pose) => pose.source !== source && !pose.lost.includes('person'));
+  return others.filter((pose) => bodies.has(pose.source))
+    .flatMap((pose) => placedCapsules(bodies.get(pose.source), pose))
+    .map((one) => ({ ...one, colour: [...OTHER_COLOUR, OPACITY] }));
+}
 
 export class Ghost {
   // onChange: called when the figure must be drawn anew.

@@ -1,7 +1,7 @@
 // Connects everything: updates from the animator go to the scene, views, plots and panels; commands go back.
 import { placedCapsules, limbEnds, jointCentre, shapesOf } from './capsules.js';
 import { CameraViews } from './camera_views.js';
-import { Ghost } from './ghost.js';
+import { Ghost, otherMethods } from './ghost.js';
 import { Joints } from './joints.js';
 import { add, minus, times } from './linear_algebra.js';
 import { MeasureDialog } from './measure_dialog.js';
@@ -32,7 +32,7 @@ const AXIS_M = 0.35;  // length of the axes that are drawn at the origin of the 
 const AXIS_COLOURS = [[0.95, 0.25, 0.3], [0.25, 0.75, 0.3], [0.25, 0.45, 1.0]];
 const LAYERS = {
   actor: 'virtual actor', floor: 'floor', axes: 'axes: x red, y green, z blue', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
-  trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
+  others: 'pose by the other method', trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
 };
 
 const scene = new Scene(el('scene'));
@@ -75,7 +75,7 @@ const connection = connect({
 });
 const slides = new SlideShow(el('slides'), showSlides);
 const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
-const ghost = new Ghost(() => { scene.ghost = state.feed === 'take' ? ghost.capsules() : []; scene.requestDraw(); });
+const ghost = new Ghost(drawGhosts);
 const joints = new Joints(scene, () => {
   const [body, pose] = [state.bodies.get(state.source), state.poses.get(state.source)];
   return body && pose ? { body, pose } : null;
@@ -87,13 +87,14 @@ const save = new SavePanel((command) => connection.send(command), player);
 const drop = new TakeDrop(() => selectFeed('take'));
 
 const chooseTab = panel.tabs();
-const setSources = panel.choice(el('sources'), chooseSource);
+const setSources = panel.choice(el('sources'), (source) => { state.chosen = true; chooseSource(source); });
 panel.choice(el('presets'), (name) => orbit.look(name))(Object.keys(PRESETS), 'corner');
 panel.switches(el('layers'), LAYERS, (name, on) => {
   if (name in drawnInViews) { drawnInViews[name] = on; views.redraw(state.source, drawnInViews); }
   if (name === 'plots') el('plots').hidden = !on;
   else scene.layers[name] = name === 'silhouettes' ? true : on;
   if (name === 'cameras') scene.layers.silhouettes = on;
+  if (name === 'others') drawGhosts();
   scene.requestDraw();
 });
 el('trail').oninput = () => { state.trailSeconds = Number(el('trail').value); showTrailLength(); updateLines(); };
@@ -149,6 +150,7 @@ function clearShown() {
   for (const entries of [state.bodies, state.poses, state.cameras, state.conditions, scene.pictures]) entries.clear();
   Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
   scene.capsules = [];
+  drawGhosts();
   scene.setPoints(new Float32Array(0));
   views.clear();
   plots.clear();
@@ -177,13 +179,22 @@ function showDropped({ name, problem }) {
 function setBody(update) {
   const known = state.bodies.has(update.source);
   state.bodies.set(update.source, { ...update, shapes: shapesOf(update) });
-  if (!state.source || !state.bodies.has(state.source)) chooseSource(update.source);
-  setSources([...state.bodies.keys()], state.source);
+  const better = update.source === 'tracker' && state.source !== 'tracker' && !state.chosen;
+  if (better || !state.bodies.has(state.source)) chooseSource(update.source);
+  setSources([...state.bodies.keys()].sort(), state.source);
   if (known || dialog.phase === 'measuring') dialog.measured(update.height);
+}
+
+// The second take, and the poses of the methods that are not chosen.
+function drawGhosts() {
+  const others = scene.layers.others === false ? [] : otherMethods(state.source, state.bodies, state.poses);
+  scene.ghost = [...(state.feed === 'take' ? ghost.capsules() : []), ...others];
+  scene.requestDraw();
 }
 
 function chooseSource(source) {
   state.source = source;
+  drawGhosts();
   Object.assign(state, { trail: [], arrivals: [], latencies: [] });
   plots.clear();
   const pose = state.poses.get(source);
@@ -194,6 +205,7 @@ function chooseSource(source) {
 function setPose(update) {
   state.poses.set(update.source, update);
   if (update.source === state.source) showPose(update);
+  else drawGhosts();
 }
 
 function showPose(pose) {

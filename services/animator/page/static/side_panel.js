@@ -111,6 +111,7 @@ export function setAlert(name, text) {
 
 export function showChecks({ viewers, advice }) {
   el('advice').textContent = advice;
+  el('advice').classList.toggle('calm', advice === 'tracking');  // nothing to be done
   el('checks').replaceChildren(...Object.entries(viewers).map(([viewer, checks]) => {
     const box = create('div', { className: 'checks' });
     box.append(create('h2', { textContent: `viewer ${viewer}` }));

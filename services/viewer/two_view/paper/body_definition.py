@@ -69,11 +69,13 @@ def side_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
     return {name: length * metres_per_px for name, length in side_measures(mask).items()}
 
 
-def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, yaw_rotation: Floats) -> Mapping[str, float]:
+def fine_tuned(
+    anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, yaw_rotation: Floats, torso_share: float
+) -> Mapping[str, float]:
     """PAPER_FRONT_LENGTHS after fine-tuning torso width, arm radius, arm angle and arm length, metres.
 
     mask: (height, width).  camera: (5, 3) level camera rows.  position: (3,) navel.  yaw_rotation: (3, 3) torso to world.
-    Raises ValueError when the posture is not the T-pose.
+    torso_share: see `body_from_paper_lengths`.  Raises ValueError when the posture is not the T-pose.
     """
     # Paper (corrected): fine-tunes without bounds; Eq. 1 penalizes p twice as much as n, so the body would grow.
     depth = float(camera[2] @ position + camera[3, 2])
@@ -82,7 +84,8 @@ def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, y
     flat = orthographic(camera, depth)
 
     def score(lengths: Mapping[str, float]) -> float:
-        bdp = body_from_paper_lengths(anatomy, {**lengths, "torso_depth": HIDDEN_TORSO_DEPTH * lengths["torso_width"]})
+        depth = {"torso_depth": HIDDEN_TORSO_DEPTH * lengths["torso_width"]}
+        bdp = body_from_paper_lengths(anatomy, {**lengths, **depth}, torso_share)
         angles = t_pose_angles(anatomy)
         angles[anatomy.index["right_shoulder.z"]] = pi - lengths["arm_angle"]
         angles[anatomy.index["left_shoulder.z"]] = pi + lengths["arm_angle"]
@@ -95,4 +98,5 @@ def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, y
         else:
             trials = [trial | {name: trial[name] * step} for step in FINE_STEPS]
         trial = max(trials, key=score)
+    # Paper (replaced): 2.4 also gives theta_armz as the first angle of the arms; tracking starts from level arms.
     return {name: length for name, length in trial.items() if name != "arm_angle"}

@@ -71,7 +71,16 @@ def test_programs_and_allowed_pages_may_connect(output: FoxgloveOutput, origin: 
 
 
 @pytest.mark.parametrize(
-    "origin", ["https://evil.example", "http://127.0.0.1.evil.example", "null", "http://localhost.evil"]
+    "origin",
+    [
+        "https://evil.example",
+        "http://127.0.0.1.evil.example",
+        "null",
+        "http://localhost.evil",
+        "http://[",
+        "http://localhost@evil.example",
+        "ftp://localhost",
+    ],
 )
 def test_pages_of_other_sites_are_refused_with_a_reason(output: FoxgloveOutput, origin: str) -> None:
     with pytest.raises(InvalidStatus, match="403") as raised, connected(output, origin):

@@ -1,16 +1,24 @@
 """Root pose from an assignment: tilts, turns, and the heading of the person."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from tests.support.perfect_viewers import FIRST, HIPS, SETUP, TRACKED, play, sighting
-from tests.support.two_view_run import FRAME_NS, VIEWERS
+from tests.support.simulated_cameras import look
+from tests.support.two_view_run import FRAME_NS, VIEWERS, envelope
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.definition import Pose
 from zenocap.common.body.segments import YAW_OFFSETS, limb_directions, torso_rotation
+from zenocap.common.camera.level_view import level_view
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Assignment, Message
+from zenocap.common.rig.two_view import PAPER, Additions
 from zenocap.services.integrator.states import IntegratorState
+from zenocap.services.integrator.step import step
 
 
 def place(state: IntegratorState, *messages: Message) -> tuple[IntegratorState, Assignment]:
@@ -69,6 +77,37 @@ def walk(state: IntegratorState, step: Floats, frames: int) -> tuple[IntegratorS
         state, assignment = place(state, *(sighting(v, FIRST + k, at) for v in VIEWERS))
         assignments.append(assignment)
     return state, assignments
+
+
+@pytest.mark.parametrize("apart", [89.9, 90.0, 90.1])
+@pytest.mark.parametrize("additions", [PAPER, PAPER | {"turn"}], ids=["paper", "turn"])
+@pytest.mark.parametrize("back", [False, True])
+def test_after_a_right_turn_the_person_faces_the_new_facade_viewer(apart: float, additions: Additions, back: bool) -> None:
+    """Front and back are equally far, so that rounding or a tenth of a degree must not decide."""
+    side = np.radians(-apart)
+    cameras = {"1": look_level(0.0), "2": look_level(side)}
+    setup = dataclasses.replace(SETUP, additions=additions, cameras=cameras)
+    state = TRACKED
+    if back:
+        angles = TRACKED.person.pose.angles.copy()
+        angles[TEN_PARTS.index["navel.y"]] = np.pi
+        state = dataclasses.replace(state, person=dataclasses.replace(TRACKED.person, pose=Pose(HIPS, angles)))
+    for frame in range(FIRST, FIRST + 3):
+        for viewer in VIEWERS:
+            state, _ = step(setup, state, envelope(sighting(viewer, frame)))
+    assert yaw_off(state.person.placed[-1].yaw, np.pi if back else 0.0) < 0.02  # an unchanged view keeps the back turned
+    for frame in range(FIRST + 3, FIRST + 13):
+        for viewer, view in zip(VIEWERS, ("flank", "facade"), strict=True):
+            state, _ = step(setup, state, envelope(sighting(viewer, frame, view=view)))
+    assert state.views == {"1": "flank", "2": "facade"}
+    tolerance = 0.02 if "turn" not in additions else 1.0
+    assert back or yaw_off(state.person.placed[-1].yaw, side) < tolerance
+
+
+def look_level(angle: float) -> Camera:
+    """Level camera 5.2 m from the middle of the ground."""
+    centre = np.array([5.2 * np.sin(angle), 1.0, 5.2 * np.cos(angle)])
+    return level_view(look("a", centre, np.array([0.0, 1.0, 0.0]))).camera
 
 
 METRES = 1.2 * FRAME_NS / 1e9  # in a frame

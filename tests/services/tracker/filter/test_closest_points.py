@@ -8,6 +8,7 @@ from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.services.tracker.filter.closest_points import (
     CLOSEST_LENGTH,
+    Correspondence,
     corresponding_part,
     mean_modulated_square,
     modulated_misfit,
@@ -19,6 +20,7 @@ MODEL = average_model(TEN_PARTS)
 T_POSE = in_t_pose(TEN_PARTS, [0.1, 0.9, -0.2])  # arms far from the other parts, legs parallel
 ARM = TEN_PARTS.index["right_lower_arm"]
 LIMIT = 0.15
+ROUND = Correspondence(closest=True, flat=False)
 
 
 def ray_through(point: Floats, normal: Floats) -> Floats:
@@ -47,15 +49,15 @@ def test_printed_distance_of_four_points_beside_an_arm() -> None:
     assert NORMAL_MODULATION == 0.5
     frames, rays = frames_of(MODEL, T_POSE), arm_scene()
     expected = (0.5 * 0.02) ** 2 + (1.5 * 0.02) ** 2 + 0.01**2
-    three = mean_modulated_square(MODEL, frames, rays[:, :3].copy(), LIMIT, True)
+    three = mean_modulated_square(MODEL, frames, rays[:, :3].copy(), LIMIT, ROUND)
     assert three == pytest.approx(expected / 3, rel=1e-3)
-    four = mean_modulated_square(MODEL, frames, rays, LIMIT, True)
+    four = mean_modulated_square(MODEL, frames, rays, LIMIT, ROUND)
     assert four == pytest.approx((expected + min(0.5 * 0.4, LIMIT) ** 2) / 4, rel=1e-3)
-    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, T_POSE) == pytest.approx(four)
+    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, ROUND, T_POSE) == pytest.approx(four)
 
 
 def test_a_scene_without_points_has_no_distance() -> None:
-    assert modulated_misfit(MODEL, rays_alone(NO_RAYS), LIMIT, True, T_POSE) == 0.0
+    assert modulated_misfit(MODEL, rays_alone(NO_RAYS), LIMIT, ROUND, T_POSE) == 0.0
 
 
 @pytest.mark.slow
@@ -63,7 +65,7 @@ def test_the_printed_distance_grows_with_the_displacement() -> None:
     pose = upright(TEN_PARTS, 1, spread=0.2)
     rays = tangent_rays(MODEL, pose, 200, 1)
     away = [pose._replace(position=pose.position + np.array([shift, 0.0, 0.0])) for shift in (0.0, 0.03, 0.06)]
-    errors = [modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, one) for one in away]
+    errors = [modulated_misfit(MODEL, rays_alone(rays), LIMIT, ROUND, one) for one in away]
     assert errors[0] < 0.5 * errors[1] < 0.5 * errors[2]
 
 
@@ -77,13 +79,14 @@ def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_norm
     down = frames[right, :, 1] * 0.5 * MODEL.lengths[right]
     point = frames[right, :, 3] + down + 0.49 * between
     centres, reach = np.empty((len(frames), 3)), np.empty(len(frames))
-    part_spheres(MODEL, frames, centres, reach)
+    part_spheres(MODEL, frames, False, centres, reach)
     found, best = np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
 
     def parts_of(closest: bool) -> set[int]:
         """Of every part that may be tried first."""
+        by = Correspondence(closest, flat=False)
         return {
-            int(corresponding_part(MODEL, frames, centres, reach, closest, likely, point, -inward, found, best))
+            int(corresponding_part(MODEL, frames, centres, reach, by, likely, point, -inward, found, best))
             for likely in range(len(frames))
         }
 

@@ -26,6 +26,7 @@ from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
 from zenocap.services.tracker.evidence.evidence import misfit
 from zenocap.services.tracker.evidence.rays import nearest_of
 from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
+from zenocap.services.tracker.filter.closest_points import Correspondence
 from zenocap.services.tracker.filter.force import generalized_forces, refine_by_force, rotate_turns
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -43,7 +44,7 @@ def refined(kind: Refinement, rays: Floats32, iterations: int, start: RootedPose
         case "force":
             refine_by_force(MODEL, rays, FREE, iterations, pose, start)
         case "force-printed":
-            refine_as_printed(MODEL, rays, FREE, False, False, iterations, pose)
+            refine_as_printed(MODEL, rays, FREE, False, Correspondence(False, False), iterations, pose)
     return pose
 
 

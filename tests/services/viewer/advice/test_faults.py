@@ -13,7 +13,8 @@ from tests.support.walkers import walker
 from zenocap.common.arrays import Image
 from zenocap.common.camera_advice import TakeAdvice
 from zenocap.common.messages import AdviceCode, CameraAdvice
-from zenocap.common.rig.sources import parse_background
+from zenocap.common.rig.sources import FirstFrames, parse_background
+from zenocap.common.vision.background import Background
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, ViewerSetup
@@ -54,6 +55,17 @@ def found(images: list[Image] | tuple[Image, ...]) -> list[CameraAdvice]:
         scene, _, messages = segment(setup, scene, Frame(k, k * 1_000_000_000 // FPS, image))
         advice += [message for message in messages if isinstance(message, CameraAdvice)]
     return advice
+
+
+def learnt(images: list[Image] | tuple[Image, ...]) -> Background:
+    """Background of images that should be empty."""
+    setup = ViewerSetup("1", walker(SEED, 2, SIZE).cameras["cam01"], FirstFrames(len(images)))
+    state, scene = LearningBackground(), None
+    for image in images:
+        state, scene = learn(setup, state, image)
+    assert scene is not None
+    assert isinstance(scene.background, Background)
+    return scene.background
 
 
 def codes(images: list[Image] | tuple[Image, ...]) -> set[AdviceCode]:
@@ -105,6 +117,17 @@ def test_faults_of_the_image_are_found(images: Callable[[], list[Image]], allowe
 def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
     lifted = [np.asarray(np.roll(image, SIZE[1] // 3, axis=0)) for image in film()]
     assert A.CUT_OFF in codes(lifted)
+
+
+@pytest.mark.slow
+def test_a_person_in_the_empty_scene_is_stated_and_not_learnt() -> None:
+    """The background is that of the images without the person, and without the one before."""
+    empty, walking = film()[:EMPTY], film()[EMPTY:]
+    early = [*empty[: EMPTY - 2], *walking]
+    assert codes(early) == {A.OCCUPIED}
+    assert A.OCCUPIED not in codes(film())
+    before, after = learnt(empty[: EMPTY - 3]), learnt(early[:EMPTY])
+    np.testing.assert_array_equal(after.mean, before.mean)
 
 
 @pytest.mark.slow

@@ -2,7 +2,9 @@
 
 import gzip
 import http.client
+import socket
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
@@ -21,15 +23,21 @@ SCRAPE = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def server() -> Iterator[PageServer[object]]:
+@contextmanager
+def served(host: str) -> Iterator[PageServer[object]]:
     registry = CollectorRegistry()
     for name in ("poses", "frames"):
         Gauge(name, "number", registry=registry).set(7)
-    one = metrics_server(registry, "127.0.0.1", 0)
+    one = metrics_server(registry, host, 0)
     one.listen()
     yield one
     one.close()
+
+
+@pytest.fixture
+def server() -> Iterator[PageServer[object]]:
+    with served("127.0.0.1") as one:
+        yield one
 
 
 def asked(
@@ -76,6 +84,17 @@ def test_a_foreign_host_is_refused(server: PageServer[object]) -> None:
     answer, body = asked(server, Host="evil.example:9464")
     assert answer.status == 403
     assert b"poses" not in body
+
+
+def test_a_server_for_all_machines_is_asked_by_address_or_own_name() -> None:
+    """DNS rebinding needs a name of the public DNS, which is the attacker's."""
+    allowed = ("192.168.1.10:9464", "[fe80::1]:9464", "localhost:9464", "studio-pc:9464", f"{socket.gethostname()}:9464")
+    with served("0.0.0.0") as server:
+        for host in (*allowed, "studio-pc.local"):
+            assert asked(server, Host=host)[0].status == 200, host
+        for host in ("evil.example:9464", "127.0.0.1.evil.example", "1.2.3.4.:9464", "[", ""):
+            answer, body = asked(server, Host=host)
+            assert (answer.status, b"poses" in body) == (403, False), host
 
 
 def test_there_is_nothing_else(server: PageServer[object]) -> None:

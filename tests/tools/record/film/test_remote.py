@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmBoard, FilmFile, FilmQuery, FilmReply
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.video.parameters import RESERVE_BYTES
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.tools.cli.calibrate.board_options import detect_command
 from zenocap.tools.record.film import collect, remote
@@ -124,6 +126,55 @@ def test_copies_are_whole_or_not_there(network: Network, tmp_path: Path) -> None
     assert copied.read_bytes() == original.read_bytes()
     assert (folder / "times" / "cam01.csv").is_file()
     assert not list(folder.rglob("*.part"))
+
+
+def false_film(network: Network, content: bytes, free: int, monkeypatch: pytest.MonkeyPatch, **told: int) -> RemoteFilm:
+    """A camera that says to have filmed 10 frames of 5 kB, and gives `content` in place of both files.
+
+    free: bytes on the disk at first.  told: size that it announces for both.
+    """
+    taken = itertools.count()
+
+    def answer(query: FilmQuery) -> FilmReply:
+        size = told.get("size", len(content))
+        known = FilmFile(bytes=size, sha256=hashlib.sha256(content).hexdigest())
+        files, data = {}, b""
+        if query.what == "files":
+            files = {"video": known, "times": known}
+        if query.what == "read":
+            data = content[query.offset : query.offset + (1 << 20)]
+        return FilmReply(
+            frame=query.frame, captured_ns=0, host="lab1", state="ended", may_film=True, may_read=True, film=query.film,
+            folder="/films/walk", frames=10, written_bytes=50_000, files=files, data=data,
+        )  # fmt: skip
+
+    network.ask = lambda key, query, timeout_s: {key: answer(query)}  # type: ignore[method-assign]
+    monkeypatch.setattr(collect.shutil, "disk_usage", lambda _: Mock(free=free - 100_000 * next(taken)))
+    return remote_of(network)
+
+
+@pytest.mark.parametrize(
+    ("size", "told", "free", "text"),
+    [
+        (60_000, {}, RESERVE_BYTES + 10_000_000, ""),
+        (60_000, {}, RESERVE_BYTES + 50_000, "0 MB: allowed: 0 MB, free disk"),
+        (60_000, {"size": 50_000}, RESERVE_BYTES + 10_000_000, "not the 50000 bytes that it announced"),
+        (60_000, {"size": 70_000}, RESERVE_BYTES + 10_000_000, "not the 70000 bytes that it announced"),
+        (60_000, {"size": 1 << 40}, 1 << 50, "video: 1099511627776 bytes: allowed: 1099376 after 10 frames"),
+        (1_060_000, {}, RESERVE_BYTES + 10_000_000, "times: 1060000 bytes: allowed: 1049376 after 10 frames"),
+    ],
+)
+def test_a_false_machine_gets_no_more_of_the_disk_than_it_announced(
+    network: Network, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, told: dict[str, int], free: int, text: str
+) -> None:
+    """And none of the reserve, which is looked at before each part: others write, too."""
+    one = false_film(network, bytes(size), free, monkeypatch, **told)
+    one.cameras[0].ask("state")
+    _, failures = collected(one, tmp_path / "out", fetch=True, report=print)
+    assert len(failures) == bool(text)
+    assert text in "".join(failures)
+    assert list((tmp_path / "out").rglob("*.part")) == []
+    assert len(list((tmp_path / "out").rglob("cam01.*"))) == (0 if text else 2)
 
 
 def test_a_film_that_could_not_be_copied_is_refused_before(network: Network, tmp_path: Path) -> None:

@@ -64,8 +64,8 @@ def test_videos_on_other_machines_are_copied_or_their_board_is_detected_there(tm
     there = Path("/films/monday")
     first, *commands = next_lines(replace(result(tmp_path), remote=away(there)), "--square MM")
     assert first == f"next: copy videos/ and times/ of {NAMES[0]} into {tmp_path}, then zenocap track {tmp_path}"
-    assert [line.split()[:2] for line in commands] == [
-        ["scp", f"hall:{there}/{part}/{NAMES[0]}.{suffix}"] for part, suffix in (("videos", "mkv"), ("times", "csv"))
+    assert [line.split()[:3] for line in commands] == [
+        ["scp", "--", f"hall:{there}/{part}/{NAMES[0]}.{suffix}"] for part, suffix in (("videos", "mkv"), ("times", "csv"))
     ]
     first, *commands = next_lines(replace(result(tmp_path, is_rig=False), remote=away(there)), "--square MM")
     assert first.startswith(

@@ -22,7 +22,7 @@ class FakeProcess:
         self.pid = 1
         self.status: int | None = None
         self.signals: list[int] = []
-        self.stubborn = False
+        self.stubborn, self.ends_with = False, 0
         self.stderr: IO[str] | None = io.StringIO("a line\n")
 
     def poll(self) -> int | None:
@@ -36,7 +36,7 @@ class FakeProcess:
     def send_signal(self, sig: int) -> None:
         self.signals.append(sig)
         if not self.stubborn:
-            self.status = 0
+            self.status = self.ends_with
 
     def kill(self) -> None:
         self.status = -9
@@ -48,7 +48,8 @@ class Harness:
     def __init__(self, names: Sequence[str] = ("viewer 1",)) -> None:
         self.now_s = 0.0
         self.started: list[FakeProcess] = []
-        self.children = ChildProcesses([(name, [name]) for name in names], lambda: self.now_s, self._start)
+        commands = [(name, [name]) for name in names]
+        self.children = ChildProcesses(commands, lambda: self.now_s, self._start, ["viewer of a video"])
         self.children.start()
 
     def _start(self, arguments: Sequence[str]) -> FakeProcess:
@@ -84,7 +85,7 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
         pauses.append(harness.end_newest(-9, 1.0).rpartition(" in ")[2])
         harness.pass_time(10.0)
     assert pauses == ["0.5 s", "1 s", "2 s"]
-    assert " in 0.5 s" in harness.end_newest(-9, SETTLED_S + 1)
+    assert " in 0.1 s" in harness.end_newest(-9, SETTLED_S + 1)
 
 
 @pytest.mark.parametrize(
@@ -92,9 +93,10 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     [
         (1, 2.0, "failed (exit status 1) after 2.0 s; not started again", 1, ["viewer 1"]),
         (1, SETTLED_S + 1, "starting it again", 2, []),
-        (0, 1.0, "finished", 1, []),
+        (0, 1.0, "ended, although it was to run on (exit status 0); starting it again in 0.5 s", 2, []),
+        (3, 1.0, "ended, although it was to run on (exit status 3); starting it again in 0.5 s", 2, []),
     ],
-    ids=["failed-at-its-first-start", "failed-after-a-long-run", "finished"],
+    ids=["failed-at-its-first-start", "failed-after-a-long-run", "stopped", "stopped-with-loss"],
 )
 def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given_up):
     harness = Harness()
@@ -104,10 +106,19 @@ def test_what_follows_the_end_of_a_process(status, after_s, words, starts, given
     assert len(harness.started) == starts
 
 
-def test_process_with_repeated_short_runs_is_given_up() -> None:
+def test_a_viewer_of_a_video_finishes_and_is_not_started_again() -> None:
+    harness = Harness(["viewer of a video"])
+    assert harness.end_newest(0, 1.0) == "a line\nviewer of a video: finished"
+    harness.pass_time(100)
+    assert len(harness.started) == 1
+    assert harness.children.given_up == []
+
+
+@pytest.mark.parametrize("status", [-11, 0])
+def test_process_with_repeated_short_runs_is_given_up(status: int) -> None:
     harness = Harness()
     for _ in range(QUICK_FAILURES):
-        harness.end_newest(-11, 0.1)
+        harness.end_newest(status, 0.1)
         harness.pass_time(10.0)
     assert len(harness.started) == QUICK_FAILURES
     assert harness.children.given_up
@@ -128,13 +139,35 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
     assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
 
 
-def test_process_that_ignores_sigterm_is_killed() -> None:
+def test_process_that_ignores_sigterm_prints_its_stacks_and_is_killed() -> None:
     harness = Harness(("a", "b"))
     harness.started[0].stubborn = True
     harness.children.stop()
-    assert [process.signals for process in harness.started] == [[signal.SIGTERM], [signal.SIGTERM]]
+    assert [process.signals for process in harness.started] == [[signal.SIGTERM, signal.SIGUSR1], [signal.SIGTERM]]
     assert harness.started[0].status == -9
-    assert any("was killed" in line for line in harness.children.lines())
+    lines = harness.children.lines()
+    asked, killed = (index for index, line in enumerate(lines) if line.startswith("a: "))
+    assert "has not stopped in 8 s; the stacks" in lines[asked]
+    assert "was killed" in lines[killed]
+    assert [child.name for child in harness.children.given_up] == ["a"]
+
+
+def test_a_process_that_is_stopped_before_it_has_a_handler_has_not_failed() -> None:
+    """Ctrl-C during the start of a rig said that its integrator had failed."""
+    harness = Harness()
+    harness.started[0].ends_with = -signal.SIGTERM
+    harness.children.stop()
+    assert harness.children.given_up == []
+
+
+def test_a_launcher_that_is_to_stop_starts_no_process() -> None:
+    def refused(arguments: Sequence[str]) -> FakeProcess:
+        raise InterruptedError
+
+    children = ChildProcesses([("a", ["a"]), ("b", ["b"])], lambda: 0.0, refused)
+    children.start()
+    children.stop()
+    assert [(child.process, child.status) for child in children.all] == [(None, None)] * 2
 
 
 def test_no_process_is_restarted_while_stopping() -> None:

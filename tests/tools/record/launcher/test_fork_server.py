@@ -83,17 +83,46 @@ def test_other_programs_are_executed(server: ForkServer) -> None:
 @pytest.mark.nightly
 def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     server = ForkServer(["integrator"])
-    router = started(server, *ROUTER)
-    assert "listens" in listening(router)
+    router, other = started(server, *ROUTER), started(server, *ROUTER)
+    assert all("listens" in listening(one) for one in (router, other))
     server._process.kill()
     server._process.wait()
     assert router.poll() is None
     later = started(server, "--version")
     assert isinstance(later, subprocess.Popen)
     assert later.wait(30.0) == 0
+    other.kill()  # its end is noticed while the first one runs
+    assert other.wait(60.0) == 1
+    assert router.poll() is None
     router.send_signal(signal.SIGTERM)
     assert router.wait(60.0) == 1  # its status is unknown
     server.close()
+
+
+@pytest.mark.core
+def test_a_server_that_runs_ends_by_itself_when_it_is_closed() -> None:
+    """Its end of the connection stayed open while a thread waited in `recv` at the other, and it was killed after 5 s."""
+    server = ForkServer([])
+    assert started(server, "--version").wait(60.0) == 0
+    server.close()
+    assert server._process.returncode == 0
+
+
+@pytest.mark.core
+def test_a_launcher_that_is_to_stop_does_not_wait_for_the_imports_of_the_server() -> None:
+    server = ForkServer(["tracker"], stopped=lambda: True)
+    with pytest.raises(InterruptedError):
+        started(server, *ROUTER)
+    server.close()
+
+
+@pytest.mark.core
+def test_a_signal_right_after_the_fork_ends_the_service(server: ForkServer) -> None:
+    """It was ignored until the service had set its own handlers: nine of twelve were lost."""
+    for _ in range(20):
+        router = started(server, *ROUTER)
+        router.send_signal(signal.SIGTERM)
+        assert router.wait(60.0) in (0, -signal.SIGTERM)
 
 
 @pytest.mark.nightly

@@ -67,6 +67,28 @@ def test_table_and_line_show_all_received_values() -> None:
     assert "frame 7: turn 90°, right elbow 0°" in line
 
 
+def test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows() -> None:
+    """The address of the page and the end of the take stand whole, each service has one line, its state two words."""
+    services = [("integrator", "main"), *SERVICES[:2], ("tracker", "main"), ("recognizer", "main"), ("animator", "main")]
+    state = "showing tracker; page http://127.0.0.1:43210/, 1 open"
+    page = built(m.Health, service="animator", id="main", state=state, phase=m.Phase.RUNNING)
+    learning = built(m.Health, id="1", state="learning the background (21 frames)", phase=m.Phase.LEARNING_BACKGROUND)
+    long = built(m.Health, service="tracker", id="main", state="tracking, " * 9, phase=m.Phase.TRACKING, rate=14.9)
+    pose = tracker_pose(angles={"navel.y": 1.5, "right_elbow.x": 0.1, "left_elbow.x": 0.1, "right_knee.x": 0.2})
+    status = status_after(learning, health("2"), page, long, pose, alive=tuple(services))
+    console = Console(width=80, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(table(status, services, 12.0, "recordings/demo-2026-11-28T17-00-00.mcap", 80))
+    lines = capture.get().splitlines()
+    assert len(lines) < 24 - 6  # below the notes
+    assert max(map(len, lines)) <= 80
+    assert "page: http://127.0.0.1:43210/    Ctrl-C ends" in lines[0]
+    assert lines[-1] == "take: recordings/demo-2026-11-28T17-00-00.mcap"
+    for service, words in (("viewer 1", "learning background"), ("tracker", "tracking"), ("animator", "running")):
+        (line,) = (line for line in lines if line.split("│")[1:2] and line.split("│")[1].strip() == service)
+        assert line.split("│")[-2].strip() == words
+
+
 def test_table_shows_the_missing_initial_posture_before_the_first_pose() -> None:
     assert "all viewers see a T-pose" in table_text(status_after())
 
@@ -96,6 +118,12 @@ def test_what_is_lost_and_stale_viewers_are_shown(pose: m.Message, text: str) ->
 def test_poses_are_counted_and_those_of_every_running_viewer(poses: tuple[m.Message, ...]) -> None:
     status = status_after(*poses, alive=(("viewer", "1"), ("viewer", "2")))
     assert (status.poses, status.complete) == (3, 2)
+
+
+def test_of_both_methods_the_poses_of_the_tracker_are_counted_and_shown() -> None:
+    status = status_after(bap(), tracker_pose(views=["1", "2"]), bap(), alive=(("viewer", "1"), ("viewer", "2")))
+    assert isinstance(status.pose, m.TrackerPose)
+    assert status.poses == 2
 
 
 def test_tracker_is_shown_with_rate_latency_and_used_views() -> None:

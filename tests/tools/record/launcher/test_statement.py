@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
@@ -69,6 +69,7 @@ class World:
     lose: int = 0
     full: bool = False
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
+    created: list[Path] = field(default_factory=list)  # takes, in order
 
     def __post_init__(self) -> None:
         self.network = LocalNetwork("studio", self.clock)
@@ -96,6 +97,7 @@ class World:
         path = free_name(self.folder / "take.mcap")
 
         def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
+            self.created.append(path)
             return Recording(path, rig="studio", start_ns=start_ns, metadata={"part": part} if part else {})
 
         self.log_bus = self.network.bus()
@@ -185,6 +187,7 @@ class World:
                 path.unlink()
             for path, content in files.items():
                 path.write_bytes(content)
+                os.utime(path, ns=(self.clock.now_ns(),) * 2)
             self.log, self.ends = None, []
         process.bus.close()
         self.observe()
@@ -199,12 +202,13 @@ class World:
 
     def found(self) -> Statement:
         """The statement after the end of all processes."""
+        runs = INTEGRATOR in self.processes  # else it has ended before the others were stopped
         for key in SERVICES:
             self.stop(key)
         takes, unreadable = new_takes(self.folder, (), "studio", self.reports)
         assert unreadable == []
         whole = not any(end["log_stopped"] or end["log_removed"] for end in self.ends)
-        whole = whole and bool(takes) and all(take.complete for take in takes)
+        whole = whole and runs and bool(takes) and all(take.complete for take in takes)
         return statement(takes, self.reports, SERVICES, whole=whole)
 
     def absent(self) -> dict[Place, list[int]]:
@@ -261,10 +265,16 @@ def check(faults: list[tuple]) -> tuple[World, Statement]:
             for fault in [("start", INTEGRATOR), ("start", VIEWER), *faults]:
                 happens(world, fault)
             found, absent = world.found(), world.absent()
+            exist = {path for path in world.created if path.exists()}
     finally:
         logging.disable(logging.NOTSET)
     assert found.sent == sum(found.terms.values())
     assert min(found.terms.values()) >= 0
+    named = [one.take.path for one in found.takes]
+    assert sum(one.lost + one.lost_before for one in found.takes) + found.lost_outside == found.lost
+    assert {*named} == exist
+    if not any(fault[0] in ("step", "delete") for fault in faults):
+        assert named == world.created
     for place, count in Counter(place for place, _, _ in world.sent).items():
         line = found.lines.get(place, Line(0, 0, 0, 0, found.unknown.get(place[0], ())))
         times = absent.get(place, [])
@@ -282,6 +292,53 @@ def test_every_message_is_in_a_take_or_in_a_term_or_in_a_span(faults: list[tuple
     check(faults)
 
 
+RESTARTS = st.one_of(
+    st.tuples(st.just("send"), SERVICE, st.integers(1, 3)),
+    st.tuples(st.sampled_from(["second", "drain"])),
+    st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow])
+@example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
+@given(st.lists(RESTARTS, max_size=25))
+def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
+    """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written"."""
+    found = check(faults)[1]
+    assert {place: line.unlogged for place, line in found.lines.items() if place[0] == VIEWER and line.unlogged} == {}
+
+
+def test_an_integrator_that_something_else_stops_leaves_a_gap() -> None:
+    stopped = [("second",), ("send", VIEWER, 4), ("second",), ("stop", INTEGRATOR), ("send", VIEWER, 5), ("second",)]
+    found = check([*stopped, ("start", INTEGRATOR), ("send", VIEWER, 3), ("second",), ("send", VIEWER, 2)])[1]
+    first, second = found.takes
+    assert found.lines[VIEWER, "sighting"] == Line(14, 9, 5, 0, ())
+    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 6, 0)
+    assert not found.complete
+    assert list(found.take_text()) == [
+        f"take: {first.take.path}: 11 messages, 0 lost",
+        "take: none from 22:13:22.0 UTC to 22:13:23.0 UTC, between take.mcap and take-2.mcap: the integrator was started "
+        "again, 6 lost",
+        f"take: {second.take.path}: 10 messages, 0 lost",
+        "takes: 6 lost",
+    ]
+
+
+def test_an_integrator_that_is_not_started_again_loses_the_rest() -> None:
+    found = check([("second",), ("stop", INTEGRATOR), ("send", VIEWER, 5), ("second",)])[1]
+    assert found.lines[VIEWER, "sighting"] == Line(5, 0, 5, 0, ())
+
+
+def test_each_take_has_its_own_loss() -> None:
+    """The first of four was named alone, with the loss of another."""
+    again = [("second",), ("close_log",), ("send", VIEWER, 5), ("record",), ("second",)]
+    lose = [("second",), ("send", VIEWER, 3), ("lose", 2), ("send", VIEWER, 4), ("second",)]
+    found = check([*again, *again, *lose, *again])[1]
+    assert [one.lost for one in found.takes] == [0, 0, 2, 0]
+    assert [one.gap for one in found.takes] == [None] * 4
+    assert (found.lost, found.lost_outside) == (2, 0)
+
+
 def test_an_ordinary_run_loses_nothing() -> None:
     found = check([("send", VIEWER, 7), ("second",), ("send", INTEGRATOR, 5), ("send", VIEWER, 3), ("second",)])[1]
     assert (found.complete, found.lost, found.unknown) == (True, 0, {})
@@ -289,6 +346,17 @@ def test_an_ordinary_run_loses_nothing() -> None:
         "messages: 24 sent = 23 in the takes + 0 dropped by the queue of the log + 0 never arrived at a log + "
         "0 refused by the writer + 1 sent while no take was written"
     ]  # the last health, of the end of the log
+
+
+def test_a_take_of_another_run_of_the_same_rig_is_none_of_this_one(tmp_path: Path) -> None:
+    """It was named as the take before a gap, and the integrator as started again."""
+    worlds = World(tmp_path), World(tmp_path)
+    for world in worlds:
+        world.start(INTEGRATOR)
+        world.second()
+    for world in worlds:
+        world.stop(INTEGRATOR)
+    assert [[one.take.path for one in world.found().takes] for world in worlds] == [world.created for world in worlds]
 
 
 def test_what_is_sent_while_the_recording_is_stopped_is_not_lost() -> None:

@@ -21,7 +21,7 @@ from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
-from zenocap.tools.record.launcher.shell import DONE, FAILED, LOSS, Supervisor, named_ports, places_of
+from zenocap.tools.record.launcher.shell import DONE, FAILED, INTERRUPTED, LOSS, Supervisor, named_ports, places_of
 
 SERVICES = [("viewer", "1"), ("integrator", "main")]
 
@@ -41,11 +41,12 @@ def cut(path: Path) -> None:
 
 
 def summary(
-    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole
-) -> tuple[int, str]:
+    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole,
+    interrupted: bool = False,
+) -> tuple[int, str]:  # fmt: skip
     """Exit status and text after the children have ended.
 
-    status: exit status of the integrator.  write: writes the takes of the run.
+    status: exit status of the integrator.  write: writes the takes of the run.  interrupted: by Ctrl-C.
     """
     bus = LocalNetwork("studio", ManualClock(1)).bus()
     children = ChildProcesses([], lambda: 0.0)
@@ -57,7 +58,7 @@ def summary(
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    return supervisor.summary(), console.file.getvalue()
+    return supervisor.summary(interrupted=interrupted), console.file.getvalue()
 
 
 @pytest.fixture
@@ -100,7 +101,19 @@ def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Pa
 def test_a_cut_take_has_the_messages_that_can_be_read(take: Path) -> None:
     status, text = summary(take, LOSS, write=cut)
     assert "take.mcap: 0 messages" not in text
-    assert "messages, an unknown number lost: see the integrator's output" in text
+    assert "messages, an unknown number lost: see the integrator's output; cut: its integrator did not close it" in text
+    assert status == LOSS
+
+
+def test_a_file_that_was_cut_before_its_first_record_is_a_take_of_the_run(take: Path) -> None:
+    def write(path: Path) -> None:
+        whole(path.with_name("a.mcap"))
+        path.write_bytes(path.with_name("a.mcap").read_bytes()[:40])
+        path.with_name("empty.mcap").touch()
+
+    status, text = summary(take, DONE, write=write)
+    assert f"take: {take}: 0 messages, 0 lost; cut" in text
+    assert "empty.mcap is no MCAP file" in text
     assert status == LOSS
 
 
@@ -119,14 +132,29 @@ def test_the_loss_of_several_takes_is_said_once_and_they_are_in_order(take: Path
         with_later.close()
 
     text = summary(take, DONE, write=write)[1]
-    assert text.index("take.mcap: 180 messages\n") < text.index("a-later-one.mcap: 1 messages\n")
-    assert text.count("0 lost") == text.count("takes: 0 lost") == 1
+    assert text.index("take.mcap: 180 messages, 0 lost\n") < text.index("a-later-one.mcap: 1 messages, 0 lost\n")
+    assert text.count("takes: 0 lost") == 1
 
 
 def test_without_a_take_nothing_is_complete(take: Path) -> None:
-    status, text = summary(take, DONE, write=lambda _: None)
-    assert "takes: an unknown number lost" in text
+    status, text = summary(take, DONE, health("integrator", "main"), write=lambda _: None, interrupted=True)
+    assert "takes: 0 lost, and an unknown number in" in text
     assert status == LOSS
+
+
+@pytest.mark.parametrize(("interrupted", "ended"), [(True, INTERRUPTED), (False, DONE)])
+def test_an_end_during_the_start_loses_nothing(take: Path, interrupted: bool, ended: int) -> None:
+    """It was "an unknown number lost", or "integrator failed; see its output above", where there was none."""
+    status, text = summary(take, None, health("viewer", "1"), write=lambda _: None, interrupted=interrupted)
+    assert "take: none, the end came before its beginning" in text
+    assert "lost" not in text
+    assert "failed" not in text
+    assert status == ended
+
+
+def test_ctrl_c_is_the_ordinary_end_of_a_run_that_has_begun(take: Path) -> None:
+    last = health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 90})
+    assert summary(take, DONE, last, interrupted=True)[0] == DONE
 
 
 def test_a_failed_service_is_a_failure(take: Path) -> None:

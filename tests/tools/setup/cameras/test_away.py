@@ -45,8 +45,8 @@ def test_the_commands_copy_videos_and_times(tmp_path: Path) -> None:
     (there / "videos" / "cam01.mkv").write_bytes(b"video")
     (there / "times" / "cam01.csv").write_bytes(b"times")
     for command in copy_commands(here, {"cam01": ("lab1", str(there))}):
-        program, source, target = shlex.split(command)
-        assert program == "scp"
+        program, end, source, target = shlex.split(command)
+        assert (program, end) == ("scp", "--")
         shutil.copy(source.removeprefix("lab1:"), target)
     assert (here / "videos" / "cam01.mkv").read_bytes() == b"video"
     assert (here / "times" / "cam01.csv").read_bytes() == b"times"
@@ -77,7 +77,8 @@ def test_the_commands_detect_once_in_each_place_and_copy_the_corners(tmp_path: P
     assert [words[:3] for words in lines[1:3]] == [["ssh", "--", "lab1"], ["ssh", "--", "-lab"]]
     assert shlex.split(lines[1][3]) == ["zenocap", "calibrate", "detect", "/home/a b/films/x", "--square", "MM"]
     target = f"{tmp_path / 'th is' / 'corners'}/"
-    assert lines[3] == ["scp", "lab1:/home/a b/films/x/corners/cam01.corners", target]
+    assert lines[3] == ["scp", "--", "lab1:/home/a b/films/x/corners/cam01.corners", target]
+    assert lines[-1][:3] == ["scp", "--", "-lab:/f/corners/cam03.corners"]  # a name that would be an option
     assert len(lines) == 6
 
 

@@ -70,7 +70,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
         if len(found) < LEAST_INSTANTS:
             raise UserError(
                 f"{folder}: {names[id]}: a person in {len(found)} images: allowed: {LEAST_INSTANTS} or more; is the scene "
-                "empty at the start (empty_frames in clip.toml), and the light steady?"
+                "empty at the start (empty_seconds in clip.toml), and the light steady?"
             )
     times = {id: np.array([one.time_s + begins[id] for one in found]) for id, found in outlines.items()}
     begin, end = min(one[0] for one in times.values()), max(one[-1] for one in times.values())

@@ -7,7 +7,13 @@ import pytest
 
 from tests.support.two_view_scene import BDP, MODEL, NAVEL, directions, model_mask, rows
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.body.proportions import PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS, TORSO_SHARE, body_from_paper_lengths
+from zenocap.common.body.proportions import (
+    PAPER_FRONT_LENGTHS,
+    PAPER_SIDE_LENGTHS,
+    PAPER_TORSO_SHARE,
+    TORSO_SHARE,
+    body_from_paper_lengths,
+)
 from zenocap.services.viewer.two_view.paper.body_definition import fine_tuned, front_measures, side_lengths
 from zenocap.services.viewer.two_view.paper.projection import orthographic
 
@@ -39,15 +45,16 @@ def test_empty_side_view_is_an_error() -> None:
         side_lengths(np.zeros((48, 64), np.uint8), 0.01)
 
 
-def test_body_has_the_shares_of_the_paper() -> None:
+@pytest.mark.parametrize("share", [PAPER_TORSO_SHARE, TORSO_SHARE])
+def test_body_has_the_shares_of_the_paper(share: float) -> None:
     side = side_lengths(model_mask(orthographic(rows(1, LARGE), DEPTH), directions(**T_POSE), size=LARGE), METRES_PER_PX)
     assert set(side) == set(PAPER_SIDE_LENGTHS)
-    front = fine_tuned(TEN_PARTS, FRONT, rows(0, LARGE), NAVEL, np.eye(3))
-    body = body_from_paper_lengths(TEN_PARTS, {**front, **side})
+    front = fine_tuned(TEN_PARTS, FRONT, rows(0, LARGE), NAVEL, np.eye(3), share)
+    body = body_from_paper_lengths(TEN_PARTS, {**front, **side}, share)
     torso, upper, lower = (body.sizes[INDEX[part]] for part in ("torso", "right_upper_leg", "right_lower_leg"))
     shoulder = front["height"] - front["head"]
-    assert torso[0] == pytest.approx(TORSO_SHARE * shoulder)
-    assert upper[0] == lower[0] == pytest.approx((1 - TORSO_SHARE) * shoulder / 2)
+    assert torso[0] == pytest.approx(share * shoulder)
+    assert upper[0] == lower[0] == pytest.approx((1 - share) * shoulder / 2)
     np.testing.assert_allclose(upper[1:], [0.2 * front["torso_width"], 0.36 * front["torso_width"]])
     np.testing.assert_allclose(body.sizes[INDEX["head"], 1:], [0.2 * front["torso_width"], 0.16 * front["torso_width"]])
     np.testing.assert_allclose(torso[0], BDP.sizes[INDEX["torso"], 0], rtol=0.2)

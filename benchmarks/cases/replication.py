@@ -1,0 +1,90 @@
+"""Table II of [Hybrid VII] anew: people who are the model, exact silhouettes, the paper's numbers of frames."""
+
+from dataclasses import replace
+from typing import cast
+
+import msgspec
+
+from benchmarks.cases.clips import POINTS
+from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg
+from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.people.cylinders import MOTIONS, CylinderClip, cylinder_clip
+from benchmarks.people.films import motion_file
+from benchmarks.people.simulated_clips import TRAINING_FRAMES
+from benchmarks.people.tracker import TrackedPath, errors, track_clip, trajectories
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS, ForceLaw
+from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.filter.filter_step import start_tracking
+from zenocap.services.tracker.filter.particles import Refinement
+from zenocap.services.tracker.states import Method, Options, TrackerSetup
+from zenocap.services.tracker.tracking import initial_state, known_person
+
+LAWS: tuple[ForceLaw, ...] = ("quadratic", "linear")
+PEOPLE = (122, 123, 125)  # adults, 1.60 to 1.73 m; of a seed each
+T_POSE, TRUE_POSE = "T-pose", "true pose"
+
+
+def run(one: Case) -> Figures:
+    """Errors on the test frames, and the paper's.
+
+    Options: method, law, start (T-pose, then all frames; or true body and pose of the last training frame), tested (number
+    of test frames, 0 for the paper's).
+    """
+    motion, method = one.film, one.option("method", "hybrid")
+    clip = cylinder_clip(motion, PEOPLE[one.seed % len(PEOPLE)], one.option("tested", 0) or None)
+    first = clip.film.motion_from + TRAINING_FRAMES
+    path, truth = tracked(one, clip, first), clip.film.truth
+    found = errors(path, truth, first) | {"paper": PAPER_RMSE_MM[method][list(MOTIONS).index(motion)]}
+    if "mean" in found:
+        found["angles"] = angle_rmse_deg(angle_curves(trajectories(path, truth.rate, first), truth, first))
+        found["of the paper's"] = found["RMSE"] / found["paper"]
+    return found | {"training": TRAINING_FRAMES}
+
+
+def tracked(one: Case, clip: CylinderClip, first: int) -> TrackedPath:
+    """The track of a case.  first: number of the first test frame."""
+    setup = setup_of(one, clip)
+    if one.option("start", T_POSE) == T_POSE:
+        return track_clip(clip.film, setup)
+    pose, before = RootedPose.of(TEN_PARTS, clip.body, clip.poses[first - 1]), clip.film.instants[first - 1]
+    phase, _ = start_tracking(setup, known_person(setup, clip.body), pose, before.captured_ns, 0.0)
+    film = replace(clip.film, instants=clip.film.instants[first:])
+    return track_clip(film, setup, state=replace(initial_state(setup), phase=phase))
+
+
+def setup_of(one: Case, clip: CylinderClip) -> TrackerSetup:
+    method, preset = cast(Method, one.option("method", "hybrid")), PRESETS["paper"]
+    refinement = cast(Refinement, preset.refinements[method])
+    law = one.option("law", LAWS[0])
+    options = Options(
+        method=method, particles=PARTICLES[method], points=POINTS, iterations=ITERATIONS[refinement], seed=one.seed,
+        refinement=refinement, filter=msgspec.structs.replace(preset.filter, force_law=law),
+    )  # fmt: skip
+    prior = clip.prior if method == "hybrid" else None
+    return TrackerSetup(TEN_PARTS, clip.film.cameras, clip.film.frame_ns, prior, options)
+
+
+def inputs(one: Case) -> tuple[str, ...]:
+    return (motion_file(MOTIONS[one.film]),)
+
+
+REPLICATION = Kind(
+    "replication",
+    "[Hybrid Table II] where it can be fair: three adults who are the ten-part model, flat-ended cylinders in seven "
+    "views of 640×480 and moved by motion capture; preset `paper`, 100 training frames of the same motion.",
+    run,
+    (*COLUMNS, Column("of the paper's", digits=1)),
+    {
+        f"{method}{'' if law is None else f', {law}'}, {start}, {motion}": case(
+            motion, method=method, start=start, **({} if law is None else {"law": law})
+        )
+        for method in METHODS
+        for law in (LAWS if method != "particle-filter" else (None,))
+        for start in (T_POSE, TRUE_POSE)
+        for motion in MOTIONS
+    },
+    case("walking", method="image-force", start=TRUE_POSE, tested=20),
+    rows="method, force, start, motion",
+    inputs=inputs,
+)

@@ -1,0 +1,65 @@
+"""People made of cylinders: exact silhouettes, motion that repeats; and the cases of the replication."""
+
+import numpy as np
+import pytest
+
+from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM
+from benchmarks.cases.replication import LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE
+from benchmarks.people.cylinders import CYCLE_FPS, CYCLE_S, MOTIONS, TEST_FRAMES, silhouette
+from benchmarks.people.cylinders import _cycle as cycle
+from benchmarks.people.simulated_clips import cameras_of
+from tests.support.two_view_scene import BDP, angles
+from zenocap.common.arrays import Bools, Floats
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import part_frames
+from zenocap.simulation.body.person import person
+
+STEPS = np.arange(2.5, 7.0, 0.002)  # m along a line of sight
+
+
+def inside(body: Bdp, pose: Pose, points: Floats) -> Bools:
+    """(n,) whether points (n, 3) are in a cylinder with flat ends."""
+    found = np.zeros(len(points), dtype=bool)
+    for frame, (height, long, short) in zip(part_frames(TEN_PARTS, body, pose), body.sizes, strict=True):
+        x, y, z = ((points - frame[:, 3]) @ frame[:, :3]).T
+        found |= (y >= 0) & (y <= height) & ((x / long) ** 2 + (z / short) ** 2 <= 1)
+    return found
+
+
+@pytest.mark.parametrize("view", ["r0", "r3"])
+def test_a_silhouette_has_the_pixels_whose_lines_of_sight_meet_a_cylinder(view: str) -> None:
+    camera, rng = cameras_of(7)[view], np.random.default_rng(1)
+    pose = Pose(np.array([0.1, 0.95, -0.1]), angles(right_shoulder_z=130.0, left_shoulder_x=40.0, right_knee_x=-30.0))
+    mask = silhouette(camera, BDP, pose)
+    rows, columns = np.nonzero(mask)
+    places = rng.integers([columns.min() - 2, rows.min() - 2], [columns.max() + 3, rows.max() + 3], (150, 2))
+    slopes = np.column_stack([places, np.ones(len(places))]) @ np.linalg.inv(camera.matrix).T @ camera.rotation
+    seen = [
+        bool(inside(BDP, pose, camera.centre + STEPS[:, None] * (slope / np.linalg.norm(slope))).any()) for slope in slopes
+    ]
+    assert np.mean(seen == (mask[places[:, 1], places[:, 0]] > 0)) > 0.98  # the steps may miss what a line grazes
+    assert 0.2 < np.mean(seen) < 0.8
+
+
+def test_a_short_motion_goes_on_without_a_leap() -> None:
+    time = np.arange(90) / CYCLE_FPS
+    rows = np.column_stack([np.zeros((90, 3)), *(np.sin(6.0 * time + phase) for phase in range(4)), 0.05 * time])
+    found = cycle(rows, 400)
+    assert found.shape == (400, rows.shape[1])
+    assert np.abs(np.diff(found, axis=0)).max() < 1.5 * np.abs(np.diff(rows, axis=0)).max()
+    apart = np.linalg.norm(found[round(CYCLE_S * CYCLE_FPS) :, 3:] - found[0, 3:], axis=1)
+    assert apart.min() < 0.05  # it does come back
+
+
+def test_the_replication_has_all_methods_laws_and_starts_with_the_papers_numbers_of_frames() -> None:
+    cases = [
+        (one.option("method", ""), one.option("law", ""), one.option("start", "")) for one in REPLICATION.cases.values()
+    ]
+    expected = {(name, law, start) for name in METHODS[:2] for law in LAWS for start in (T_POSE, TRUE_POSE)}
+    assert set(cases) == expected | {(METHODS[2], "", start) for start in (T_POSE, TRUE_POSE)}
+    assert len(cases) == len(set(cases)) * len(MOTIONS)
+    assert set(PAPER_RMSE_MM) == set(METHODS)
+    assert TEST_FRAMES == {"walking": 433, "jogging": 393, "boxing": 377}
+    assert len(PEOPLE) == REPLICATION.seeds
+    assert all(1.5 < person(seed).height < 1.9 for seed in PEOPLE)

@@ -1,0 +1,55 @@
+"""Output of `zenocap track` for takes without T-pose or without a pose."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.support.video_file import write_video
+from tests.support.walkers import walker
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.cli.track import _print_losses
+from zenocap.tools.takes.track import Tracked, track
+
+
+def tracked(poses: int = 0, estimated: float | None = None) -> Tracked:
+    """A result without a measured body."""
+    return Tracked(60, poses, 100, (), {"tracker": "waiting for a person"}, measured=False, estimated=estimated)
+
+
+def printed(capsys: pytest.CaptureFixture[str], result: Tracked, method: str, height: float | None = None) -> str:
+    _print_losses(result, replace(demo_rig(method), person_height=height))
+    return capsys.readouterr().err
+
+
+def test_the_height_is_advised_where_the_method_needs_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "give --height, or --method hybrid" in printed(capsys, tracked(), "two-view")
+    for method, height in (("auto", None), ("two-view", 1.75)):
+        text = printed(capsys, tracked(), method, height)
+        assert "--height" not in text
+        assert "tracker: waiting for a person" in text
+
+
+def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.CaptureFixture[str]) -> None:
+    text = printed(capsys, tracked(40, 1.743), "auto")
+    assert "of 1.74 m from the floor to the top of the head" in text
+    assert "--height METRES" in text
+    assert printed(capsys, tracked(40), "auto", 1.75) == ""
+
+
+@pytest.mark.slow
+def test_the_height_over_the_floor_is_estimated_without_t_pose(tmp_path: Path) -> None:
+    scene = walker(1, 3, (160, 120), 6)
+    for name, camera in scene.cameras.items():
+        film = SimulatedCamera(camera, scene.person, 0)
+        poses = [None] * 15 + [scene.motion.pose_at(k / 15) for k in range(36)]
+        write_video(tmp_path / "videos" / f"{name}.mp4", [film.render(pose, k) for k, pose in enumerate(poses)], fps=15)
+    write_calibration(tmp_path / "calibration.toml", dict(scene.cameras))
+    result = track(load_rig(tmp_path, "hybrid", background="first:1s"), tmp_path / "a.mcap")
+    assert not result.measured
+    assert result.estimated == pytest.approx(scene.person.height, abs=0.08)
+    assert result.verdict is not None
+    assert result.verdict.rating != "good"
+    assert "lost" in [reason.kind for reason in result.verdict.reasons]

@@ -1,0 +1,81 @@
+"""Wrong inputs: none is good, and the first reason of each is its cause."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.cases.verdict import faults
+from benchmarks.cases.verdict.faults import Scene
+from benchmarks.cases.verdict.takes import tracker_messages
+from tests.support.stored import stored
+from tests.support.walkers import walker
+from zenocap.common import messages as m
+from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.judge.evidence import evidence_of
+from zenocap.tools.judge.verdict import verdict_of
+
+pytestmark = pytest.mark.nightly
+SEED, VIEWS, SIZE, FPS, FRAMES = 3, 3, (160, 120), 25.0, 80
+CONTRADICTION = ("overlap", "views-apart")  # both name calibration, moved and swapped cameras
+
+
+def scene() -> Scene:
+    """A person who walks among three cameras, without a T-pose."""
+    return stored(_scene, sources=(__name__,))
+
+
+def _scene() -> Scene:
+    one = walker(SEED, VIEWS, SIZE, 14)
+    masks = {}
+    for name, camera in one.cameras.items():
+        film = SimulatedCamera(camera, one.person, 0)
+        poses = [one.motion.pose_at(k / FPS) for k in range(FRAMES)]
+        masks[name] = [np.asarray(film.silhouette(pose) != 0, dtype=np.uint8) for pose in poses]
+    return Scene(dict(one.cameras), masks, {}, 0, FPS)
+
+
+def short(found: Scene, _: np.random.Generator) -> Scene:
+    return replace(found, masks={view: film[:20] for view, film in found.masks.items()})
+
+
+def rotated(found: Scene, _: np.random.Generator) -> Scene:
+    """One video is upside down, and nothing in it says so."""
+    view = sorted(found.masks)[0]
+    return replace(found, masks={**found.masks, view: [np.ascontiguousarray(one[::-1, ::-1]) for one in found.masks[view]]})
+
+
+def other_set(found: Scene, _: np.random.Generator) -> Scene:
+    """The calibration of other cameras with the same names."""
+    return replace(found, cameras=dict(walker(7, VIEWS, SIZE).cameras))
+
+
+def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
+    return verdict_of(evidence_of(tracker_messages(fault(scene(), np.random.default_rng(SEED)), 0)))
+
+
+@pytest.mark.parametrize(
+    ("fault", "kinds", "words"),
+    [
+        (faults.swapped, CONTRADICTION, "swapped"),
+        (faults.moved, CONTRADICTION, "a camera that was moved"),
+        (faults.another_rig, CONTRADICTION, "wrong calibration"),
+        (other_set, ("no-pose", *CONTRADICTION), "calibration"),
+        (rotated, ("no-pose", *CONTRADICTION), "calibration"),
+        (short, ("no-pose",), "a longer recording"),
+    ],
+    ids=lambda one: getattr(one, "__name__", None),
+)
+def test_the_first_reason_of_a_wrong_input_is_its_cause(
+    fault: Callable[[Scene, np.random.Generator], Scene], kinds: tuple[str, ...], words: str
+) -> None:
+    found = verdict(fault)
+    assert found.rating == "unusable"
+    assert found.reasons[0].kind in kinds, [(one.kind, one.text) for one in found.reasons]
+    assert words in found.reasons[0].text
+
+
+@pytest.mark.parametrize("fault", [faults.grey, faults.no_legs], ids=lambda one: str(one.__name__))
+def test_missing_parts_of_the_silhouettes_are_not_good(fault: Callable[[Scene, np.random.Generator], Scene]) -> None:
+    assert verdict(fault).rating == "unusable"

@@ -169,7 +169,11 @@ class VideoReader(Closable):
         rate = stated or _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
         shown = round(self._duration_ns * self.fps / 1e9)
-        self.declared = min(self._stream.frames or shown, shown or self._stream.frames)  # fewer are shown of a trimmed film
+        self.declared = self._stream.frames or shown
+        if (
+            "mov" in self._container.format.name and shown
+        ):  # an edit list shows fewer; of a cut AVI the duration is shorter too
+            self.declared = min(self.declared, shown)
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""
         if not 0 < self.fps <= MAX_FPS:
             self.close()

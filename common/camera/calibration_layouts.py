@@ -90,12 +90,15 @@ def foreign_name(path: Path) -> str:
 
 def layout_of(path: Path) -> CalibrationLayout:
     """Layout of a file that exists.  Raises UserError for a suffix or content that no layout reads, OSError."""
-    if name := foreign_name(path):
-        raise UserError(f"{path}: is {name}, which is not read: allowed: {readable()}")
 
     def fits(layout: CalibrationLayout) -> bool:
         return path.suffix.lower() in layout.suffixes and layout.has(path)
 
+    if name := foreign_name(path):  # only a package may read it
+        for key in LAYOUTS.names():
+            if key not in LAYOUTS.own and fits(LAYOUTS.row(key)):
+                return LAYOUTS.row(key)
+        raise UserError(f"{path}: is {name}, which is not read: allowed: {readable()}")
     found = LAYOUTS.first(fits) or LAYOUTS.first(lambda one: path.suffix.lower() in one.suffixes)
     if found is None:
         raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {readable()}")

@@ -12,7 +12,6 @@ KINDS = Table(
         "recovery": "benchmarks.cases.clips:RECOVERY",
         "table-1": "benchmarks.cases.paper:TABLE_1",
         "table-2": "benchmarks.cases.paper:TABLE_2",
-        "table-2-simulated": "benchmarks.cases.paper:TABLE_2_SIMULATED",
         "replication": "benchmarks.cases.replication:REPLICATION",
         "regions": "benchmarks.cases.paper:REGIONS",
         "variants": "benchmarks.cases.two_cameras:VARIANTS",

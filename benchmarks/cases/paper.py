@@ -1,4 +1,4 @@
-"""Tables I and II of [Hybrid VI, VII] on shared clips and simulated people, and errors by regions of the prior."""
+"""Tables I and II of [Hybrid VI, VII] on shared clips, and errors by regions of the prior."""
 
 from pathlib import Path
 
@@ -7,7 +7,6 @@ import numpy as np
 from benchmarks.cases import clips
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
 from benchmarks.people.priors import KINDS
-from benchmarks.people.simulated_clips import CYCLES
 from benchmarks.people.tracker import errors, trajectories
 from zenocap.common.formats.angle_series import angle_series
 from zenocap.common.formats.pose_track import Bound
@@ -40,8 +39,7 @@ def run(one: Case) -> Figures:
     found = errors(path, clip.truth, first) | {"training": clips.training(clip)}
     if "mean" in found:
         found["angles"] = angle_rmse_deg(angle_curves(trajectories(path, clip.truth.rate, first), clip.truth, first))
-    motions = list(MOTIONS) if one.film in MOTIONS else list(CYCLES)
-    return found | {"paper": PAPER_RMSE_MM[one.option("method", "hybrid")][motions.index(one.film)]}
+    return found | {"paper": PAPER_RMSE_MM[one.option("method", "hybrid")][list(MOTIONS).index(one.film)]}
 
 
 def angle_curves(track: Trajectories, truth: Trajectories, first: int) -> AngleCurves:
@@ -99,20 +97,6 @@ TABLE_2 = Kind(
     SMALL,
     rows="preset, method, motion",
     inputs=clips.inputs,
-)
-TABLE_2_SIMULATED = Kind(
-    "table-2-simulated",
-    "[Hybrid Tables I and II] on three simulated people with the paper's numbers of frames, seven views of 320×240.",
-    run,
-    COLUMNS,
-    {
-        f"{preset}, {method}, {motion}": case(motion, preset=preset, method=method, prior="same take", test=True)
-        for preset in PRESETS
-        for method in METHODS
-        for motion in CYCLES
-    },
-    case("walking", method="image-force", refinement="gauss-newton", test=True),
-    rows="preset, method, motion",
 )
 REGIONS = Kind(
     "regions",

@@ -13,9 +13,10 @@ from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 
-OTHER_PROCESSOR = 1e-4  # `follow`, recorded on an AMD EPYC, differs by 1.1e-5 on an Intel Xeon after 690 frames
+OTHER_PROCESSOR = 1e-6
 COMPUTED = ("exports", "page")  # texts in which the last digits of a computation count
 LONG = ("paper", "follow")
+DIVERGES = ("follow",)  # of 700 frames: on another processor the last digits have grown to 1 mm at its end
 NAMES = [pytest.param(name, marks=pytest.mark.nightly if name in LONG else ()) for name in TAKES]
 
 
@@ -42,6 +43,8 @@ def test_a_reader_finds_what_it_found(name: str, reader: str) -> None:
 def test_the_current_steps_recompute_the_take(name: str) -> None:
     found = verify([HERE / f"{name}.mcap"])
     if found.versions["processor"] != processor():
+        if name in DIVERGES:
+            pytest.skip(f"recorded on another processor than {processor()}, and long")
         found = verify([HERE / f"{name}.mcap"], OTHER_PROCESSOR)
     assert found.first is None
     assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)

@@ -18,7 +18,7 @@ from tests.support.documented_folder import documented_folder, zenocap
 from zenocap.common.bus.zenoh_session import free_ports
 
 pytestmark = pytest.mark.timeout(600)
-DONE, FAILED, LOSS, UNUSABLE = 0, 1, 3, 4
+DONE, FAILED, LOSS, UNUSABLE, INTERRUPTED = 0, 1, 3, 4, 130
 # Commands that run until Ctrl-C, and long ones: stopped.
 LIVE = {
     "animator", "integrator", "load", "metrics", "posture act", "recognizer", "record", "replay", "router", "show", "top",
@@ -92,6 +92,7 @@ def test_a_documented_command_runs(line: str, folder: Callable[[bool], Path]) ->
     live |= name == "posture label" and "--terminal" not in line and "--list" not in line
     status, output = zenocap(arguments_of(line), folder(line not in CORE), live=live)
     assert "Traceback" not in output, output
-    allowed = {DONE, FAILED, LOSS, -signal.SIGTERM} if live else {DONE, FAILED} if name in (MAY_FAIL | LIVE) else {DONE}
+    ended = {DONE, FAILED, LOSS, INTERRUPTED, -signal.SIGTERM}
+    allowed = ended if live else {DONE, FAILED} if name in (MAY_FAIL | LIVE) else {DONE}
     allowed |= UNCERTAIN.get(name, set())
     assert status in allowed, output

@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import sys
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
@@ -115,9 +114,12 @@ def main() -> None:
     """Write the content of the file that is named on the command line to the standard output: JSON and two arrays."""
     import ezc3d
 
-    most = READING_BYTES + READING_SHARE * os.path.getsize(sys.argv[1])
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    if sys.platform != "win32":  # which has no such limits
+        import resource
+
+        most = READING_BYTES + READING_SHARE * os.path.getsize(sys.argv[1])
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # ezc3d writes warnings
         try:

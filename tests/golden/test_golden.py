@@ -1,29 +1,22 @@
 """Golden takes: content and readers' results equal the texts, steps recompute the bytes.
 
-On another type of processor than that of the recording, the last digits may differ.
+On another type of processor than that of the recording, the last digits of the steps may differ.  The texts were found
+equal on an AMD EPYC and an Intel Xeon.
 """
 
 import pytest
 
 from tests.golden.make import HERE, TAKES, readable
 from tests.golden.texts import TEXTS
-from zenocap.common.recording.reader import TakeReader
 from zenocap.common.runtime.service_info import processor
 from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
 
 OTHER_PROCESSOR = 1e-6
-COMPUTED = ("exports", "page")  # texts in which the last digits of a computation count
 LONG = ("paper", "follow")
 DIVERGES = ("follow",)  # of 700 frames: on another processor the last digits have grown to 1 mm at its end
 NAMES = [pytest.param(name, marks=pytest.mark.nightly if name in LONG else ()) for name in TAKES]
-
-
-def of_this_processor(name: str) -> bool:
-    take = TakeReader(HERE / f"{name}.mcap")
-    list(take.messages())
-    return bool(take.metadata["versions"]["processor"] == processor())
 
 
 @pytest.mark.parametrize("name", TAKES)
@@ -34,8 +27,6 @@ def test_the_text_equals_the_content_of_the_take(name: str) -> None:
 @pytest.mark.parametrize("reader", TEXTS)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_reader_finds_what_it_found(name: str, reader: str) -> None:
-    if reader in COMPUTED and not of_this_processor(name):
-        pytest.skip(f"recorded on another processor than {processor()}")
     assert TEXTS[reader](HERE / f"{name}.mcap") == (HERE / "texts" / f"{name}-{reader}.txt").read_text()
 
 

@@ -331,12 +331,15 @@ def without_password(url: str) -> str:
     return re.sub(r"^((?:[a-z][a-z0-9+.\-]*:)+?/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
-def parse_background(text: str, base: Path, fps: float = USUAL_FPS) -> Background:
-    """Parse the `background` of a rig file in the folder `base`.  fps: of the source.  Raises SpecError."""
+def parse_background(text: str, base: Path, fps: float = USUAL_FPS, size: tuple[int, int] | None = None) -> Background:
+    """Parse the `background` of a rig file in the folder `base`.  fps, size: of the images.  Raises SpecError."""
     kind, _, rest = text.partition(":")
     match kind:
         case "first":
-            return _parse_first(rest, fps)
+            found = _parse_first(rest, fps)
+            if size is not None and found.count > (most := most_first(size)):
+                raise SpecError(f"first:N with N from 1 to {most} at {size[0]} x {size[1]} px")
+            return found
         case "image" if rest:
             return BackgroundImage(base / rest)
         case "median" | "adaptive" | "mog2" if not rest:

@@ -27,7 +27,6 @@ from zenocap.common.rig.sources import (
     Source,
     SpecError,
     VideoFile,
-    most_first,
     parse_background,
 )
 from zenocap.common.video.reader import VideoReader
@@ -107,7 +106,7 @@ def rig_viewers(
         source = _source(entry, table, base, files)
         fps = table.fps or _own_fps(entry, source)
         try:
-            background = parse_background(table.background or source.background, base, fps)
+            background = parse_background(table.background or source.background, base, fps, size)
         except SpecError as error:
             raise entry.error("background", repr(table.background), str(error)) from error
         if isinstance(source, Announced) and isinstance(background, BackgroundImage):
@@ -117,9 +116,6 @@ def rig_viewers(
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
-        if isinstance(background, FirstFrames) and background.count > (most := most_first(size)):
-            allowed = f"first:N with N from 1 to {most} at {size[0]} x {size[1]} px"
-            raise entry.error("background", repr(table.background), allowed)
         _check_adaptive(entry, table, source, background)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:

@@ -133,5 +133,5 @@ def test_a_running_rig_is_filmed_and_goes_on(rig: Path, scene: Scene) -> None:
     for name in NAMES:
         assert timing_of(rig.parent / "running" / "videos" / f"{name}.mkv").frames > 0.85 * 20 * FPS
     status, text = run(rig.parent, "track", "running", "-o", "running.mcap")
-    assert status in (0, 3, 4), text
-    assert "next: zenocap show running.mcap" in text
+    assert status in (0, 3, 4), text  # whether it has poses depends on where in the repeated scene the film begins
+    assert int(text.split("running.mcap: ")[1].split(" frames")[0]) > 0.85 * 20 * FPS

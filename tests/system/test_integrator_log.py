@@ -162,6 +162,7 @@ def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
         read = sum(1 for _ in TakeReader(take).messages())
     (words,) = [text.split() for text in output_of(tmp_path).splitlines() if text.startswith("take: ")]
     assert words[2:4] == [str(read), "messages,"]
-    assert words[5] == "lost"
+    assert words[5] == "lost;"
+    assert words[6:] == ["cut:", "its", "integrator", "did", "not", "close", "it"]
     assert read > 50
     assert int(words[4]) > 50

@@ -141,6 +141,8 @@ def figures(checkout: Path) -> Mapping[str, int]:
 
 def main(checkouts: Sequence[str]) -> None:
     places = [Path(name) for name in checkouts] or [ROOT]
+    if others := [str(place) for place in places if not (place / PACKAGE[0]).is_dir()]:
+        sys.exit(f"no checkout: {', '.join(others)}\n\n{__doc__}")
     for table in (figures, rooms):
         columns = [table(place) for place in places]
         for name in dict.fromkeys(name for column in columns for name in column):

@@ -1,5 +1,6 @@
 """Process of the integrator: rig, bus, log, service loop."""
 
+import logging
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorde
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.runtime.signals import loading
@@ -44,6 +46,8 @@ from zenocap.services.integrator.rate_reports import RateSetup
 from zenocap.services.integrator.states import IntegratorSetup, IntegratorState, integrator_setup
 from zenocap.services.integrator.step import awaits_recovery, counts, describe, initial_state, phase_of, step
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
+
+logger = logging.getLogger(__name__)
 
 ID = "main"
 LOSS = 3  # exit status: completed, but the log is incomplete
@@ -99,6 +103,14 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
     )  # fmt: skip
 
 
+def warn_of_others(once: OncePerSource, state: object) -> None:
+    """Log the first decision of another program that viewers or tracker may have followed until it is contradicted."""
+    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.contradicted
+    if rate or (isinstance(state, TimekeeperState) and state.delays.contradicted):
+        what = "frame rate" if rate else "delays of cameras"
+        once.warn(what, "contradicted", "not this integrator's, of another program or before a cut: its own is sent again")
+
+
 def setup_of(rig: RecordedRig) -> IntegratorSetup:
     """Setup of the integrator from a rig, or from that recorded in a take.  Raises ValueError."""
     return integrator_setup(TEN_PARTS, rig.cameras(), rig.frame_ns(), rig.person_height, rig.added())
@@ -144,7 +156,10 @@ def run_integrator(
             return logs.counts()
 
         try:
-            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed)
+            status = run(
+                service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed,
+                on_state=partial(warn_of_others, OncePerSource(logger)),
+            )  # fmt: skip
         finally:
             ends = logs.close()
     return status or (LOSS if any(end.incomplete for end in ends) else 0)

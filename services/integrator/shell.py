@@ -47,8 +47,6 @@ from zenocap.services.integrator.states import IntegratorSetup, IntegratorState,
 from zenocap.services.integrator.step import awaits_recovery, counts, describe, initial_state, phase_of, step
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
-logger = logging.getLogger(__name__)
-
 ID = "main"
 LOSS = 3  # exit status: completed, but the log is incomplete
 
@@ -117,14 +115,9 @@ def setup_of(rig: RecordedRig) -> IntegratorSetup:
 
 
 def run_integrator(
-    rig: Rig,
-    options: ZenohOptions,
-    take: Path | None,
-    stopped: Callable[[], bool],
-    parameters: Parameters,
-    *,
+    rig: Rig, options: ZenohOptions, take: Path | None, stopped: Callable[[], bool], parameters: Parameters, *,
     must_log: bool = True,
-) -> int:
+) -> int:  # fmt: skip
     """Run until `stopped`; take: path of the log, None for no log.  Returns the exit status.
 
     parameters: of the rig's services, for the log.
@@ -139,7 +132,7 @@ def run_integrator(
         service = cast("Service[object, object, Never]", own)
     with loading(stopped):
         service.load()
-    clock = RealClock()
+    clock, warn = RealClock(), partial(warn_of_others, OncePerSource(logging.getLogger(__name__)))
     folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 
     def log(path: Path, *, must_open: bool) -> Log:
@@ -156,10 +149,7 @@ def run_integrator(
             return logs.counts()
 
         try:
-            status = run(
-                service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed,
-                on_state=partial(warn_of_others, OncePerSource(logger)),
-            )  # fmt: skip
+            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed, on_state=warn)
         finally:
             ends = logs.close()
     return status or (LOSS if any(end.incomplete for end in ends) else 0)

@@ -1,4 +1,4 @@
-"""A camera host: which cameras it announces, the names it refuses, and a second program that answers in its place."""
+"""Announced cameras of a host, names that it refuses, and a second program that answers in its place."""
 
 from contextlib import ExitStack
 from pathlib import Path

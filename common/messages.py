@@ -472,7 +472,7 @@ class FilmQuery(Message, frozen=True, tag="film_query"):
     """
 
     what: Literal["state", "open", "start", "stop", "files", "read", "detect"]
-    sender: Name  # chosen at random for each film: only who opened a film may start, stop and read it
+    sender: Name  # random for each film: only its sender is obeyed.  No secret on an open network: all can receive queries
     film: FolderName | None = None  # None: for "state" only
     camera: FolderName | None = None  # name of the camera in the rig, for "open": the name of its files
     begin_ns: Nanoseconds = 0

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from itertools import islice
 from typing import Self, TypeVar
 
 import zenoh
@@ -45,26 +46,26 @@ class HostServer:
 
 def _replies(
     session: zenoh.Session, expression: str, kind: type[R], timeout_s: float, payload: bytes = b""
-) -> list[tuple[str, R | str]]:
-    """Replies with their keys: of all who answer, also on one key."""
-    found: list[tuple[str, R | str]] = []
-    for reply in session.get(
-        expression,
-        payload=payload,
-        encoding=ENCODING,
-        timeout=timeout_s,
-        target=zenoh.QueryTarget.ALL,
-        consolidation=zenoh.ConsolidationMode.NONE,
-        express=True,
-    ):
-        if reply.ok is None or len(found) >= MAX_REPLIES:
-            continue
-        key = str(reply.ok.key_expr)
+) -> dict[str, list[R | str]]:
+    """Replies by key: of all who answer; an error text where one is invalid."""
+    found: dict[str, list[R | str]] = {}
+    replies = session.get(
+        expression, payload=payload, encoding=ENCODING, timeout=timeout_s, target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE, express=True,
+    )  # fmt: skip
+    for reply in islice((one.ok for one in replies if one.ok is not None), MAX_REPLIES):
+        message: R | str
         try:
-            found.append((key, codec.decode(reply.ok.payload.to_bytes(), kind)))
+            message = codec.decode(reply.payload.to_bytes(), kind)
         except codec.BadMessage as error:
-            found.append((key, str(error)))
+            message = str(error)
+        found.setdefault(str(reply.key_expr), []).append(message)
     return found
+
+
+def _sole(replies: list[R | str]) -> R | str:
+    """The one reply on a key; an error text when several programs answer."""
+    return replies[0] if len(replies) == 1 else f"{len(replies)} programs answer for this camera: allowed: one"
 
 
 class FilmSession(Closable):
@@ -79,17 +80,19 @@ class FilmSession(Closable):
         return cls(open_session(options, stopped))
 
     def ask(self, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
-        """Replies by key; an error text where a reply is invalid.  Raises BadMessage for an invalid query."""
-        return dict(_replies(self._session, expression, FilmReply, timeout_s, codec.encode(query)))
+        """Replies by key; an error text where one is invalid or not the only one.  Raises BadMessage."""
+        replies = _replies(self._session, expression, FilmReply, timeout_s, codec.encode(query))
+        return {key: _sole(some) for key, some in replies.items()}
 
     def hosts(self, timeout_s: float, machine: str = "*") -> list[CameraHost | str]:
         """Camera hosts of the network, also several of one name; an error text where a reply is invalid."""
-        return [one for _, one in _replies(self._session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)]
+        replies = _replies(self._session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)
+        return [one for some in replies.values() for one in some]
 
     def assign(self, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
-        """Reply of a camera host; None without one, an error text where it is invalid.  Raises BadMessage."""
-        replies = _replies(self._session, key, AssignReply, timeout_s, codec.encode(query))
-        return next((one for _, one in replies), None)
+        """Reply of a camera host; None without one, an error text as in `ask`.  Raises BadMessage."""
+        replies = _replies(self._session, key, AssignReply, timeout_s, codec.encode(query)).get(key)
+        return None if replies is None else _sole(replies)
 
     def serve(self, key: str, kind: type[Q], answer: Callable[[Q], Message], idle: Callable[[], None]) -> QueryServer[Q]:
         """See `QueryServer`."""

@@ -17,6 +17,8 @@ from zenocap.common.formats.rmw_zenoh import RosNode, RosTopic, attachment, gid_
 
 logger = logging.getLogger(__name__)
 
+CLOSE_S = 1.0  # to leave the graph; a router that hangs keeps Zenoh for 7 s; chosen by hand
+
 
 class _Publisher:
     """One topic: its token on the ROS graph, and its messages."""
@@ -60,7 +62,7 @@ class _Graph:
 
 
 class RosConnection:
-    """Publishers of one node.  `put` and `close` are for one thread; neither waits for the network."""
+    """Publishers of one node.  `put` and `close` are for one thread; neither waits for a router that hangs."""
 
     def __init__(
         self, connect: str, domain: int, namespace: str, name: str, topics: Sequence[RosTopic],
@@ -102,7 +104,9 @@ class RosConnection:
             self._closed = True
             graph, self._graph = self._graph, None
         if graph is not None:
-            graph.close()
+            closing = threading.Thread(target=graph.close, name="close ros", daemon=True)
+            closing.start()
+            closing.join(CLOSE_S)
 
     def _open(self) -> None:
         try:

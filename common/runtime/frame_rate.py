@@ -19,6 +19,8 @@ PROCESSED, DROPPED, SKIPPED, OVERRUN, KEPT_PERCENT, PHASE_US = (
     "frames", "dropped_frames", "skipped_frames", "overrun_frames", "kept_percent", "phase_us",
 )  # fmt: skip
 FARTHEST_NS = 10_000_000_000  # ns between a decision and the time from which it holds, at most; chosen by hand
+SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them; chosen by hand
+OVERTAKEN_NS = 1_000_000_000  # ns by which a message that another has overtaken is older, at most; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -139,15 +141,17 @@ class FrameChoice:
         return self._grids[2].share
 
     def set_rate(self, message: FrameRate) -> None:
-        """Follow a decision of the integrator, unless it is older than the last.
+        """Follow a decision of the integrator, unless it is older than the last, or leaves fewer than SLOWEST_HZ.
 
-        One that is older by more than FARTHEST_NS is followed: the time of the last was wrong.
+        One that is older by more than OVERTAKEN_NS is followed: the time of the last was wrong, or forged.
         """
         last_ns = self._message.captured_ns if self._message is not None else 0
-        if last_ns - FARTHEST_NS <= message.captured_ns < last_ns:
+        share = share_of(message)
+        too_slow = share != FULL and share.value * self._fps < 0.99 * SLOWEST_HZ  # no integrator's: forged
+        if too_slow or last_ns - OVERTAKEN_NS <= message.captured_ns < last_ns:
             return
         self._message = message
-        self._grids = (self._grids[2], holds_from_ns(message), Grid(share_of(message), message.phase_ns))
+        self._grids = (self._grids[2], holds_from_ns(message), Grid(share, message.phase_ns))
 
     def wants(self, captured_ns: int) -> bool:
         """Whether the next frame of the source is to be processed; a frame that is not is counted.

@@ -39,6 +39,13 @@ class Permission:
     read_advice: str = "certificates (zenocap certs), or --allow-fetch where the camera is"
 
 
+def may_read(allow_fetch: bool, *, secured: bool) -> bool:
+    """Whether pictures may leave this machine; without certificates it is logged who can take them then."""
+    if allow_fetch and not secured:
+        logger.warning("--allow-fetch without certificates: every program in this network can film here and take the films")
+    return allow_fetch or secured
+
+
 class _Refused(Exception):
     """The query is not obeyed; the text is the reason."""
 

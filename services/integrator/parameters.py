@@ -60,7 +60,6 @@ RATE_LEVELS = (
     (1, 12), (1, 15), (1, 18), (1, 22), (1, 27), (1, 33), (1, 40), (1, 50), (1, 60), (1, 75), (1, 90), (1, 110), (1, 135),
     (1, 165), (1, 200),
 )  # fmt: skip
-SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them; chosen by hand
 # Shares of the tracker's points and particles.  Measured (docs/measured.md): 20 particles are as good as 40; with 100 of
 # 400 points the arms are lost.
 DETAIL_LEVELS = (1.0, 0.5)

@@ -6,8 +6,8 @@ from typing import Literal
 
 from zenocap.common.messages import FrameRate, Health, Phase
 from zenocap.common.runtime.clock_offset import offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_rate import KEPT_PERCENT, PHASE_US, Share, ViewerCounts, counts_in, share_of
-from zenocap.services.integrator.parameters import FEWEST_FRAMES, LOST, RATE_LEVELS, SLOWEST_HZ
+from zenocap.common.runtime.frame_rate import KEPT_PERCENT, PHASE_US, SLOWEST_HZ, Share, ViewerCounts, counts_in, share_of
+from zenocap.services.integrator.parameters import FEWEST_FRAMES, LOST, RATE_LEVELS
 from zenocap.services.integrator.rate_ladder import Ladder
 
 Limit = Literal["", "viewers", "tracker"]

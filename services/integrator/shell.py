@@ -1,5 +1,6 @@
 """Process of the integrator: rig, bus, log, service loop."""
 
+import logging
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorde
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.runtime.signals import loading
@@ -99,20 +101,23 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
     )  # fmt: skip
 
 
+def warn_of_others(once: OncePerSource, state: object) -> None:
+    """Log the first decision of another program that viewers or tracker may have followed until it is contradicted."""
+    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.contradicted
+    if rate or (isinstance(state, TimekeeperState) and state.delays.contradicted):
+        what = "frame rate" if rate else "delays of cameras"
+        once.warn(what, "contradicted", "not this integrator's, of another program or before a cut: its own is sent again")
+
+
 def setup_of(rig: RecordedRig) -> IntegratorSetup:
     """Setup of the integrator from a rig, or from that recorded in a take.  Raises ValueError."""
     return integrator_setup(TEN_PARTS, rig.cameras(), rig.frame_ns(), rig.person_height, rig.added())
 
 
 def run_integrator(
-    rig: Rig,
-    options: ZenohOptions,
-    take: Path | None,
-    stopped: Callable[[], bool],
-    parameters: Parameters,
-    *,
+    rig: Rig, options: ZenohOptions, take: Path | None, stopped: Callable[[], bool], parameters: Parameters, *,
     must_log: bool = True,
-) -> int:
+) -> int:  # fmt: skip
     """Run until `stopped`; take: path of the log, None for no log.  Returns the exit status.
 
     parameters: of the rig's services, for the log.
@@ -127,7 +132,7 @@ def run_integrator(
         service = cast("Service[object, object, Never]", own)
     with loading(stopped):
         service.load()
-    clock = RealClock()
+    clock, warn = RealClock(), partial(warn_of_others, OncePerSource(logging.getLogger(__name__)))
     folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 
     def log(path: Path, *, must_open: bool) -> Log:
@@ -144,7 +149,7 @@ def run_integrator(
             return logs.counts()
 
         try:
-            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed)
+            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed, on_state=warn)
         finally:
             ends = logs.close()
     return status or (LOSS if any(end.incomplete for end in ends) else 0)

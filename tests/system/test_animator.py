@@ -65,7 +65,8 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
             ((take, *_),) = updates["takes"]["takes"]
             await play(connection, updates, str(take))
             await connection.send('{"type":"request","what":"record"}')
-            await read_until(connection, updates, lambda p: p["services"]["recording"] is True, "another take")
+            # Of the live rig: the services of the take that was played say that one is being written, too.
+            await read_until(connection, updates, lambda p: p.get("recording", {}).get("recording"), "another take")
 
     with started(["up", rig_file(tmp_path, port)], tmp_path) as process:
         asyncio.run(visit())

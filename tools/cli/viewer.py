@@ -50,7 +50,7 @@ class FilmingArguments:
     films: Path | None = option(
         None, "Folder of the films of `zenocap film`; default: films beside the rig file, or here.", metavar="FOLDER"
     )
-    allow_fetch: bool = option(False, "Let `zenocap film --fetch` copy films from here without certificates.")
+    allow_fetch: bool = option(False, "Without certificates: let every program in the network copy films from here.")
     epoch_ns: int | None = option(None, "", hidden=True)
     assigned: Path | None = option(None, "Saved assignment of a --discover process.", hidden=True)
 
@@ -81,7 +81,7 @@ def viewer(
     with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
         if discover:
             raise typer.Exit(_discovering(given.machine, cameras, filming, arguments, stopped))
-        from zenocap.services.camera.endpoint import filming_of
+        from zenocap.services.camera.endpoint import filming_of, may_read
         from zenocap.services.viewer.shell import run_viewer
         from zenocap.tools.cli.calibrate.board_options import detect_command
 
@@ -95,8 +95,8 @@ def viewer(
             assert id is not None
             one = _with_own_camera(rig_at(rig, files=False), id, cameras)
             options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
-        may_read = filming.allow_fetch or options.security is not None
-        filmed = filming_of(one, id, filming.films, may_read=may_read, detect=detect_command)
+        read = may_read(filming.allow_fetch, secured=options.security is not None)
+        filmed = filming_of(one, id, filming.films, may_read=read, detect=detect_command)
         raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed))
 
 
@@ -105,17 +105,17 @@ def _discovering(
     stopped: Callable[[], bool],
 ) -> int:  # fmt: skip
     """Announce the cameras of this machine, film with them, and run viewers for others; the exit status."""
+    from zenocap.services.camera.endpoint import may_read
     from zenocap.services.camera.parameters import FILMS
     from zenocap.services.camera.shell import run_host
     from zenocap.services.viewer.sources.source import images_of
     from zenocap.tools.cli.calibrate.board_options import detect_command
 
-    folder = filming.films or Path(FILMS)
-    command = partial(_assigned_command, arguments, folder, filming.allow_fetch)
+    folder, read = filming.films or Path(FILMS), may_read(filming.allow_fetch, secured=False)
+    command, options = partial(_assigned_command, arguments, folder, read), arguments.options()
     return run_host(
-        machine, cameras, folder, arguments.options(), stopped, images_of, allow_fetch=filming.allow_fetch, command=command,
-        detect=detect_command,
-    )  # fmt: skip
+        machine, cameras, folder, options, stopped, images_of, allow_fetch=read, command=command, detect=detect_command
+    )
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:

@@ -14,7 +14,7 @@ from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.board_search import Command
-from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission, may_read
 from zenocap.services.camera.parameters import FILM_LEASE_S, OPEN_S
 
 SIZE, S = (64, 48), 1_000_000_000
@@ -286,3 +286,11 @@ def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path, is_gone
     reply = place.ask("state")
     assert (reply.board, words in reply.board_failure) == ("failed", True)
     assert place.ask("open", "other", "run").refused == ""
+
+
+@pytest.mark.parametrize(
+    ("allow_fetch", "secured", "read", "warned"), [(0, 0, 0, 0), (0, 1, 1, 0), (1, 1, 1, 0), (1, 0, 1, 1)]
+)
+def test_pictures_that_everybody_may_take_are_warned_of(allow_fetch, secured, read, warned, caplog):
+    assert may_read(bool(allow_fetch), secured=bool(secured)) == bool(read)
+    assert ("every program in this network can film here and take the films" in caplog.text) == bool(warned)

@@ -1,12 +1,17 @@
-"""A camera host: which cameras it announces, and the names it refuses."""
+"""Announced cameras of a host, names that it refuses, and a second program that answers in its place."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
 
+from tests.support.live_cameras import until
+from tests.support.networks import client, free_endpoint, listener
 from zenocap.common import codec
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.errors import UserError
+from zenocap.common.messages import AssignQuery, AssignReply, FilmQuery, FilmReply
 from zenocap.common.rig.sources import Stream
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.v4l2.camera import Mode
@@ -59,3 +64,24 @@ def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):
 def test_other_cameras_are_refused(text):
     with pytest.raises(UserError, match=r"--camera .*: "):
         named_camera(text)
+
+
+def test_a_second_program_that_answers_for_a_camera_is_found():
+    place, film, assign = free_endpoint(), "zenocap-cameras/lab1/film/cam01", "zenocap-cameras/lab1/assign/cam01"
+    query = FilmQuery(frame=1, captured_ns=0, what="state", sender="me")
+    wish = AssignQuery(frame=1, captured_ns=0, what="state", rig="demo")
+    told = {"frame": 1, "captured_ns": 0, "host": "lab1"}
+    with ExitStack() as stack:
+        true, stranger, own = (
+            stack.enter_context(FilmSession.open(options)) for options in (listener(place), client(place), client(place))
+        )
+        for count, session in enumerate((true, stranger)):
+            servers = [
+                session.serve(film, FilmQuery, lambda _: FilmReply(**told, state="idle"), lambda: None),
+                session.serve(assign, AssignQuery, lambda _: AssignReply(**told, state="free"), lambda: None),
+            ]
+            stack.callback(lambda servers=servers: [server.undeclare() for server in servers])
+            until(lambda count=count: isinstance(own.ask(film, query, 2.0).get(film), (FilmReply, str)[count]), film)
+            until(lambda count=count: isinstance(own.assign(assign, wish, 2.0), (AssignReply, str)[count]), assign)
+        assert own.ask(film, query, 2.0) == {film: "2 programs answer for this camera: allowed: one"}
+        assert own.assign(assign, wish, 2.0) == "2 programs answer for this camera: allowed: one"

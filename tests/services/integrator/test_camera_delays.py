@@ -1,5 +1,6 @@
 """Camera delays of a running rig: found, confirmed, corrected in steps, kept."""
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -10,13 +11,15 @@ from msgspec import structs
 from tests.support.moving_balls import SIZE, mask_of, ring
 from tests.support.two_view_run import envelope
 from zenocap.common.bus.protocol import Tick
-from zenocap.common.messages import CameraDelays, Message, Silhouette
+from zenocap.common.messages import CameraDelays, FrameRate, Message, Silhouette
+from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.integrator import camera_delays, timekeeper
 from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.parameters import DELAY_STEP, RECOVERY_TICKS
 from zenocap.services.integrator.rate_ladder import Ladder
 from zenocap.services.integrator.rate_reports import RateSetup, RateState
+from zenocap.services.integrator.shell import warn_of_others
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
 FPS, START_NS = 20.0, 10**18
@@ -128,6 +131,20 @@ def test_the_correction_survives_a_restart_and_is_dropped_without_follow() -> No
         assert timekeeper.step(setup(follow=follow), state, envelope(CORRECTION))[1] == []
     late, messages = timekeeper.step(setup(), ticked(), envelope(CORRECTION))
     assert (late.delays, messages) == (replace(ticked().delays, contradicted=True), [])
+
+
+def test_a_decision_of_another_program_is_named_once_and_contradicted(caplog: pytest.LogCaptureFixture) -> None:
+    once = OncePerSource(logging.getLogger())
+    rate = FrameRate(frame=1, captured_ns=START_NS, keep=1, of=1000, from_ns=START_NS, phase_ns=0, fps=FPS)
+    warn_of_others(once, ticked())
+    assert caplog.text == ""
+    for message, sent, text in ((CORRECTION, "applied_ms", "delays of cameras: not"), (rate, "of", "frame rate: not")):
+        state, _ = timekeeper.step(setup(), ticked(), envelope(message))
+        warn_of_others(once, state)
+        warn_of_others(once, state)
+        assert caplog.text.count(text) == 1
+        _, (again, *_) = timekeeper.step(setup(), state, Tick(START_NS + 10**10))
+        assert (type(again), getattr(again, sent)) == (type(message), {"applied_ms": {}, "of": 1}[sent])
 
 
 def test_damaged_silhouettes_are_counted() -> None:

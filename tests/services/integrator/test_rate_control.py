@@ -12,8 +12,8 @@ from msgspec import structs
 from tests.support.two_view_run import envelope
 from zenocap.common.bus.protocol import Tick
 from zenocap.common.messages import FrameRate, Health, Message, Phase, TrackerDetail
-from zenocap.common.runtime.frame_rate import Share, share_of
-from zenocap.services.integrator.parameters import DETAIL_LEVELS, RATE_LEVELS, RECOVERY_TICKS, SLOWEST_HZ
+from zenocap.common.runtime.frame_rate import SLOWEST_HZ, Share, share_of
+from zenocap.services.integrator.parameters import DETAIL_LEVELS, RATE_LEVELS, RECOVERY_TICKS
 from zenocap.services.integrator.rate_control import describe, step
 from zenocap.services.integrator.rate_reports import RateSetup, RateState
 

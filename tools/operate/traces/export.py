@@ -3,6 +3,7 @@
 Each frame set is a trace, and each service of a rig a service of it.
 """
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 
@@ -11,6 +12,7 @@ from opentelemetry.sdk.resources import Resource
 from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
 from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter, SpanExportResult
 from opentelemetry.trace import Tracer, set_span_in_context
+from requests import Session
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.observe.spans import FrameSetSpans, Span, SpanReader
@@ -68,7 +70,9 @@ class FrameSetExporter:
 
     def __init__(self, endpoint: str, exporter: SpanExporter | None = None) -> None:
         """exporter: instead of OTLP over HTTP to `endpoint`."""
-        self._counted = _Counted(exporter or OTLPSpanExporter(endpoint=endpoint, timeout=EXPORT_TIMEOUT_S))
+        session = Session()
+        session.stream = True  # an answer without an end is not read
+        self._counted = _Counted(exporter or OTLPSpanExporter(endpoint=endpoint, timeout=EXPORT_TIMEOUT_S, session=session))
         self._processor = BatchSpanProcessor(self._counted)
         self._tracers: dict[tuple[str, str], Tracer] = {}
         self._version = versions()["zenocap"]
@@ -97,9 +101,10 @@ class FrameSetExporter:
         self.sent, self._spans = self.sent + 1, self._spans + 1
 
     def close(self) -> None:
-        """Send what waits, EXPORT_TIMEOUT_S at most."""
-        self._processor.force_flush(round(1e3 * EXPORT_TIMEOUT_S))
-        self._processor.shutdown()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        """Send what waits, EXPORT_TIMEOUT_S at most: the timeouts of the library begin anew with each byte of an answer."""
+        closing = threading.Thread(target=self._processor.shutdown, name="close traces", daemon=True)
+        closing.start()
+        closing.join(EXPORT_TIMEOUT_S)
 
     def _tracer(self, rig: str, part: Span) -> Tracer | None:
         key = rig, part.service

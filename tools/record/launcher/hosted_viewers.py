@@ -125,7 +125,7 @@ def answer_problem(source: Announced, reply: AssignReply | str | None) -> str:
             "run zenocap viewer --discover again"
         )
     if isinstance(reply, str):
-        return f"{source.machine} answers what this release does not understand: install the same there: {printable(reply)}"
+        return f"{source.machine}: {printable(reply)}; where that is another release: install the same there"
     if reply.refused:
         return f"refused by {source.machine}: {printable(reply.refused)}"
     if reply.state != "running":

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from threading import Event
 from typing import Any
 from unittest.mock import Mock
 
@@ -11,10 +12,12 @@ import xxhash
 from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
+from tests.support.processes import PATIENCE_S
 from tests.support.ros_listener import STORE, Received, RosListener, ros_network
 from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
 from zenocap.common.arrays import Floats
 from zenocap.common.body.kinematics import part_frames
+from zenocap.common.bus import zenoh_ros
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
 from zenocap.common.formats.trajectories import convert
 from zenocap.common.rig.animator import RosTable
@@ -214,6 +217,15 @@ def test_a_missing_router_neither_blocks_nor_fails(clock: ManualClock) -> None:
     assert not output.connected
     assert output.counts() == {"unconnected": 6}
     output.close()
+
+
+def test_a_router_that_hangs_delays_the_end_by_a_limit(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
+    monkeypatch.setattr(zenoh_ros, "CLOSE_S", 0.05)
+    output, released, left = RosOutput(RosTable(connect="tcp/127.0.0.1:1"), "studio", clock), Event(), []
+    output._connection._graph = Mock(close=lambda: left.append(released.wait(PATIENCE_S)))
+    output.close()
+    assert left == []
+    released.set()
 
 
 def test_a_missing_xxhash_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:

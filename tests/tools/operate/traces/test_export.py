@@ -1,6 +1,8 @@
 """Spans as a collector receives them, decoded with OpenTelemetry's own messages."""
 
+import socket
 import threading
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
@@ -11,6 +13,7 @@ pytest.importorskip("opentelemetry.sdk", reason="opentelemetry is not installed"
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 from opentelemetry.sdk.trace.export import SpanExporter, SpanExportResult
 
+from zenocap.tools.operate.traces import export
 from zenocap.tools.operate.traces.export import FrameSetExporter
 
 SPANS = FrameSetSpans(
@@ -63,6 +66,45 @@ def test_a_collector_receives_the_spans_of_an_instant(collector):
         assert found[name].trace_id == root.trace_id
     assert (found["zenocap tracker"].start_time_unix_nano, found["zenocap tracker"].end_time_unix_nano) == (4_000, 9_000)
     assert {one.key for one in root.attributes} == {"zenocap.frame", "zenocap.lost"}
+
+
+@pytest.mark.slow
+def test_a_collector_whose_answer_has_no_end_delays_no_end_and_has_taken_the_spans():
+    def answer(server, ended):
+        peer, _ = server.accept()
+        with peer, suppress(OSError):
+            peer.recv(1 << 16)
+            peer.sendall(b"HTTP/1.1 200 OK\r\n\r\n")
+            while not ended.wait(0.1):
+                peer.sendall(b"x")
+
+    ended = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=answer, args=(server, ended))
+        thread.start()
+        exporter = FrameSetExporter(f"http://127.0.0.1:{server.getsockname()[1]}/v1/traces")
+        exporter.send("studio", SPANS)
+        exporter.close()
+        assert (exporter.sent, exporter.lost) == (1, 0)
+        ended.set()
+        thread.join()
+
+
+@pytest.mark.slow
+def test_a_collector_that_never_answers_is_left(monkeypatch):
+    monkeypatch.setattr(export, "EXPORT_TIMEOUT_S", 0.2)
+    released = threading.Event()
+
+    class Hanging(SpanExporter):
+        def export(self, spans):
+            released.wait()
+            return SpanExportResult.FAILURE
+
+    exporter = FrameSetExporter("", Hanging())
+    exporter.send("studio", SPANS)
+    exporter.close()  # returns
+    assert exporter.lost == 3
+    released.set()
 
 
 def test_spans_that_no_collector_takes_are_counted():

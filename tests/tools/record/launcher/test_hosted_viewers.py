@@ -100,7 +100,7 @@ def test_a_machine_that_is_missing_or_there_twice_is_named(session, tmp_path, pr
     ("reply", "text"),
     [
         (None, "does not answer: it is away, or has an older zenocap: install the same release there"),
-        ("AssignReply: the sender has wire version 7", "answers what this release does not understand"),
+        ("AssignReply: the sender has wire version 7", "where that is another release: install the same there"),
         (
             {"refused": "the camera is used by viewer 1 of rig lab"},
             "refused by lab0: the camera is used by viewer 1 of rig",

@@ -300,6 +300,8 @@ class AdviceCode(StrEnum):
     FOCUS = "focus"  # the whole image is soft
     MOTION_BLUR = "motion_blur"  # what moves is soft
     OCCUPIED = "occupied"  # a person is in the images of the empty scene
+    UNCOVERED = "uncovered"  # a person was in all of them, and has left a place
+    PEOPLE = "people"  # another person is in the image
 
 
 Third = Literal["", "upper", "middle", "lower"]  # of the silhouette, by height; "" for what is not of a part

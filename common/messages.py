@@ -11,6 +11,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from zenocap.common.runtime.foreign_text import printable
+
 Metres = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Size = Annotated[float, Meta(ge=0, le=10)]  # metres
 Radians = Annotated[float, Meta(ge=-50, le=50)]
@@ -26,7 +28,8 @@ Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN 
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
 # Never "..".
 FolderName = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_\-][A-Za-z0-9_.\-]*(?!\n)$")]
-Text = Annotated[str, Meta(max_length=1000)]
+MAX_REASON = 1000  # characters
+Text = Annotated[str, Meta(max_length=MAX_REASON)]
 Label = Annotated[str, Meta(min_length=1, max_length=64)]  # of a posture, in any script
 Pixels = Annotated[int, Meta(ge=16, le=16384)]  # of an image, px
 Point = tuple[Metres, Metres, Metres]
@@ -219,6 +222,13 @@ class Verdict(Message, frozen=True, tag="verdict"):
     evidence: Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
     reasons: Annotated[list[VerdictReason], Meta(max_length=64)]
     stretches: Annotated[list[VerdictStretch], Meta(max_length=2**20)]
+
+    @property
+    def text(self) -> str:
+        """Lines for people: the class with the expected error, and every reason."""
+        error = "" if self.evidence == "none" else f": expected error of the joints {1000 * self.error:.0f} mm"
+        reasons = [printable(reason.text, MAX_REASON) for reason in self.reasons]
+        return "\n  ".join([f"verdict: {self.rating}{error}", *reasons])
 
 
 class ScenePoints(Message, frozen=True, tag="scene_points"):

@@ -21,7 +21,7 @@ from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.features import FEATURES, stretch_numbers, stretches_of
 from zenocap.tools.judge.overlap import body_mask, body_points
 from zenocap.tools.judge.parameters import LONGEST_GAP_NS, STRETCH_NS
-from zenocap.tools.judge.text import part_lines, verdict_lines
+from zenocap.tools.judge.text import part_lines
 from zenocap.tools.judge.verdict import KINDS, expected_errors, verdict_of
 from zenocap.tools.takes.track import Tracked
 
@@ -141,7 +141,7 @@ def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     assert found.rating == "unusable"
     assert found.reasons[0].kind == "lost"
     assert found.stretches[-1].lost == 1.0
-    lines = [*verdict_lines(found), *part_lines(found, START_NS)]
+    lines = [*found.text.splitlines(), *part_lines(found, START_NS)]
     assert lines[0].startswith("verdict: unusable")
     assert any("unusable, 500 mm: lost" in line for line in lines)
 

@@ -11,8 +11,6 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from zenocap.common.runtime.foreign_text import printable
-
 Metres = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Size = Annotated[float, Meta(ge=0, le=10)]  # metres
 Radians = Annotated[float, Meta(ge=-50, le=50)]
@@ -28,8 +26,7 @@ Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN 
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
 # Never "..".
 FolderName = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_\-][A-Za-z0-9_.\-]*(?!\n)$")]
-MAX_REASON = 1000  # characters
-Text = Annotated[str, Meta(max_length=MAX_REASON)]
+Text = Annotated[str, Meta(max_length=1000)]
 Label = Annotated[str, Meta(min_length=1, max_length=64)]  # of a posture, in any script
 Pixels = Annotated[int, Meta(ge=16, le=16384)]  # of an image, px
 Point = tuple[Metres, Metres, Metres]
@@ -225,9 +222,9 @@ class Verdict(Message, frozen=True, tag="verdict"):
 
     @property
     def text(self) -> str:
-        """Lines for people: the class with the expected error, and every reason."""
+        """Lines for people: the class with the expected error, and every reason, whose control characters are escaped."""
         error = "" if self.evidence == "none" else f": expected error of the joints {1000 * self.error:.0f} mm"
-        reasons = [printable(reason.text, MAX_REASON) for reason in self.reasons]
+        reasons = ["".join(c if c.isprintable() else repr(c)[1:-1] for c in reason.text) for reason in self.reasons]
         return "\n  ".join([f"verdict: {self.rating}{error}", *reasons])
 
 

@@ -11,7 +11,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
 from zenocap.common.formats.pose_track import Bound, inside
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.takes.pairing import CLOCK_S, Series, better_changes, paired_rows, period
+from zenocap.tools.takes.pairing import CLOCK_S, TimedValues, better_changes, paired_rows, period
 
 CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres
 ANGLES = (".mot", *CENTRES)
@@ -79,8 +79,8 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) 
     distance = np.linalg.norm(difference, axis=2)
     estimated, known = ~np.isnan(distance), ~np.isnan(expected).any(axis=2)
     if not estimated.any():
-        found = doubts(track, truth, selection, np.inf)
-        raise UserError(": ".join(["no frame in common with an estimate: check --from, --until and --offset", *found[:1]]))
+        hints = doubts(track, truth, selection, np.inf)
+        raise UserError(": ".join(["no frame in common with an estimate: check --from, --until and --offset", *hints[:1]]))
     own = np.einsum("fij,fnj->fni", _world_to_pelvis(truth, kept), difference)
     with np.errstate(invalid="ignore"):
         shape = own - np.nanmean(np.where(estimated[..., None], own, np.nan), axis=0, keepdims=True)
@@ -143,7 +143,7 @@ def doubts(take: Trajectories, truth: Trajectories, selection: ScoredFrames, fou
     names = tuple(name for name in truth.names if name in take.names)
     every, kept = np.arange(len(take.frames)), _kept(truth, selection)
     one, other = (
-        Series(names, data.times_s[rows], data.points[rows][:, [data.names.index(name) for name in names]], data.rate)
+        TimedValues(names, data.times_s[rows], data.points[rows][:, [data.names.index(name) for name in names]], data.rate)
         for data, rows in ((take, every), (truth, kept))
     )
     changes = better_changes(one, other, _shift_s(take, selection), 1e-3 * found_mm, _distance, UNITS)

@@ -12,7 +12,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
 from zenocap.tools.takes.evaluate import ScoredFrames
-from zenocap.tools.takes.pairing import Series, better_changes, paired_rows
+from zenocap.tools.takes.pairing import TimedValues, better_changes, paired_rows
 
 CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
 ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
@@ -149,7 +149,7 @@ def _doubts(take: AngleSeries, truth: AngleSeries, rows: Ints, shift_s: float) -
         return ()
     every = np.arange(len(take.frames))
     one, other = (
-        Series(
+        TimedValues(
             names, side.times_s[at], np.stack([np.where(side.known, side.angles[name], np.nan)[at] for name in names], 1),
             side.rate,
         )

@@ -16,7 +16,7 @@ Distance = Callable[[Floats, Floats], Floats]  # (n, values) of (n, values, ...)
 
 
 @dataclass(frozen=True)
-class Series:
+class TimedValues:
     """Values (n, names, ...) at n rising times, seconds.  rate: rows per second of a series that leaves rows out."""
 
     names: tuple[str, ...]
@@ -40,7 +40,7 @@ class Change:
 
 
 def better_changes(
-    take: Series, truth: Series, shift_s: float, mean: float, distance: Distance, units: Mapping[str, float]
+    take: TimedValues, truth: TimedValues, shift_s: float, mean: float, distance: Distance, units: Mapping[str, float]
 ) -> list[Change]:
     """Changes of the truth that leave less than half of the mean distance, the best first.
 
@@ -76,7 +76,7 @@ def _mean(distance: Floats) -> float:
     return float(np.nanmean(distance)) if np.isfinite(distance).any() else float("inf")
 
 
-def _offset(take: Series, truth: Series, mean: float, distance: Distance) -> Iterator[Change]:
+def _offset(take: TimedValues, truth: TimedValues, mean: float, distance: Distance) -> Iterator[Change]:
     """The best other offset."""
     step_s = period(take.times_s)
     rows = slice(None, None, -(-len(truth.times_s) // SEARCHED_ROWS))

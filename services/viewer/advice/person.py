@@ -89,7 +89,8 @@ def others(image: Image, room: Background, gain: Floats32, mask: Mask) -> tuple[
     Edges along the outline tell a person from such a place; both are at least about half as large as the silhouette.
     """
     step = max(1, round(max(mask.shape) / OTHERS_PX))
-    small, mean, own = (np.ascontiguousarray(one[::step, ::step]) for one in (image, room.mean, mask))
+    small, own = np.ascontiguousarray(image[::step, ::step]), np.ascontiguousarray(mask[::step, ::step])
+    mean = np.ascontiguousarray(room.mean[::step, ::step])
     distance = np.sqrt((np.square(small - gain * mean) * room.weight[::step, ::step]).sum(axis=2))
     apart = ((distance > OTHERS_SIGMAS) & (cv2.dilate(own, np.ones((5, 5), np.uint8)) == 0)).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.medianBlur(apart, 3), connectivity=8)

@@ -84,6 +84,16 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
         "a person is in {value:.0f} % of the images that should show the empty scene; these are left out",
         "give a time before a person enters (empty_seconds, --empty-seconds), or leave the scene empty for longer",
     ),
+    AdviceCode.UNCOVERED: Wording(
+        "not empty",
+        "a person or thing stood in all images of the empty scene, and left a place that {value:.0f} % of the images show",
+        "film the scene without a person first, or leave it all the time to background = adaptive",
+    ),
+    AdviceCode.PEOPLE: Wording(
+        "two people",
+        "two people, or another thing as tall as the person, are in {value:.0f} % of the images",
+        "one person at a time: poses are those of one",
+    ),
 }
 
 

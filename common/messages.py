@@ -220,6 +220,13 @@ class Verdict(Message, frozen=True, tag="verdict"):
     reasons: Annotated[list[VerdictReason], Meta(max_length=64)]
     stretches: Annotated[list[VerdictStretch], Meta(max_length=2**20)]
 
+    @property
+    def text(self) -> str:
+        """Lines for people: the class with the expected error, and every reason, whose control characters are escaped."""
+        error = "" if self.evidence == "none" else f": expected error of the joints {1000 * self.error:.0f} mm"
+        reasons = ["".join(c if c.isprintable() else repr(c)[1:-1] for c in reason.text) for reason in self.reasons]
+        return "\n  ".join([f"verdict: {self.rating}{error}", *reasons])
+
 
 class ScenePoints(Message, frozen=True, tag="scene_points"):
     """Points of the visual hull of one instant.  [Hybrid III]
@@ -300,6 +307,8 @@ class AdviceCode(StrEnum):
     FOCUS = "focus"  # the whole image is soft
     MOTION_BLUR = "motion_blur"  # what moves is soft
     OCCUPIED = "occupied"  # a person is in the images of the empty scene
+    UNCOVERED = "uncovered"  # a person was in all of them, and has left a place
+    PEOPLE = "people"  # another person is in the image
 
 
 Third = Literal["", "upper", "middle", "lower"]  # of the silhouette, by height; "" for what is not of a part

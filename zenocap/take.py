@@ -108,7 +108,7 @@ class Take:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the poses can be used: `rating` is good, doubtful or unusable; with `reasons` and `stretches`.
+        """Whether the poses can be used: `rating` is good, doubtful or unusable; with `reasons`, `stretches` and `text`.
 
         As recorded in the take, of the poses of both passes where there are any; computed where the take has none.
         """

@@ -15,6 +15,7 @@ from zenocap.common.formats.trajectories import Axes, Trajectories, Unit, axis_d
 
 BYTES_PER_POINT = 16
 MAX_FRAMES = 65_535  # the header counts frames in 16 bits
+MAX_TEXTS = 255  # of a parameter, whose sizes have 8 bits; the rest is in LABELS2, LABELS3 ...
 
 
 def write_c3d(
@@ -40,8 +41,11 @@ def write_c3d(
     point = file["parameters"]["POINT"]
     point["RATE"]["value"] = [data.rate]
     point["UNITS"]["value"] = [unit]
-    point["LABELS"]["value"] = list(data.names)
-    point["DESCRIPTIONS"]["value"] = list(descriptions) or [f"joint centre {name}" for name in data.names]
+    texts = list(descriptions) or [f"joint centre {name}" for name in data.names]
+    for key, values in (("LABELS", list(data.names)), ("DESCRIPTIONS", texts)):
+        point[key]["value"] = values[:MAX_TEXTS]
+        for number, start in enumerate(range(MAX_TEXTS, len(values), MAX_TEXTS), 2):
+            file.add_parameter("POINT", f"{key}{number}", values[start : start + MAX_TEXTS])
     file["header"]["points"]["first_frame"] = first  # ezc3d adds the 1
     up = axis_directions(axes).index("up")
     file.add_parameter("POINT", "X_SCREEN", "+X")

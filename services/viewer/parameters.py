@@ -57,6 +57,11 @@ GLOSS_REACH = 0.33  # of the height of the silhouette, rows above and below the 
 # Of the height of the silhouette from the top, where mirrored feet are: a mirror image is not taller than the person.
 GLOSS_FEET = (0.5, 0.66)
 SOME_OCCUPIED = 1.0  # %, of the images of the empty scene: one in 60 counts; chosen by hand
+OFTEN_PEOPLE, OFTEN_UNCOVERED = 30.0, 30.0  # %, of the images with a person; chosen by hand
+OTHERS_PX = 160  # px, longer side of the reduced image in which other people are looked for; chosen by hand
+OTHERS_SIGMAS = 6.0  # sigmas of the noise, beyond which a pixel belongs to another thing; chosen by hand
+OTHERS_HEIGHT, OTHERS_AREA = 0.5, 0.25  # of the person's, for another person; chosen by hand
+CLEARLY_LEFT = 0.25  # of the outline of a place that a person has left, edges of the room alone; chosen by hand
 OFTEN_CUT = 40.0  # %, of the images with a person; chosen by hand
 SMALL_PERSON = 40.0  # px, height: the people of the demo in 160x120, whom two-view tracks, have 46; chosen by hand
 CONTACT_PX = 3  # px of a silhouette along the border of the image, from which it is cut off; chosen by hand

@@ -72,7 +72,9 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
     Joint angles (degrees): mean absolute error, RMS, bias (mean of take minus truth), RMS without the bias, ranges of
     motion, correlation. Definitions: docs/conventions.md.
 
-    Frames are paired by time, within half a frame interval, also where the numbers of both sides differ.
+    Frames are paired by time, within half a frame interval, also where the numbers of both sides differ. Exit status 3:
+    compared, but doubtful, because another offset, exchanged sides or another unit leave less than half of the error (the
+    first line of the output; `doubts` of --json); or a take is cut.
 
     --from and --until are frames of the truth. --raw applies to the take alone, not to a truth that is a take: `zenocap
     evaluate walk.mcap --raw --truth walk.mcap` shows what the second pass changed.
@@ -91,38 +93,43 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
             check_picture(given.plot)
         poses = read_poses(checked_take(take), raw=given.raw)
         selection = ScoredFrames(first, last, given.every, given.offset)
-        result, lines = (_angles if use_angles else _centres)(poses, take, given, selection)
+        result, doubts, lines = (_angles if use_angles else _centres)(poses, take, given, selection)
         cuts = [poses.cut, summary_of(given.truth).cut if given.truth.suffix.lower() == ".mcap" else None]
-    for line in [json.dumps(result)] if given.as_json else lines:
+    for line in (
+        [json.dumps(result | {"doubts": doubts})] if given.as_json else [*(f"doubtful: {one}" for one in doubts), *lines]
+    ):
         typer.echo(line)
     for cut in filter(None, cuts):
         typer.echo(f"lost: {cut}", err=True)
-    raise typer.Exit(LOSS if any(cuts) else DONE)
+    raise typer.Exit(LOSS if doubts or any(cuts) else DONE)
 
 
 def _angles(
     poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
-) -> tuple[dict[str, object], list[str]]:
-    """Errors of joint angles, for programs and for people; drawn where that is asked for.  Raises UserError."""
+) -> tuple[dict[str, object], list[str], list[str]]:
+    """Errors of joint angles for programs, doubts about them, and lines; drawn on request.  Raises UserError."""
     from zenocap.tools.takes.angle_report import angle_lines, draw_angles
     from zenocap.tools.takes.evaluate_angles import angle_accuracy
 
     found, curves = angle_accuracy(poses.track(), given.truth, selection, take)
     if given.plot is not None:
         draw_angles(given.plot, curves, found, (given.truth.name, take.name))
-    return asdict(found), angle_lines(found)
+    return asdict(found), list(found.doubts), angle_lines(found)
 
 
 def _centres(
     poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
-) -> tuple[dict[str, object], list[str]]:
-    """Errors of joint centres, for programs and for people.  Raises UserError."""
+) -> tuple[dict[str, object], list[str], list[str]]:
+    """Errors of joint centres for programs, doubts about them, and lines for people.  Raises UserError."""
     from zenocap.common.formats.angle_series import filled
     from zenocap.common.formats.motion_files import read_centres
-    from zenocap.tools.takes.evaluate import accuracy, centre_lines, pairing_notes
+    from zenocap.tools.takes.evaluate import BAD_LOST_PCT, BAD_MM, accuracy, centre_lines, doubts, pairing_notes
 
     track, centres = filled(poses.track()).trajectories(given.joints), read_centres(given.truth)
     found = accuracy(track, centres, selection)
-    for note in pairing_notes(poses.trajectories(given.joints), centres, selection, found):
+    estimated = poses.trajectories(given.joints)
+    for note in pairing_notes(estimated, centres, selection):
         typer.echo(f"note: {note}", err=True)
-    return asdict(found), centre_lines(found)
+    bad = found.mpjpe_mm > BAD_MM or found.lost_pct > BAD_LOST_PCT
+    doubted = doubts(estimated, centres, selection, found.mpjpe_mm) if bad else []
+    return asdict(found), doubted, centre_lines(found)

@@ -14,7 +14,6 @@ from zenocap.tools.cli.options import (
     DONE,
     LOSS,
     FrameRange,
-    OutputOption,
     RawOption,
     RemoteOption,
     TakePath,
@@ -27,6 +26,17 @@ from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.takes.export import Exported, ExportOptions
+
+
+ExportOutput = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="File to write; default: beside the take, with its name, in the format of --to or bvh.",
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -70,13 +80,13 @@ class ExportExpert:
 
 
 def export(
-    take: TakePath, output: OutputOption, *, given: ExportArguments, span: FrameRange,
+    take: TakePath, output: ExportOutput = None, *, given: ExportArguments, span: FrameRange,
     expert: Annotated[ExportExpert, EXPERT],
 ) -> None:  # fmt: skip
     """Export a take for Blender, Unity, OpenSim and others.
 
-    Writes its poses as BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ or MOT. An existing output is replaced, by the
-    complete file or not at all.
+    Writes its poses as BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ or MOT. An existing output that is named is replaced,
+    by the complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
     csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing
@@ -111,6 +121,7 @@ def export(
 
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
+    output = beside(take, given.to) if output is None else output
     form = chosen_format(output, given.to)
     options = _options(form, given, span, expert)
     with one_line_errors(), progress(f"exporting {take}", remote=expert.remote):
@@ -150,6 +161,18 @@ def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed
         yield f"too short to smooth, unchanged: stretches {stretches}, frames {frames}"
+
+
+def beside(take: Path, to: str | None) -> Path:
+    """Output beside a take that has its name: walk.bvh, or for a format without suffix the folder walk-opensim.
+
+    Raises typer.BadParameter where there is one: what is not named is not replaced.
+    """
+    suffixes = FORMATS.row(to).suffixes if to in FORMATS.names() else (".bvh",)
+    found = take.with_suffix(suffixes[0]) if suffixes else take.with_name(f"{take.stem}-{to}")
+    if found.exists():
+        raise typer.BadParameter(f"{found} is there already: allowed: -o FILE, which may replace it")
+    return found
 
 
 def chosen_format(output: Path, to: str | None) -> ExportFormat:

@@ -174,10 +174,7 @@ def _status(result: Tracked) -> int:
 
     rating = "good" if result.verdict is None else result.verdict.rating
     if result.verdict is not None:
-        from zenocap.tools.judge.text import verdict_lines
-
-        for line in verdict_lines(result.verdict):
-            typer.echo(line, err=rating != "good")
+        typer.echo(result.verdict.text, err=rating != "good")
     for line in take_lines(result.advice):
         typer.echo(line, err=True)
     if rating == "unusable" or not result.poses:

@@ -11,6 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.camera_advice import TakeAdvice
 from zenocap.common.conversion import anatomy_of, bdp_of, camera_of, is_lost
 from zenocap.tools.judge.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
 
@@ -48,7 +49,7 @@ class TakeEvidence:
 
     forward, both: poses by capture time, of the tracker or the integrator, and of both passes.  samples: by number of
     SAMPLE_NS since the epoch.  names: of the joint angles.  beginnings: by viewer, silhouettes of the first LAG_NS in
-    which it shows something.
+    which it shows something.  advice: of the cameras.
     """
 
     cameras: dict[str, m.CameraInfo] = field(default_factory=dict)
@@ -60,6 +61,7 @@ class TakeEvidence:
     samples: dict[int, Sample] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     beginnings: dict[str, list[m.Silhouette]] = field(default_factory=dict)
+    advice: TakeAdvice = field(default_factory=TakeAdvice)
     _recent: dict[str, deque[m.Silhouette]] = field(default_factory=dict)
 
     def add(self, message: m.Message) -> None:
@@ -67,6 +69,8 @@ class TakeEvidence:
         match message:
             case m.Silhouette():
                 self._add_silhouette(message)
+            case m.CameraAdvice():
+                self.advice.add(message)
             case m.BothWaysPose():
                 self.both[message.captured_ns] = self._row(message)
             case m.TrackerPose() | m.UniversalBap():

@@ -1,4 +1,4 @@
-"""Texts of a verdict: its lines, and its reasons with figures, cameras and what to change.
+"""Texts of a verdict: its parts, and its reasons with figures, cameras and what to change.
 
 `{share}` in the text of a reason stands for the share of the time in which it holds.
 """
@@ -10,27 +10,15 @@ from itertools import groupby
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.judge.features import COLUMN, Stretch
 from zenocap.tools.judge.parameters import NOTABLE_VIEW
 
 Text = tuple[list[str], str]  # viewers, text
-MAX_REASON = 1000  # characters, as in the message
 SHOWN_PARTS = 10  # of a take that are less than good
 EVIDENCE = {
     "both-ways": "poses of both passes, silhouettes", "one-pass": "poses of one pass, silhouettes",
     "two-view": "poses of two-view, silhouettes", "poses-only": "poses alone", "none": "nothing",
 }  # fmt: skip
-
-
-def verdict_lines(verdict: m.Verdict) -> Iterator[str]:
-    """The class with the expected error, and a line for every reason."""
-    if verdict.evidence == "none":
-        yield f"verdict: {verdict.rating}"
-    else:
-        yield f"verdict: {verdict.rating}: expected error of the joints {1000 * verdict.error:.0f} mm"
-    for reason in verdict.reasons:
-        yield f"  {printable(reason.text, MAX_REASON)}"
 
 
 def part_lines(verdict: m.Verdict, start_ns: int) -> Iterator[str]:

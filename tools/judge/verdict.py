@@ -26,18 +26,17 @@ from zenocap.tools.judge.parameters import (
     GOOD_EXPECTED_M,
     GOOD_LOST,
     LOST_ERROR_M,
-    SAMPLE_NS,
     SCALES,
-    START_NS,
     UNUSABLE_EXPECTED_M,
     UNUSABLE_LOST,
 )
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
+from zenocap.tools.judge.seen import no_pose, scene_reasons
 from zenocap.tools.judge.view_lag import view_lags
 
 USED = (
-    topics.CAMERA, topics.SILHOUETTE, topics.TRACKER_BDP, topics.TRACKER_POSE, topics.BOTH_WAYS_POSE, topics.UNIVERSAL_BDP,
-    topics.UNIVERSAL_BAP,
+    topics.CAMERA, topics.CAMERA_ADVICE, topics.SILHOUETTE, topics.TRACKER_BDP, topics.TRACKER_POSE, topics.BOTH_WAYS_POSE,
+    topics.UNIVERSAL_BDP, topics.UNIVERSAL_BAP,
 )  # fmt: skip
 ROUND = 4  # decimals of a stored error, m: 0.1 mm
 EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
@@ -54,14 +53,16 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
         lags = view_lags(evidence)
         return m.Verdict(
             frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
-            reasons=[*([] if lags is None else [lags.reason]), _no_pose(evidence)], stretches=[],
+            reasons=[*([] if lags is None else [lags.reason]), *no_pose(evidence)], stretches=[],
         )  # fmt: skip
     kind = kind_of(evidence)
     errors = np.round(expected_errors(kind, stretches), ROUND)
     terms = contributions(kind, stretches)
     rating = rating_of(kind, stretches, float(errors.mean()))
     start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
-    reasons = [] if rating == "good" else reasons_of(kind, terms, stretches, start_ns, view_lags(evidence))
+    reasons = []
+    if rating != "good":
+        reasons = [*scene_reasons(evidence), *reasons_of(kind, terms, stretches, start_ns, view_lags(evidence))]
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
         reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))
@@ -98,25 +99,6 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
     clear = np.any(list(clear_faults(every).values()), axis=0)
     good = error <= GOOD_EXPECTED_M and lost <= GOOD_LOST and float(clear.mean()) <= CLEAR_SHARE and kind != "poses-only"
     return "good" if good else "doubtful"
-
-
-def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
-    seen_s = (
-        SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
-    )
-    if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
-        text = (
-            f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
-            "T-pose: a longer recording, with the person in view of two cameras or more"
-        )
-    elif evidence.body is None and evidence.cameras:
-        text = (
-            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), the "
-            "calibration, swapped videos, and for two-view the T-pose"
-        )
-    else:
-        text = "no pose"
-    return m.VerdictReason(kind="no-pose", viewers=[], text=text)
 
 
 def evidence_in(path: Path) -> TakeEvidence:

@@ -1,7 +1,7 @@
 """`zenocap evaluate`: error of joint centres against ground truth."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +11,13 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.import_format import import_suffixes
 from zenocap.common.formats.pose_track import Bound, inside
 from zenocap.common.formats.trajectories import Trajectories
+from zenocap.tools.takes.pairing import CLOCK_S, TimedValues, better_changes, paired_rows, period
 
 CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres
 ANGLES = (".mot", *CENTRES)
 LOST_M = 0.25
-CLOCK_S = 1e-6  # added to half an interval, for times rounded to decimals
-# Another offset is searched where errors are beyond these, and named where it halves them; all chosen by hand.
-BAD_MM, BAD_LOST_PCT = 100.0, 20.0
-LEAST_OVERLAP = 0.5  # of the compared rows
-SEARCHED_ROWS, MOST_OFFSETS = 100, 20_000
+BAD_MM, BAD_LOST_PCT = 100.0, 20.0  # beyond which a change of the truth is searched; chosen by hand
+UNITS = {"mm": 1e3, "cm": 1e2, "feet": 1 / 0.3048, "mm in place of m": 1e-3, "cm in place of m": 1e-2}
 PELVIS = ("LHip", "RHip", "Neck")
 
 
@@ -81,8 +79,8 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) 
     distance = np.linalg.norm(difference, axis=2)
     estimated, known = ~np.isnan(distance), ~np.isnan(expected).any(axis=2)
     if not estimated.any():
-        note = better_offset(track, truth, selection, np.inf)
-        raise UserError(f"no frame in common with an estimate: check --from, --until and --offset{note and ': '}{note}")
+        hints = doubts(track, truth, selection, np.inf)
+        raise UserError(": ".join(["no frame in common with an estimate: check --from, --until and --offset", *hints[:1]]))
     own = np.einsum("fij,fnj->fni", _world_to_pelvis(truth, kept), difference)
     with np.errstate(invalid="ignore"):
         shape = own - np.nanmean(np.where(estimated[..., None], own, np.nan), axis=0, keepdims=True)
@@ -118,41 +116,13 @@ def _world_to_pelvis(truth: Trajectories, rows: Ints) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def paired_rows(one_s: Floats, other_s: Floats, one_rate: float = 0.0) -> tuple[Ints, Ints]:
-    """Rows (m,) of both rising series of times (n,), seconds, at the m instants of the slower one within the other's time.
-
-    -1 in the faster series where it has no time within half of its interval.  At equal rates, every instant of `other_s`.
-    one_rate: of a series that leaves rows out, per second; 0: that of its median interval.
-    """
-    one_period, other_period = 1.0 / one_rate if one_rate else _period(one_s), _period(other_s)
-    if one_period > other_period * 1.001:  # rates of live takes are not exact
-        half = 0.5 * other_period + CLOCK_S
-        inner = np.flatnonzero((one_s >= other_s[0] - half) & (one_s <= other_s[-1] + half))
-        return inner, _nearest(other_s, one_s[inner], half)
-    rows = np.arange(len(other_s), dtype=np.int64)
-    return _nearest(one_s, other_s, 0.5 * (one_period or other_period) + CLOCK_S), rows
-
-
-def _nearest(times_s: Floats, wanted_s: Floats, tolerance_s: float) -> Ints:
-    """Row (m,) of `times_s` (n,) nearest to each of `wanted_s` (m,), -1 farther away than the tolerance."""
-    right = np.clip(np.searchsorted(times_s, wanted_s), 0, len(times_s) - 1)
-    left = np.clip(right - 1, 0, None)
-    nearest = np.where(np.abs(times_s[left] - wanted_s) < np.abs(times_s[right] - wanted_s), left, right)
-    return np.where(np.abs(times_s[nearest] - wanted_s) <= tolerance_s, nearest, -1).astype(np.int64)
-
-
-def _period(times_s: Floats) -> float:
-    """Median interval, seconds; 0 for one row."""
-    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
-
-
 def _shift_s(track: Trajectories, selection: ScoredFrames) -> float:
     return selection.offset / track.rate if track.rate else 0.0
 
 
-def pairing_notes(take: Trajectories, truth: Trajectories, selection: ScoredFrames, found: Accuracy) -> Iterator[str]:
-    """Contradictions of frame numbers and times, which pair the rows, and what is odd about the result."""
-    shift_s, half = _shift_s(take, selection), 0.5 * _period(truth.times_s) + CLOCK_S
+def pairing_notes(take: Trajectories, truth: Trajectories, selection: ScoredFrames) -> Iterator[str]:
+    """Contradictions of frame numbers and times, which pair the rows."""
+    shift_s, half = _shift_s(take, selection), 0.5 * period(truth.times_s) + CLOCK_S
     shared = sorted({int(frame) - selection.offset for frame in take.frames} & {int(frame) for frame in truth.frames})
     for frame in (shared[-1], shared[0]) if shared else ():
         take_s = float(take.times_s[np.searchsorted(take.frames, frame + selection.offset)]) - shift_s
@@ -164,35 +134,25 @@ def pairing_notes(take: Trajectories, truth: Trajectories, selection: ScoredFram
             )
             break
     step = int(np.median(np.diff(take.frames))) if len(take.frames) > 1 else 1
-    if step > selection.every and step * _period(truth.times_s) < 1.5 * _period(take.times_s):
+    if step > selection.every and step * period(truth.times_s) < 1.5 * period(take.times_s):
         yield (f"the take has every {step}. frame of the truth, and the others count as lost: give --every {step}")
-    if found.mpjpe_mm > BAD_MM or found.lost_pct > BAD_LOST_PCT:
-        yield from filter(None, [better_offset(take, truth, selection, found.mpjpe_mm)])
 
 
-def better_offset(take: Trajectories, truth: Trajectories, selection: ScoredFrames, found_mm: float) -> str:
-    """Another offset with less than half the error `found_mm`, in words; empty without one."""
-    names = [name for name in truth.names if name in take.names]
-    kept, period = _kept(truth, selection), _period(take.times_s)
-    kept = kept[:: -(-len(kept) // SEARCHED_ROWS) or 1]
-    if not len(kept) or not period or not take.rate:
-        return ""
-    expected = truth.points[kept][:, [truth.names.index(name) for name in names]]
-    points = take.points[:, [take.names.index(name) for name in names]]
-    steps = np.round((truth.times_s[kept] - truth.times_s[kept[0]]) / period).astype(np.int64)  # in rows of the take
-    best: tuple[float, int] = (found_mm / 2.0, 0)
-    for start in range(-int(steps[-1]), len(points))[:MOST_OFFSETS]:
-        rows = steps + start
-        inside_take = (rows >= 0) & (rows < len(points))
-        if np.count_nonzero(inside_take) < LEAST_OVERLAP * len(rows):
-            continue
-        distance = np.linalg.norm(points[rows[inside_take]] - expected[inside_take], axis=2)
-        if np.count_nonzero(np.isfinite(distance)) > LEAST_OVERLAP * distance.size:
-            best = min(best, (1e3 * float(np.nanmean(distance)), start))
-    if best[0] >= found_mm / 2.0 or not np.isfinite(best[0]):
-        return ""
-    offset = round((take.times_s[0] + best[1] * period - truth.times_s[kept[0]]) * take.rate)
-    return f"with --offset {offset} the mean distance is {best[0]:.0f} mm: do numbers and times of the truth begin again?"
+def doubts(take: Trajectories, truth: Trajectories, selection: ScoredFrames, found_mm: float) -> list[str]:
+    """Changes of the truth, in words, after which the mean distance is less than half of `found_mm`."""
+    names = tuple(name for name in truth.names if name in take.names)
+    every, kept = np.arange(len(take.frames)), _kept(truth, selection)
+    one, other = (
+        TimedValues(names, data.times_s[rows], data.points[rows][:, [data.names.index(name) for name in names]], data.rate)
+        for data, rows in ((take, every), (truth, kept))
+    )
+    changes = better_changes(one, other, _shift_s(take, selection), 1e-3 * found_mm, _distance, UNITS)
+    return [replace(change, mean=1e3 * change.mean).text("mm", found_mm) for change in changes]
+
+
+def _distance(found: Floats, expected: Floats) -> Floats:
+    distance: Floats = np.linalg.norm(found - expected, axis=2)
+    return distance
 
 
 def centre_lines(found: Accuracy) -> list[str]:

@@ -6,16 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
-from zenocap.tools.takes.evaluate import ScoredFrames, paired_rows
+from zenocap.tools.takes.evaluate import ScoredFrames
+from zenocap.tools.takes.pairing import TimedValues, better_changes, paired_rows
 
 CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
 ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
 ONE_TRUNK = "one side has no joint between pelvis and trunk: hips and shoulders are measured against the whole trunk"
+BAD_DEG = 5.0  # mean error beyond which a change of the truth is searched; chosen by hand
+RADIANS = {"radians": 180.0 / np.pi, "degrees, and declared as radians": np.pi / 180.0}
+SOLUTIONS = ("shoulder_flexion", "shoulder_adduction", "shoulder_rotation")
 STILL_DEG = 1e-6  # standard deviation below which an angle has no correlation; chosen by hand, beyond rounding
 
 
@@ -43,6 +47,7 @@ class AngleAccuracy:
 
     without_pose_pct: share of the selected instants that are not compared; take_lost_pct and truth_lost_pct: because the
     take or the truth has no pose there.  not_compared: reason by angle.  notes: assumptions made while reading.
+    doubts: changes of the truth, in words, after which the mean error is less than half.
     """
 
     convention: str
@@ -53,6 +58,7 @@ class AngleAccuracy:
     angles: dict[str, AngleError]
     not_compared: dict[str, str]
     notes: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -130,10 +136,36 @@ def compared(
         without_pose_pct=100.0 * float(np.count_nonzero(~both)) / count,
         take_lost_pct=100.0 * float(np.count_nonzero(~take_known)) / count,
         truth_lost_pct=100.0 * float(np.count_nonzero(~truth_known)) / count, angles=angles, not_compared=not_compared,
-        notes=(*take.notes, *truth.notes),
+        notes=(*take.notes, *truth.notes), doubts=_doubts(take, truth, rows, shift_s),
     )  # fmt: skip
     instants = np.where(truth_at >= 0, truth.times_s[truth_at], take.times_s[take_at] - shift_s)
     return result, AngleCurves(instants, *curves)
+
+
+def _doubts(take: AngleSeries, truth: AngleSeries, rows: Ints, shift_s: float) -> tuple[str, ...]:
+    """See `AngleAccuracy`.  rows: of the truth.  Without angles of the shoulder that have equal solutions."""
+    names = tuple(name for name in truth.angles if name in take.angles and not name.startswith(SOLUTIONS))
+    if not names:
+        return ()
+    every = np.arange(len(take.frames))
+    one, other = (
+        TimedValues(
+            names, side.times_s[at], np.stack([np.where(side.known, side.angles[name], np.nan)[at] for name in names], 1),
+            side.rate,
+        )
+        for side, at in ((take, every), (truth, rows))
+    )  # fmt: skip
+    take_at, truth_at = paired_rows(one.times_s - shift_s, other.times_s, one.rate)
+    error = _distance(one.values[take_at], other.values[truth_at])[(take_at >= 0) & (truth_at >= 0)]
+    mean = float(np.nanmean(error)) if np.isfinite(error).any() else 0.0
+    if mean <= BAD_DEG:
+        return ()
+    return tuple(one.text("degrees", mean) for one in better_changes(one, other, shift_s, mean, _distance, RADIANS))
+
+
+def _distance(found: Floats, expected: Floats) -> Floats:
+    distance: Floats = np.abs(within_half_a_turn(found - expected))
+    return distance
 
 
 def error_of(take: Floats, truth: Floats) -> AngleError:

@@ -37,7 +37,7 @@ UPDATE_EVERY = 1000  # messages between two calls of `watch`
 
 READ = (
     *USED, topics.ASSIGNMENT, topics.POSTURE, topics.COMMAND, topics.HEALTH, topics.VERDICT, topics.FRAME_RATE,
-    topics.TRACKER_DETAIL, topics.CAMERA_ADVICE, topics.CAMERA_DELAYS,
+    topics.TRACKER_DETAIL, topics.CAMERA_DELAYS,
 )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from zenocap.common.camera_advice import take_lines
 from zenocap.common.messages import ENDED, SENT
 from zenocap.common.rig.services import title
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.judge.text import EVIDENCE, part_lines, verdict_lines
+from zenocap.tools.judge.text import EVIDENCE, part_lines
 from zenocap.tools.takes.info import AccountLine, Info
 from zenocap.tools.takes.take_health import ServiceHealth
 from zenocap.tools.takes.take_statistics import ChannelStatistics, Frames
@@ -103,7 +103,7 @@ def _tracker(info: Info) -> Iterator[str]:
 
 def _verdict(info: Info) -> Iterator[str]:
     if info.verdict is not None:
-        yield from verdict_lines(info.verdict)
+        yield from info.verdict.text.splitlines()
         stored = "recorded" if info.verdict_stored else "computed now"
         yield _line("rests on", f"{EVIDENCE[info.verdict.evidence]}; {stored}")
         yield from part_lines(info.verdict, info.start_ns)

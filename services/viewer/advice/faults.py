@@ -25,6 +25,8 @@ from zenocap.services.viewer.parameters import (
     MUCH_SATURATED,
     OFTEN_CUT,
     OFTEN_MIRRORED,
+    OFTEN_PEOPLE,
+    OFTEN_UNCOVERED,
     SMALL_PERSON,
     SOME_OCCUPIED,
     WIDE_EDGES,
@@ -99,6 +101,8 @@ def _of_person(found: Measured) -> Iterator[CameraFault]:
     mirrored = 100.0 * float(np.mean([one.mirrored for one in samples]))
     yield _value(AdviceCode.GLOSSY_FLOOR, mirrored, OFTEN_MIRRORED, "%")
     yield _value(AdviceCode.CUT_OFF, 100.0 * float(np.mean([one.cut for one in samples])), OFTEN_CUT, "%")
+    yield _value(AdviceCode.PEOPLE, 100.0 * float(np.mean([one.people for one in samples])), OFTEN_PEOPLE, "%")
+    yield _value(AdviceCode.UNCOVERED, 100.0 * float(np.mean([one.uncovered for one in samples])), OFTEN_UNCOVERED, "%")
     yield _value(AdviceCode.SMALL, float(np.median([one.height for one in samples])), SMALL_PERSON, "px")
 
 

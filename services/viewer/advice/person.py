@@ -1,6 +1,6 @@
 """Measures of the person in one image: contrast to the room, holes, mirror image, size and border."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import cv2
@@ -8,9 +8,11 @@ import numpy as np
 
 from zenocap.common.arrays import Bools, Floats, Floats32, Image, Mask
 from zenocap.common.vision.background import Background
+from zenocap.common.vision.empty_scene import UNCOVERED, outline_shares
 from zenocap.services.viewer.parameters import (
     ADVICE_PERSON_PX,
     ADVICE_PX,
+    CLEARLY_LEFT,
     CLOSING,
     CONTACT_PX,
     CONTRAST_QUANTILE,
@@ -22,6 +24,10 @@ from zenocap.services.viewer.parameters import (
     GLOSS_PATTERN,
     GLOSS_REACH,
     OTHER_COLOUR,
+    OTHERS_AREA,
+    OTHERS_HEIGHT,
+    OTHERS_PX,
+    OTHERS_SIGMAS,
     PARTLY_COVERED,
     ROOM_SIGMAS,
 )
@@ -35,7 +41,7 @@ SIDES, BELOW = 0.15, 0.3  # of the person's height, what is measured beside and 
 class PersonSample:
     """contrast: (3,) levels of the upper, middle and lower third.  holes: missing area, % of the silhouette.  height: px.
 
-    mirrored: the silhouette contains a mirror image.  cut: by the border of the image.
+    mirrored: the silhouette contains a mirror image.  cut: by the border of the image.  people, uncovered: see `others`.
     """
 
     time_s: float
@@ -44,6 +50,8 @@ class PersonSample:
     mirrored: bool
     height: float
     cut: bool
+    people: bool = False
+    uncovered: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,7 +78,31 @@ def seen_person(
     if not len(rows):
         return None
     top, bottom, gain = int(rows[0]), int(rows[-1]), gains(image, room.mean, mask)
-    return person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom), gain, top, bottom
+    sample = person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom)
+    people, uncovered = others(image, room, gain, mask)
+    return replace(sample, people=people, uncovered=uncovered), gain, top, bottom
+
+
+def others(image: Image, room: Background, gain: Floats32, mask: Mask) -> tuple[bool, bool]:
+    """Whether another person is in the image, and whether a place shows that a person of the empty scene has left it.
+
+    Edges along the outline tell a person from such a place; both are at least about half as large as the silhouette.
+    """
+    step = max(1, round(max(mask.shape) / OTHERS_PX))
+    small, own = np.ascontiguousarray(image[::step, ::step]), np.ascontiguousarray(mask[::step, ::step])
+    mean = np.ascontiguousarray(room.mean[::step, ::step])
+    distance = np.sqrt((np.square(small - gain * mean) * room.weight[::step, ::step]).sum(axis=2))
+    apart = ((distance > OTHERS_SIGMAS) & (cv2.dilate(own, np.ones((5, 5), np.uint8)) == 0)).astype(np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.medianBlur(apart, 3), connectivity=8)
+    height, area = int(np.count_nonzero(own.any(axis=1))), int(np.count_nonzero(own))
+    places = [(own != 0).astype(np.uint8)]
+    for k in range(1, len(stats)):
+        _, _, across, down, count = stats[k]
+        if down >= max(across, OTHERS_HEIGHT * height) and count >= OTHERS_AREA * area:
+            places.append((labels == k).astype(np.uint8))
+    shares = [outline_shares(small, mean, place) for place in places]
+    uncovered = [known > max(CLEARLY_LEFT, UNCOVERED * here) for here, known in shares]
+    return len(places) - sum(uncovered) >= 2, any(uncovered)
 
 
 def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:

@@ -2,17 +2,20 @@
 
 import warnings
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import c3d
 import ezc3d
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from tests.support.pose_tracks import NAMES, moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
 from zenocap.common.formats.pose_track import every_frame
-from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Unit, convert
+from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit, convert
 
 MICROMETRE = 1e-6
 
@@ -52,6 +55,26 @@ def test_ezc3d_reads_the_same_points_and_residual_minus_one_for_missing_ones(tmp
     _, _, rows = read(tmp_path / "a.c3d")
     assert np.isnan(rows[2]).all()
     assert not np.isnan(rows[[0, 1, 3, 4]]).any()
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(1, 700), st.integers(1, 4), st.integers(0, 60_000))
+@example(256, 2, 0)
+@example(511, 1, 0)
+def test_any_number_of_points_is_read_back_with_its_names(points: int, frames: int, first: int) -> None:
+    """A parameter has 255 texts at most: the others are in LABELS2 and so on."""
+    names = tuple(f"P{k}" for k in range(points))
+    places = np.random.default_rng(points).uniform(0.1, 2.0, (frames, points, 3))
+    numbers = np.arange(first, first + frames)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "a.c3d"
+        write_c3d(path, Trajectories(names, numbers, numbers / 30.0, places, 30.0))
+        found = ezc3d.c3d(str(path))
+    point = found["parameters"]["POINT"]
+    parts = [point[key]["value"] for key in ("LABELS", "LABELS2", "LABELS3") if key in point]
+    assert [name for part in parts for name in part] == list(names)
+    np.testing.assert_allclose(found["data"]["points"][:3].transpose(2, 1, 0) / 1e3, places, atol=2 * MICROMETRE)
+    assert found["header"]["points"]["first_frame"] == first
 
 
 def test_frame_k_has_index_k_and_the_header_has_the_first_frame(tmp_path: Path) -> None:

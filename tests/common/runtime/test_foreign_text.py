@@ -19,7 +19,6 @@ from zenocap.common.recording.writer import Attachment, Channel, Recording
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.foreign_text import MAX_TEXT, printable
 from zenocap.common.topics import HEALTH
-from zenocap.tools.judge.text import verdict_lines
 from zenocap.tools.operate.monitor.display import shown
 from zenocap.tools.operate.monitor.shell import plain_line as top_line
 from zenocap.tools.record.launcher.display import plain_line, table
@@ -90,7 +89,7 @@ def test_posture_labels_and_reasons_of_a_take_are_escaped() -> None:
     posture = built(m.Posture, label="wave\x1b[31m\n", end_ns=1)
     assert "\x1b" not in plain_line(status_after(posture), SERVICES, 1.0)
     verdict = built(m.Verdict, reasons=[m.VerdictReason(kind="views", text=HOSTILE)])
-    assert all(line.isprintable() for line in verdict_lines(verdict))
+    assert all(line.isprintable() for line in verdict.text.split("\n"))
 
 
 def test_info_escapes_every_text_of_the_take(tmp_path) -> None:

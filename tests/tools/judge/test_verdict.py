@@ -15,12 +15,13 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.messages import AdviceCode
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.features import FEATURES, stretch_numbers, stretches_of
 from zenocap.tools.judge.overlap import body_mask, body_points
 from zenocap.tools.judge.parameters import LONGEST_GAP_NS, STRETCH_NS
-from zenocap.tools.judge.text import part_lines, verdict_lines
+from zenocap.tools.judge.text import part_lines
 from zenocap.tools.judge.verdict import KINDS, expected_errors, verdict_of
 from zenocap.tools.takes.track import Tracked
 
@@ -108,13 +109,39 @@ def test_poses_alone_are_never_good_and_a_take_without_poses_is_unusable() -> No
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
 
 
+def advised(*codes: AdviceCode) -> list[m.Message]:
+    """Reports of a camera, each second."""
+    faults = [m.CameraFault(code=code, value=80.0, limit=30.0, unit="%") for code in codes]
+    return [
+        m.CameraAdvice(frame=k, captured_ns=START_NS + k * FRAME_NS, viewer="cam01", faults=faults)
+        for k in range(0, FRAMES, 25)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("code", "kind", "words"),
+    [
+        (AdviceCode.PEOPLE, "two-people", "camera cam01: two people"),
+        (AdviceCode.UNCOVERED, "not-empty", "a person or thing"),
+    ],
+)
+def test_what_the_cameras_show_is_the_first_reason(code: AdviceCode, kind: str, words: str) -> None:
+    lost = [one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]
+    for every, last in ((lost, "no-pose"), (without_poses(set(range(30, FRAMES))), "lost")):
+        found = verdict_of(evidence_of([*every, *advised(code)]))
+        assert [found.reasons[0].kind, found.reasons[1].kind] == [kind, last]
+        assert words in found.reasons[0].text
+    assert verdict_of(evidence_of([*messages(), *advised(code)])).reasons == []
+
+
 @pytest.mark.slow
 def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     found = verdict_of(evidence_of(without_poses(set(range(30, FRAMES)))))
     assert found.rating == "unusable"
     assert found.reasons[0].kind == "lost"
     assert found.stretches[-1].lost == 1.0
-    lines = [*verdict_lines(found), *part_lines(found, START_NS)]
+    lines = [*found.text.splitlines(), *part_lines(found, START_NS)]
     assert lines[0].startswith("verdict: unusable")
     assert any("unusable, 500 mm: lost" in line for line in lines)
 

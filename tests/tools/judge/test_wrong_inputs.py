@@ -46,6 +46,15 @@ def rotated(found: Scene, _: np.random.Generator) -> Scene:
     return replace(found, masks={**found.masks, view: [np.ascontiguousarray(one[::-1, ::-1]) for one in found.masks[view]]})
 
 
+def upper_half(found: Scene, _: np.random.Generator) -> Scene:
+    """The cameras look so high that the lower border of each image cuts the person in the middle."""
+    down = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.5 * SIZE[1]], [0.0, 0.0, 1.0]])
+    cameras = {view: replace(one, matrix=down @ one.matrix) for view, one in found.cameras.items()}
+    half = SIZE[1] // 2
+    masks = {view: [np.pad(one[:half], ((half, 0), (0, 0))) for one in film] for view, film in found.masks.items()}
+    return replace(found, cameras=cameras, masks=masks)
+
+
 def other_set(found: Scene, _: np.random.Generator) -> Scene:
     """The calibration of other cameras with the same names."""
     return replace(found, cameras=dict(walker(7, VIEWS, SIZE).cameras))
@@ -64,6 +73,7 @@ def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
         (other_set, ("no-pose", *CONTRADICTION), "calibration"),
         (rotated, ("no-pose", *CONTRADICTION), "calibration"),
         (short, ("no-pose",), "a longer recording"),
+        (upper_half, ("half-person",), "half of the person is outside the pictures"),
     ],
     ids=lambda one: getattr(one, "__name__", None),
 )

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +11,15 @@ import numpy as np
 import pytest
 
 from tests.common.formats.test_trc import SCORER, walking
+from tests.support.angle_cases import take_of, walking_person
+from tests.support.command import zenocap
+from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
+from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
-from zenocap.tools.takes.evaluate import Accuracy, ScoredFrames, accuracy, better_offset, pairing_notes
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy, doubts, pairing_notes
 
 ALL = ScoredFrames()
 
@@ -117,7 +122,7 @@ def test_frames_of_equal_numbers_at_other_times_need_a_note(
     take: Trajectories, truth: Trajectories, every: int, offset: int, note: str | None
 ) -> None:
     selection = ScoredFrames(every=every, offset=offset)
-    found = list(pairing_notes(take, truth, selection, Accuracy(1, 1, 0.0, 0.0, 0.0, 0.0, 0.0, {})))
+    found = list(pairing_notes(take, truth, selection))
     assert found == [] if note is None else note in found[0]
 
 
@@ -143,13 +148,59 @@ def test_a_truth_whose_numbers_and_times_begin_again_gets_the_better_offset() ->
     track = walking(60)
     cut = numbered(replace(track, points=track.points[20:], times_s=track.times_s[:40] - track.times_s[0]), 0, 40)
     found = accuracy(track, cut, ALL)
-    (note,) = [note for note in pairing_notes(track, cut, ALL, found) if "--offset" in note]
-    assert note.startswith("with --offset 25 the mean distance is 0 mm")
+    (doubt,) = doubts(track, cut, ALL, found.mpjpe_mm)
+    assert doubt.startswith(f"with --offset 25 the mean error is 0 mm instead of {found.mpjpe_mm:.0f}: do numbers")
     assert accuracy(track, cut, ScoredFrames(offset=25)).mpjpe_mm == pytest.approx(0.0)
     late = replace(cut, times_s=cut.times_s + 3600.0)
-    with pytest.raises(UserError, match=r"no frame in common .*: with --offset -107975 the mean distance is 0 mm"):
+    with pytest.raises(UserError, match=r"no frame in common .*: with --offset -107975 the mean error is 0 mm"):
         accuracy(track, late, ALL)
-    assert better_offset(track, walking(60, seed=2), ALL, found.mpjpe_mm) == ""
+    assert doubts(track, walking(60, seed=2), ALL, found.mpjpe_mm) == []
+
+
+def mirrored(truth: Trajectories) -> Trajectories:
+    return replace(truth, names=tuple(name.translate({ord("R"): "L", ord("L"): "R"}) for name in truth.names))
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (mirrored, "with left and right of the truth exchanged the mean error is 0 mm"),
+        (lambda one: replace(one, points=one.points / 1e3), "with the truth times 1000 the mean error is 0 mm"),
+        (lambda one: replace(one, points=one.points * 1e3), "are its numbers in mm in place of m?"),
+        (lambda one: replace(one, points=one.points * 0.3048), "are its numbers in feet?"),
+        (lambda one: moved(one, [0.3, 0.0, 0.0]), None),
+    ],
+    ids=["sides", "mm", "m", "feet", "moved"],
+)
+def test_a_truth_of_other_sides_or_another_unit_is_doubted(
+    changed: Callable[[Trajectories], Trajectories], words: str | None
+) -> None:
+    truth = changed(walking())
+    found = doubts(walking(), truth, ALL, accuracy(walking(), truth, ALL).mpjpe_mm)
+    assert found == [] if words is None else words in found[0]
+
+
+@pytest.mark.slow
+def test_a_doubt_comes_first_and_with_status_3(tmp_path: Path) -> None:
+    """A truth that was cropped, and whose numbers and times begin again."""
+    take = take_of(tmp_path / "walk.mcap", walking_person(TEN_PARTS, 60))
+    whole = read_poses(take).track().trajectories()
+    assert not np.isnan(whole.points).any()
+    count = len(whole.frames) - 25
+    cut = replace(whole, points=whole.points[25:], frames=np.arange(count), times_s=whole.times_s[:count])
+    write_trc(tmp_path / "whole.trc", whole)
+    write_trc(tmp_path / "cut.trc", cut)
+    for truth, options, expected in (
+        ("whole", [], 0),
+        ("cut", [], 3),
+        ("cut", ["--angles"], 3),
+        ("cut", ["--offset", 25], 0),
+    ):
+        status, text, problems = zenocap("evaluate", take, "--truth", tmp_path / f"{truth}.trc", *options)
+        assert status == expected, (truth, options, text, problems)
+        assert text.startswith("doubtful: with --offset 25 the mean error is 0 ") == (expected == 3), text
+    status, text, _ = zenocap("evaluate", take, "--truth", tmp_path / "cut.trc", "--json")
+    assert (status, len(json.loads(text)["doubts"])) == (3, 1)
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Errors of joint angles: definitions, pairing, round trips, the command's outputs."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,9 @@ from zenocap.common.body.clinical_angles import within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries
 from zenocap.common.formats.pose_track import Bound
-from zenocap.tools.takes.evaluate import ScoredFrames, paired_rows
+from zenocap.tools.takes.evaluate import ScoredFrames
 from zenocap.tools.takes.evaluate_angles import ONE_TRUNK, AngleAccuracy, compared, error_of
+from zenocap.tools.takes.pairing import paired_rows
 from zenocap.tools.teach.dataset.generate import dataset_rig, generate_take
 
 ALL = ScoredFrames()
@@ -139,6 +141,25 @@ def test_each_instant_of_the_slower_series_is_paired_with_the_nearest_within_hal
     assert (one.tolist(), other.tolist()) == ([0, 1, 2, 3], [0, 5, -1, 7])
     one, other = paired_rows(fast, slow)
     assert (one.tolist(), other.tolist()) == ([0, 5, -1, 7], [0, 1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("changed", "doubt"),
+    [
+        (lambda knee: {"knee": knee[15:60], "other": 20.0 - knee[15:60]}, "with --offset 15 "),
+        (lambda knee: {"knee": 20.0 - knee, "other": knee}, "with left and right of the truth exchanged "),
+        (lambda knee: {"knee": np.radians(knee), "other": np.radians(20.0 - knee)}, "with the truth times 57.3 "),
+        (lambda knee: {"knee": knee + 5.0, "other": 20.0 - knee}, None),
+    ],
+    ids=["offset", "sides", "radians", "bias"],
+)
+def test_a_truth_of_another_offset_side_or_unit_is_doubted(
+    changed: Callable[[Floats], dict[str, Floats]], doubt: str | None
+) -> None:
+    knee = np.cumsum(np.random.default_rng(1).uniform(-25.0, 25.0, 80))
+    truth = changed(knee)
+    found = errors(series(knee, knee_flexion_l=20.0 - knee), series(truth["knee"], knee_flexion_l=truth["other"]))
+    assert found.doubts == () if doubt is None else found.doubts[0].startswith(f"{doubt}the mean error is 0 degrees")
 
 
 def test_series_without_a_common_instant_pose_or_angle_are_errors() -> None:

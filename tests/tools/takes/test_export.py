@@ -27,6 +27,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import PER_METRE
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.rig.rig import load_rig
+from zenocap.tools.cli.export import beside
 from zenocap.tools.takes.export import ExportOptions, export
 from zenocap.tools.takes.rig_changes import at_working_size
 from zenocap.tools.takes.track import track
@@ -50,6 +51,20 @@ def centres(path: Path, to: str) -> Floats:
         case "csv":
             rows = read_csv(path)
             return np.array([[[float(row[f"{name}.{a}_m"] or "nan") for a in "xyz"] for name in NAMES] for row in rows])
+
+
+@pytest.mark.slow
+def test_without_output_a_file_is_written_beside_the_take_and_named(two_view: Path, tmp_path: Path) -> None:
+    take = tmp_path / "walk.mcap"
+    take.write_bytes(two_view.read_bytes())
+    for options, name in (([], "walk.bvh"), (["--to", "trc"], "walk.trc")):
+        status, text, problems = zenocap("export", take, *options)
+        assert status == 0, problems
+        assert text.startswith(f"{tmp_path / name}: ")
+        assert (tmp_path / name).exists()
+    status, _, problems = zenocap("export", take)
+    assert (status, "walk.bvh is there already" in " ".join(problems.replace("│", " ").split())) == (2, True)
+    assert beside(take, "opensim") == tmp_path / "walk-opensim"
 
 
 @pytest.mark.nightly

@@ -105,7 +105,8 @@ def lines(
 ) -> None:  # fmt: skip
     """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
 
-    Place them at A = (0, 0), B = (0, D_Z) and C = (D_X, 0); camera 1 on +Z looks to -Z, camera 2 on -X looks to +X.
+    Place them at A = (0, 0), B = (0, D_Z) and C = (D_X, 0); camera 1 on +Z looks to -Z, camera 2 on -X looks to +X, so
+    that their axes cross above A. A drawing: docs, calibration-files.
 
     With --live, a page at http://127.0.0.1:8090 shows both pictures with their middle lines, in which the tops are placed,
     and at once what one pixel matters: `zenocap calibrate lines lines.toml --live cam01=/dev/video0 cam02=/dev/video2`

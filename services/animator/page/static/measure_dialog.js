@@ -22,7 +22,7 @@ export class MeasureDialog {
     this.box.hidden = false;
     this.phase = 'counting';
     this.title.textContent = 'Take the T-pose';
-    this.text.textContent = 'Stand upright in the middle, facing the first camera. Stretch both arms sideways at shoulder height and hold still.';
+    this.text.textContent = 'Stand upright in the middle, facing any way; with the method two-view, the first camera. Stretch both arms sideways at shoulder height and hold still.';
     this.left = COUNTDOWN_S;
     this.tick();
     this.timer = setInterval(() => this.tick(), 1000);

@@ -130,6 +130,23 @@ def test_a_person_in_the_empty_scene_is_stated_and_not_learnt() -> None:
     np.testing.assert_array_equal(after.mean, before.mean)
 
 
+def beside(shown: tuple[Image, ...], later: int) -> list[Image]:
+    """The film with the person twice: also as `later` images later, where they differ from the empty room."""
+    room = np.median(np.stack(film()[:EMPTY]), axis=0)
+    both = list(shown)
+    for k in range(EMPTY, len(shown)):
+        other = shown[EMPTY + (k - EMPTY + later) % (len(shown) - EMPTY)]
+        differs = np.abs(other - room).max(axis=2, keepdims=True) > 30.0
+        both[k] = np.where(differs, other, shown[k]).astype(np.uint8)
+    return both
+
+
+@pytest.mark.slow
+def test_a_second_person_is_stated() -> None:
+    assert A.PEOPLE in codes(beside(film(), 25))
+    assert not {A.PEOPLE, A.UNCOVERED} & codes(film())
+
+
 @pytest.mark.slow
 def test_advice_depends_on_the_images_alone() -> None:
     assert found(film()) == found(film())

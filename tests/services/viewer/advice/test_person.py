@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
@@ -11,7 +12,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.vision.background import Background, learn
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.silhouette import SilhouetteOptions
-from zenocap.services.viewer.advice.person import PersonSample, seen_person
+from zenocap.services.viewer.advice.person import PersonSample, others, seen_person
 from zenocap.services.viewer.parameters import MANY_HOLES
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
@@ -77,3 +78,33 @@ def test_a_mirror_image_in_the_silhouette_is_found() -> None:
         found = extract(room, image, SilhouetteOptions())
         assert found.area > 1.3 * np.count_nonzero(mask)
         assert measured(room, image, found.mask).mirrored
+
+
+HERE, THERE = (60, 50), (150, 60)  # places of the middle of a figure, px
+
+
+def drawn(*places: tuple[int, int]) -> Image:
+    """A room with a figure at each of the places, in even light."""
+    rng = np.random.default_rng(3)
+    room = cv2.GaussianBlur(rng.uniform(90.0, 160.0, (120, 200, 3)), (0, 0), 6.0)
+    for x, y in places:
+        cv2.ellipse(room, (x, y), (9, 30), 0.0, 0.0, 360.0, (40.0, 30.0, 200.0), -1)
+    return np.clip(room + rng.normal(0.0, 1.0, room.shape), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("empty", "now", "mask", "found"),
+    [
+        ((), (HERE,), HERE, (False, False)),
+        ((), (HERE, THERE), HERE, (True, False)),
+        ((THERE,), (HERE,), HERE, (False, True)),
+        ((THERE,), (HERE,), THERE, (False, True)),
+    ],
+    ids=["alone", "two people", "left another place", "left the place of the silhouette"],
+)
+def test_another_person_and_a_place_that_one_has_left_are_told_apart(
+    empty: tuple[tuple[int, int], ...], now: tuple[tuple[int, int], ...], mask: tuple[int, int], found: tuple[bool, bool]
+) -> None:
+    silhouette: Mask = np.zeros((120, 200), np.uint8)
+    cv2.ellipse(silhouette, mask, (9, 30), 0.0, 0.0, 360.0, (1,), -1)
+    assert others(drawn(*now), learn([drawn(*empty)] * 8), np.ones(3, np.float32), silhouette) == found

@@ -1,0 +1,111 @@
+"""Files and first steps of strangers in which two statements contradict each other: each point and its tests.
+
+`python -m tests.test_strangers` runs them all.
+"""
+
+import re
+import sys
+from collections.abc import Mapping
+
+import pytest
+
+from tests.support.places import ROOT
+
+FORMATS, TAKES, FILMS = "common/formats", "tools/takes", "common/video/test_reader.py"
+CALIBRATIONS = "common/camera/test_calibration_files.py"
+TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
+    "equal Euler solutions: that inside the reader's ranges": (
+        f"{FORMATS}/test_euler_solutions.py::test_a_walk_after_a_t_pose_is_written_inside_the_models_ranges_and_played_as_it_was",
+    ),
+    "number or time: time": (
+        f"{FORMATS}/test_trc.py::test_of_number_time_and_rate_the_time_decides",
+        f"{FORMATS}/test_c3d_reader.py::test_the_first_frame_of_the_trial_is_used_where_it_agrees_with_the_rows",
+        f"{FORMATS}/test_motion_files.py::test_the_rate_is_that_of_the_times_and_rows_that_are_left_out_are_gaps",
+        f"{TAKES}/test_export.py::test_frames_that_a_live_take_leaves_out_are_rows_without_pose",
+        f"{TAKES}/test_evaluate.py::test_a_truth_that_counts_from_1_is_paired_by_time",
+    ),
+    "a truth of another offset, side or unit: doubtful, status 3": (
+        f"{TAKES}/test_evaluate.py::test_a_doubt_comes_first_and_with_status_3",
+        f"{TAKES}/test_evaluate.py::test_a_truth_of_other_sides_or_another_unit_is_doubted",
+        f"{TAKES}/test_evaluate_angles.py::test_a_truth_of_another_offset_side_or_unit_is_doubted",
+    ),
+    "header against rows: refused, or said": (
+        f"{FORMATS}/test_trc.py::test_fewer_names_than_columns_and_more_cells_than_names_are_refused",
+        f"{FORMATS}/test_trc.py::test_counts_in_the_header_that_contradict_the_rows_are_said",
+    ),
+    "missing data as zeros: missing, said once": (
+        f"{FORMATS}/test_trc.py::test_zeros_are_missing_points_and_said_once",
+        f"{FORMATS}/test_c3d_reader.py::test_zeros_with_a_valid_residual_are_missing_and_said_once",
+    ),
+    "time base and shape of films": (
+        f"{FILMS}::test_a_bare_stream_has_the_rate_of_its_headers",
+        f"{FILMS}::test_a_film_that_an_edit_list_trims_is_whole",
+        f"{FILMS}::test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so",
+        f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
+        f"{FILMS}::test_pixels_that_are_not_square_are_said",
+    ),
+    "vendors' modes and units": (
+        f"{CALIBRATIONS}::test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said",
+        f"{CALIBRATIONS}::test_qualisys_intrinsics_are_those_of_the_sensor",
+        f"{CALIBRATIONS}::test_ros_camera_info_of_a_part_of_the_pixels_is_refused",
+        f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_said",
+        f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
+    ),
+    "valid containers": (
+        f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
+        f"{TAKES}/test_recover.py::test_another_compression_is_named_and_no_empty_take_is_written",
+        f"{FORMATS}/test_c3d.py::test_any_number_of_points_is_read_back_with_its_names",
+    ),
+    "names": (
+        "common/rig/test_video_folder.py::test_videos_belong_to_the_camera_whose_name_they_contain",
+        f"{CALIBRATIONS}::test_files_of_others_that_are_not_read_are_named_in_one_line",
+        f"{CALIBRATIONS}::test_what_ros_topic_echo_prints_is_read",
+        f"{FORMATS}/test_trc.py::test_a_byte_order_mark_is_no_part_of_the_file",
+    ),
+    "both colour schemes": ("system/browser/test_page.py::test_every_text_has_contrast_in_both_colour_schemes",),
+    "a terminal of 80 x 24": (
+        "tools/record/launcher/test_rig_status.py::test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows",
+    ),
+    "the empty scene": (
+        "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
+        "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_told_apart",
+        "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
+    ),
+    "setup with another calibration": (
+        "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",
+        "tools/setup/test_state.py::"
+        "test_a_calibration_of_another_shape_is_refused_before_the_rig_file_and_the_step_can_be_repeated",
+    ),
+    "without T-pose": (
+        "tools/judge/test_verdict.py::test_what_lies_before_the_first_pose_counts_in_a_short_take",
+        "tools/cli/test_track.py::test_the_height_over_the_floor_is_estimated_without_t_pose",
+    ),
+    "the first hour": (
+        "tools/cli/test_suggestions.py::"
+        "test_a_missing_file_and_one_of_the_wrong_type_are_a_line_that_suggests_the_right_command",
+        "tools/cli/test_services.py::test_the_demo_takes_a_free_port_where_the_usual_one_is_taken",
+        f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
+        "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
+    ),
+    "Ctrl-C": (
+        "common/runtime/test_signals.py::test_a_process_that_still_loads_ends_at_once",
+        "tools/record/launcher/test_child_processes.py::test_process_that_ignores_sigterm_prints_its_stacks_and_is_killed",
+    ),
+    "wrong inputs: the cause is the first reason": (
+        "tools/judge/test_wrong_inputs.py::test_the_first_reason_of_a_wrong_input_is_its_cause",
+        "tools/judge/test_wrong_inputs.py::test_missing_parts_of_the_silhouettes_are_not_good",
+        "tools/judge/test_verdict.py::test_what_the_cameras_show_is_the_first_reason",
+        "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
+    ),
+}
+
+
+@pytest.mark.parametrize("point", TESTS)
+def test_each_point_has_its_tests(point: str) -> None:
+    for test in TESTS[point]:
+        file, name = test.split("::")
+        assert re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE), test
+
+
+if __name__ == "__main__":
+    sys.exit(pytest.main(["-m", "", *(f"tests/{test}" for tests in TESTS.values() for test in tests)]))

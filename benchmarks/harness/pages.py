@@ -10,12 +10,13 @@
 
 CASE in quotation marks where it has spaces.  rows: only cases whose names match the regular expression;
 `across`, of one column: the last part of the names of the cases goes across.  kinds unmeasured: those without results.
+What a kind could measure and nothing is stored of is "not measured yet".
 """
 
 import re
 import shlex
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from benchmarks.harness.cache import ROOT
@@ -24,6 +25,7 @@ from benchmarks.harness.text import across, cell, markdown
 from benchmarks.kinds import KINDS
 from zenocap.common.errors import UserError
 
+NOT_YET = "not measured yet"
 MARKER = re.compile(r"(<!-- (figure|table|kinds) ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 
 
@@ -68,16 +70,20 @@ def _figure(words: str, results: Mapping[str, Results]) -> str:
     if len(parts) != 3:
         raise UserError("KIND CASE COLUMN expected")
     kind, case, column = parts
+    if _unmeasured_cases(kind, lambda name: name == case, results):
+        return NOT_YET
     found = _results(kind, results)
     return cell(found.row(case), found.heading(column))
 
 
 def _table(words: str, results: Mapping[str, Results]) -> str:
     kind, *parts = shlex.split(words)
-    found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
     names = [part for part in parts if not part.startswith("rows=") and part != "across"]
     wanted = re.compile("|".join(patterns))
+    if _unmeasured_cases(kind, lambda name: bool(wanted.search(name)), results):
+        return f"*{NOT_YET.capitalize()}: `python -m benchmarks {kind}`.*"
+    found = _results(kind, results)
     cases = dict.fromkeys(row.case for row in found.figures if wanted.search(row.case))
     if not cases:
         raise UserError(f"{kind}: no result of {', '.join(patterns) or 'any case'}")
@@ -88,6 +94,13 @@ def _table(words: str, results: Mapping[str, Results]) -> str:
     if len(names) != 1:
         raise UserError("across: one COLUMN expected")
     return across(found, rows, headings[0])
+
+
+def _unmeasured_cases(kind: str, wanted: Callable[[str], bool], results: Mapping[str, Results]) -> bool:
+    """Whether a kind has cases of such names, and no result of any."""
+    if kind not in KINDS.names() or (kind in results and any(wanted(row.case) for row in results[kind].figures)):
+        return False
+    return any(map(wanted, KINDS.row(kind).cases))
 
 
 def _unmeasured(words: str, results: Mapping[str, Results]) -> str:

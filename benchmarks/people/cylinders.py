@@ -55,16 +55,17 @@ class CylinderClip:
 
 
 def cylinder_clip(motion: str, seed: int, tested: int | None = None) -> CylinderClip:
-    """T-pose, then as many frames of a motion as in the paper, by the person of a seed.  tested: number of test frames.
+    """T-pose, then as many test frames of a motion as in the paper, by the person of a seed.  tested: their number.
 
-    The last frames are tested; those that train the prior come just before.
+    The prior is trained by the frames of the motion just before, which are not filmed.
     """
     body = true_bdp(person(seed))
-    count = TRAINING_FRAMES + (TEST_FRAMES[motion] if tested is None else tested)
-    performed = repeated_motion(SHARED / motion_file(MOTIONS[motion]), body, count)
+    count = TEST_FRAMES[motion] if tested is None else tested
+    every = repeated_motion(SHARED / motion_file(MOTIONS[motion]), body, TRAINING_FRAMES + TEST_FRAMES[motion])
+    training, performed = every[:TRAINING_FRAMES], every[TRAINING_FRAMES:][:count]
     opening = _opening(body, performed[0])
     poses = (*opening, *performed)
-    prior = stored(partial(_trained, motion, performed[:TRAINING_FRAMES]), motion, seed, "prior", sources=(__name__,))
+    prior = stored(partial(_trained, motion, training), motion, seed, "prior", sources=(__name__,))
     return CylinderClip(_film(f"{motion}-{count}", seed, body, poses, len(opening)), body, poses, prior)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.cases.clips import take_prior
-from benchmarks.cases.paper import LIMB_ANGLES, TABLE_2, angle_curves, angle_rmse_deg
-from benchmarks.people.tracker import ANATOMY, TrackedPath, trajectories
+from benchmarks.cases.paper import LIMB_ANGLES, TABLE_2, angle_curves, angle_rmse_deg, with_true_angles
+from benchmarks.people.tracker import ANATOMY, TrackedPath, errors, trajectories
 from benchmarks.pictures.plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
 from zenocap.common.body.definition import neutral_pose
 from zenocap.services.tracker.body.average_body import body_of_height
@@ -26,6 +26,14 @@ def test_angles_are_compared_from_the_first_test_frame_on() -> None:
     assert set(LIMB_ANGLES) <= set(curves.truth)
     assert curves.times_s[0] == pytest.approx(FIRST / 60.0)
     assert angle_rmse_deg(curves) < 1e-6
+
+
+def test_true_angles_on_another_body_have_only_the_error_of_the_body() -> None:
+    bodies = body_of_height(1.75), body_of_height(1.85)
+    path, other = (TrackedPath({k: (body, neutral_pose(ANATOMY, np.zeros(3))) for k in range(3)}) for body in bodies)
+    truth = trajectories(path, 60.0)
+    assert errors(with_true_angles(path, truth), truth, 0)["RMSE"] < 1.0
+    assert 10.0 < errors(with_true_angles(other, truth), truth, 0)["RMSE"] < 60.0
 
 
 @pytest.mark.parametrize(

@@ -228,6 +228,19 @@ def test_one_column_of_a_table_goes_across() -> None:
 
 
 @pytest.mark.parametrize(
+    ("marker", "text"),
+    [
+        ("figure doubled large mm", "not measured yet"),
+        ("table doubled mm rows=lar", "\n*Not measured yet: `python -m benchmarks doubled`.*\n"),
+    ],
+)
+def test_what_a_kind_has_not_measured_is_said(marker: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pages, "KINDS", _Table())
+    for found in ({}, {"doubled": results.results_of(KIND, [row_of("small", 2.0)])}):
+        assert pages.written(f"<!-- {marker} --><!-- end -->", found) == f"<!-- {marker} -->{text}<!-- end -->"
+
+
+@pytest.mark.parametrize(
     ("marker", "problem"),
     [
         ("figure halved small mm", "no results of 'halved': allowed: doubled"),

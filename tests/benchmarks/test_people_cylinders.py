@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM
-from benchmarks.cases.replication import LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE
+from benchmarks.cases.replication import FEWER, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE
 from benchmarks.people.cylinders import CYCLE_FPS, CYCLE_S, MOTIONS, TEST_FRAMES, silhouette
 from benchmarks.people.cylinders import _cycle as cycle
 from benchmarks.people.simulated_clips import cameras_of
@@ -52,13 +52,18 @@ def test_a_short_motion_goes_on_without_a_leap() -> None:
     assert apart.min() < 0.05  # it does come back
 
 
-def test_the_replication_has_all_methods_laws_and_starts_with_the_papers_numbers_of_frames() -> None:
-    cases = [
-        (one.option("method", ""), one.option("law", ""), one.option("start", "")) for one in REPLICATION.cases.values()
-    ]
+def test_the_replication_has_all_methods_laws_and_starts_and_the_papers_table_has_its_numbers_of_frames() -> None:
+    own = [one for one in REPLICATION.cases.values() if not one.option("trained", "")]
+    cases = [(one.option("method", ""), one.option("law", ""), one.option("start", "")) for one in own]
     expected = {(name, law, start) for name in METHODS[:2] for law in LAWS for start in (T_POSE, TRUE_POSE)}
     assert set(cases) == expected | {(METHODS[2], "", start) for start in (T_POSE, TRUE_POSE)}
     assert len(cases) == len(set(cases)) * len(MOTIONS)
+    whole = [(one.option("method", ""), one.film) for one in REPLICATION.selected([", all frames"]).values()]
+    assert set(whole) == {(method, motion) for method in METHODS for motion in MOTIONS}
+    assert len(whole) == 9
+    assert {one.option("tested", 0) for one in own} == {0, FEWER}
+    assert all(("all frames" in name) == (one.option("tested", 0) == 0) for name, one in REPLICATION.cases.items())
+    assert all(one.option("trained", one.film) != one.film for one in REPLICATION.selected(["unfamiliar"]).values())
     assert set(PAPER_RMSE_MM) == set(METHODS)
     assert TEST_FRAMES == {"walking": 433, "jogging": 393, "boxing": 377}
     assert len(PEOPLE) == REPLICATION.seeds

@@ -15,6 +15,7 @@ from zenocap.services.tracker.evidence.field import mean_square_outside
 from zenocap.services.tracker.parameters import NORMAL_MODULATION, OUTSIDE_WEIGHT
 
 CLOSEST_LENGTH = 6
+Point = tuple[float, float, float]  # in the frame of a part, metres
 
 
 class Correspondence(NamedTuple):
@@ -36,7 +37,7 @@ def axis_length(model: BodyModel, part: int, flat: bool) -> float:
     return float(model.lengths[part])
 
 
-@kernel
+@leaf_kernel
 def closest_point(
     model: BodyModel, frame: Floats, part: int, flat: bool, point: Floats, normal: Floats, found: Floats
 ) -> None:
@@ -45,21 +46,19 @@ def closest_point(
     Writes found (6,): |pp'| in metres, md |pp'|, cos(n_p, n_p'), p' (3,) in the world.  flat: see `Correspondence`.  Exact
     for round parts without taper; on others p' is where the line from the axis to p leaves the surface.
     """
-    local, sides, surface, outwards = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    for k in range(3):
-        local[k] = -model.bases[part, k]
-        for row in range(3):
-            local[k] += frame[row, k] * (point[row] - frame[row, 3])
+    dx, dy, dz = point[0] - frame[0, 3], point[1] - frame[1, 3], point[2] - frame[2, 3]
+    x = -model.bases[part, 0] + frame[0, 0] * dx + frame[1, 0] * dy + frame[2, 0] * dz
+    y = -model.bases[part, 1] + frame[0, 1] * dx + frame[1, 1] * dy + frame[2, 1] * dz
+    z = -model.bases[part, 2] + frame[0, 2] * dx + frame[1, 2] * dy + frame[2, 2] * dz
     length = axis_length(model, part, flat)
-    s = min(max(local[1], 0.0), length)
+    s = min(max(y, 0.0), length)
     share = s / length
-    sides[0] = model.radii[part, 0] + share * (model.radii[part, 2] - model.radii[part, 0])
-    sides[2] = model.radii[part, 1] + share * (model.radii[part, 3] - model.radii[part, 1])
-    sides[1] = 0.5 * (sides[0] + sides[2])
+    wide = model.radii[part, 0] + share * (model.radii[part, 2] - model.radii[part, 0])
+    deep = model.radii[part, 1] + share * (model.radii[part, 3] - model.radii[part, 1])
     if flat:
-        found[0] = _on_cylinder(local, sides, length, surface, outwards)
+        away, surface, outwards = _on_cylinder(x, y, z, wide, deep, length)
     else:
-        found[0] = _on_round_part(local, sides, s, surface, outwards)
+        away, surface, outwards = _on_round_part((x, y - s, z), (wide, 0.5 * (wide + deep), deep), s)
     cosine = 0.0
     for k in range(3):
         for row in range(3):
@@ -69,80 +68,68 @@ def closest_point(
         for k in range(3):
             found[3 + row] += frame[row, k] * (model.bases[part, k] + surface[k])
     # Paper (open): epsilon of md has no value; NORMAL_MODULATION.
-    found[1] = (1.0 - NORMAL_MODULATION * cosine) * found[0]
-    found[2] = cosine
+    found[0], found[1], found[2] = away, (1.0 - NORMAL_MODULATION * cosine) * away, cosine
 
 
 # Paper (replaced): [Hybrid II] has cylinders; a part ends in half an ellipsoid by default, in a plane with ends = "flat".
 @leaf_kernel
-def _on_round_part(local: Floats, sides: Floats, s: float, surface: Floats, outwards: Floats) -> float:
-    """Write closest point and outward unit normal (3,) of a part with round ends; |pp'| in metres.
+def _on_round_part(offset: Point, sides: Point, s: float) -> tuple[float, Point, Point]:
+    """|pp'| in metres, closest point and outward unit normal of a part with round ends.
 
-    local: (3,) from the start of the axis.  sides: (3,) half axes there, s metres along it.
+    offset: of p from the point of the axis s metres from its start.  sides: half axes there.
     """
     size = squared = away = 0.0
     for k in range(3):
-        offset = local[k] - s if k == 1 else local[k]
-        size += (offset / sides[k]) ** 2
-        squared += (offset / (sides[k] * sides[k])) ** 2
-        away += offset * offset
+        size += (offset[k] / sides[k]) ** 2
+        squared += (offset[k] / (sides[k] * sides[k])) ** 2
+        away += offset[k] * offset[k]
     size, squared, away = np.sqrt(size) + 1e-9, np.sqrt(squared) + 1e-9, np.sqrt(away)
-    for k in range(3):
-        offset = local[k] - s if k == 1 else local[k]
-        outwards[k] = offset / (sides[k] * sides[k] * squared)
-        surface[k] = offset / size
-    surface[1] += s
-    return float(np.abs(1.0 - 1.0 / size) * away)
+    (x, y, z), (a, b, c) = offset, sides
+    outwards = (x / (a * a * squared), y / (b * b * squared), z / (c * c * squared))
+    return np.abs(1.0 - 1.0 / size) * away, (x / size, y / size + s, z / size), outwards
 
 
 @leaf_kernel
-def _on_cylinder(local: Floats, sides: Floats, length: float, surface: Floats, outwards: Floats) -> float:
-    """The same of an elliptic cylinder with flat ends; on the rim, the normal points to p.  local: changed on the axis."""
-    if np.abs(local[0]) + np.abs(local[2]) < 1e-9:  # on the axis, from which every side is as near
-        local[0] = 1e-9
-    size = np.sqrt((local[0] / sides[0]) ** 2 + (local[2] / sides[2]) ** 2)
-    beside = np.sqrt(local[0] ** 2 + local[2] ** 2) * (1.0 - 1.0 / size)  # metres outside of the side; negative within
-    end, sign = (0.0, -1.0) if local[1] < 0.5 * length else (length, 1.0)
-    beyond = sign * (local[1] - end)
+def _on_cylinder(x: float, y: float, z: float, wide: float, deep: float, length: float) -> tuple[float, Point, Point]:
+    """The same of an elliptic cylinder with flat ends; on the rim, the normal points to p.  x, y, z: p from the start."""
+    if np.abs(x) + np.abs(z) < 1e-9:  # on the axis, from which every side is as near
+        x = 1e-9
+    size = np.sqrt((x / wide) ** 2 + (z / deep) ** 2)
+    beside = np.sqrt(x**2 + z**2) * (1.0 - 1.0 / size)  # metres outside of the side; negative within
+    end, sign = (0.0, -1.0) if y < 0.5 * length else (length, 1.0)
+    beyond = sign * (y - end)
     on_side = beside > 0.0 or (beyond <= 0.0 and beside >= beyond)
     on_end = beyond > 0.0 or (beside <= 0.0 and not on_side)
-    for k in range(3):
-        surface[k] = local[k] / size if on_side and k != 1 else local[k]
-        outwards[k] = local[k] / (sides[k] * sides[k]) if k != 1 else 0.0
-    if on_end:
-        surface[1] = end
-    if on_end and not on_side:
-        outwards[0], outwards[1], outwards[2] = 0.0, sign, 0.0
-    elif on_end:
-        for k in range(3):
-            outwards[k] = local[k] - surface[k]
-    scale = 1.0 / (np.sqrt(outwards[0] ** 2 + outwards[1] ** 2 + outwards[2] ** 2) + 1e-12)
-    away = 0.0
-    for k in range(3):
-        outwards[k] *= scale
-        away += (local[k] - surface[k]) ** 2
-    return float(np.sqrt(away))
+    sx, sy, sz = x / size if on_side else x, end if on_end else y, z / size if on_side else z
+    if not on_end:
+        nx, ny, nz = x / (wide * wide), 0.0, z / (deep * deep)
+    elif not on_side:
+        nx, ny, nz = 0.0, sign, 0.0
+    else:
+        nx, ny, nz = x - sx, y - sy, z - sz
+    scale = 1.0 / (np.sqrt(nx**2 + ny**2 + nz**2) + 1e-12)
+    away = np.sqrt((x - sx) ** 2 + (y - sy) ** 2 + (z - sz) ** 2)
+    return away, (sx, sy, sz), (nx * scale, ny * scale, nz * scale)
 
 
-@kernel
-def part_spheres(model: BodyModel, frames: Floats, flat: bool, centres: Floats, reach: Floats) -> None:
-    """Write for every part the middle of its axis (p, 3), and a radius (p,) about it that contains the part; metres.
+@leaf_kernel
+def part_capsules(model: BodyModel, frames: Floats, flat: bool, capsules: Floats) -> None:
+    """Write for every part (p, 5) start and length of its axis, and a radius about that contains it; metres.
 
     flat: see `Correspondence`.
     """
     for part in range(frames.shape[0]):
-        half, widest = 0.5 * axis_length(model, part, flat), 0.0
-        for k in range(4):
-            widest = max(widest, model.radii[part, k])
-        # Round ends are spheres or ellipsoids about the ends of the axis.
-        reach[part] = np.sqrt(half * half + widest * widest) if flat else half + widest
         for row in range(3):
-            centres[part, row] = frames[part, row, 3] + frames[part, row, 1] * half
+            capsules[part, row] = frames[part, row, 3]
             for k in range(3):
-                centres[part, row] += frames[part, row, k] * model.bases[part, k]
+                capsules[part, row] += frames[part, row, k] * model.bases[part, k]
+        capsules[part, 3] = axis_length(model, part, flat)
+        capsules[part, 4] = 1e-9  # for rounding
+        for k in range(4):
+            capsules[part, 4] = max(capsules[part, 4], model.radii[part, k] + 1e-9)
 
 
-@kernel
+@leaf_kernel
 def scene_point(rays: Floats32, i: int, point: Floats, normal: Floats) -> None:
     """Write scene point (3,) and its normal (3,) of ray i."""
     # Paper (open): where on a viewing line the point is; the middle of the surviving interval.
@@ -152,25 +139,29 @@ def scene_point(rays: Floats32, i: int, point: Floats, normal: Floats) -> None:
         normal[k] = rays[6 + k, i]
 
 
-@kernel
+@leaf_kernel
 def corresponding_part(
-    model: BodyModel, frames: Floats, centres: Floats, reach: Floats, by: Correspondence, likely: int,
+    model: BodyModel, frames: Floats, capsules: Floats, by: Correspondence, likely: int,
     point: Floats, normal: Floats, found: Floats, best: Floats,
 ) -> int:  # fmt: skip
     """Part that corresponds to a scene point.
 
-    Writes best (6,), see `closest_point`.  centres, reach: see `part_spheres`.  likely: any part; the closer it is, the
-    faster.  found: (6,) scratch.
+    Writes best (6,), see `closest_point`.  capsules: see `part_capsules`.  likely: any part; the closer it is, the faster.
+    found: (6,) scratch.
     """
     part, column, factor = likely, 0 if by.closest else 1, 1.0 if by.closest else 1.0 - NORMAL_MODULATION
     closest_point(model, frames[likely], likely, by.flat, point, normal, best)
     for other in range(frames.shape[0]):
         if other == likely:
             continue
+        along = 0.0
+        for k in range(3):
+            along += (point[k] - capsules[other, k]) * frames[other, k, 1]
+        along = min(max(along, 0.0), capsules[other, 3])
         apart = 0.0
         for k in range(3):
-            apart += (point[k] - centres[other, k]) ** 2
-        if factor * (np.sqrt(apart) - reach[other]) >= best[column]:
+            apart += (point[k] - capsules[other, k] - along * frames[other, k, 1]) ** 2
+        if apart >= (best[column] / factor + capsules[other, 4]) ** 2:
             continue
         closest_point(model, frames[other], other, by.flat, point, normal, found)
         if found[column] < best[column]:
@@ -184,13 +175,13 @@ def corresponding_part(
 def mean_modulated_square(model: BodyModel, frames: Floats, rays: Floats32, limit: float, by: Correspondence) -> float:
     """D, the mean of rho((md |pp'|)^2) over the scene in m^2, rho(y) = min(y, limit^2).  [Hybrid Eq. 30, 31]"""
     # Paper (open): the truncation of rho has no value; RESIDUAL_LIMIT_M.
-    centres, reach = np.empty((frames.shape[0], 3)), np.empty(frames.shape[0])
-    part_spheres(model, frames, by.flat, centres, reach)
+    capsules = np.empty((frames.shape[0], 5))
+    part_capsules(model, frames, by.flat, capsules)
     point, normal, found, best = np.empty(3), np.empty(3), np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
     total, part = 0.0, 0
     for i in range(rays.shape[1]):
         scene_point(rays, i, point, normal)
-        part = corresponding_part(model, frames, centres, reach, by, part, point, normal, found, best)
+        part = corresponding_part(model, frames, capsules, by, part, point, normal, found, best)
         total += min(best[1], limit) ** 2
     return float(total / max(rays.shape[1], 1))
 

@@ -16,7 +16,7 @@ from zenocap.services.tracker.filter.closest_points import (
     CLOSEST_LENGTH,
     Correspondence,
     corresponding_part,
-    part_spheres,
+    part_capsules,
     scene_point,
 )
 from zenocap.services.tracker.parameters import (
@@ -43,12 +43,12 @@ def group_forces(
     forces[:] = 0.0
     moments[:] = 0.0
     numbers[:] = 0.0
-    centres, reach = np.empty((frames.shape[0], 3)), np.empty(frames.shape[0])
-    part_spheres(model, frames, by.flat, centres, reach)
+    capsules = np.empty((frames.shape[0], 5))
+    part_capsules(model, frames, by.flat, capsules)
     point, normal, found, best = np.empty(3), np.empty(3), np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
     for i in range(rays.shape[1]):
         scene_point(rays, i, point, normal)
-        part = corresponding_part(model, frames, centres, reach, by, parts[i], point, normal, found, best)
+        part = corresponding_part(model, frames, capsules, by, parts[i], point, normal, found, best)
         parts[i] = part
         if not best[0] < limit:
             continue

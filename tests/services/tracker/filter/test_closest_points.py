@@ -12,7 +12,7 @@ from zenocap.services.tracker.filter.closest_points import (
     corresponding_part,
     mean_modulated_square,
     modulated_misfit,
-    part_spheres,
+    part_capsules,
 )
 from zenocap.services.tracker.parameters import NORMAL_MODULATION
 
@@ -78,15 +78,15 @@ def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_norm
     inward = between / gap  # from the right leg to the left one
     down = frames[right, :, 1] * 0.5 * MODEL.lengths[right]
     point = frames[right, :, 3] + down + 0.49 * between
-    centres, reach = np.empty((len(frames), 3)), np.empty(len(frames))
-    part_spheres(MODEL, frames, False, centres, reach)
+    capsules = np.empty((len(frames), 5))
+    part_capsules(MODEL, frames, False, capsules)
     found, best = np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
 
     def parts_of(closest: bool) -> set[int]:
         """Of every part that may be tried first."""
         by = Correspondence(closest, flat=False)
         return {
-            int(corresponding_part(MODEL, frames, centres, reach, by, likely, point, -inward, found, best))
+            int(corresponding_part(MODEL, frames, capsules, by, likely, point, -inward, found, best))
             for likely in range(len(frames))
         }
 

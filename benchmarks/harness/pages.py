@@ -9,7 +9,8 @@
     <!-- end -->
 
 CASE in quotation marks where it has spaces.  rows: only cases whose names match the regular expression;
-`across`, of one column: the last part of the names of the cases goes across.  kinds unmeasured: those without results.
+`across`, of one column: the last part of the names of the cases goes across.  A table of a kind without results is a line
+that says so.  kinds unmeasured: those without results.
 """
 
 import re
@@ -74,6 +75,8 @@ def _figure(words: str, results: Mapping[str, Results]) -> str:
 
 def _table(words: str, results: Mapping[str, Results]) -> str:
     kind, *parts = shlex.split(words)
+    if kind not in results and kind in KINDS.names():
+        return f"*Not measured with this version: `python -m benchmarks {kind}`.*"
     found = _results(kind, results)
     patterns = [part.removeprefix("rows=") for part in parts if part.startswith("rows=")]
     names = [part for part in parts if not part.startswith("rows=") and part != "across"]

@@ -31,7 +31,6 @@ class Row(msgspec.Struct, frozen=True, omit_defaults=True):
     figures: by column, the joined figure, and the worst seed's where there are several.  missing: seeds without that
     figure.
     commit, date, command: with which they were measured.  machine: of what is timed.
-    taken: where figures come from that the harness has not measured; commit and date are then those of the text.
     """
 
     case: str
@@ -42,7 +41,6 @@ class Row(msgspec.Struct, frozen=True, omit_defaults=True):
     command: str
     missing: dict[str, int] = {}
     machine: str = ""
-    taken: str = ""
 
 
 class Results(msgspec.Struct, frozen=True):

@@ -60,11 +60,8 @@ def sources(rows: Sequence[Row]) -> list[str]:
     found: dict[str, int] = {}
     for row in rows:
         seeds = f", {row.seeds} seeds" if row.seeds > 1 else ""
-        made = f"`{row.command}`, " if row.command else ""
-        if row.taken:
-            text = f"{made}{row.taken}{seeds}, not renewed"
-        else:
-            text = f"{made}commit {row.commit}, {row.date}{seeds}" + (f", {row.machine}" if row.machine else "")
+        machine = f", {row.machine}" if row.machine else ""
+        text = f"`{row.command}`, commit {row.commit}, {row.date}{seeds}{machine}"
         found[text] = found.get(text, 0) + 1
     several = len(found) > 1
     rows_of = {text: f" ({count} row{'s' * (count > 1)})" if several else "" for text, count in found.items()}

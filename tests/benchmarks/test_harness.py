@@ -208,15 +208,13 @@ def test_a_damaged_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_table_has_a_row_a_case_and_says_where_its_figures_come_from() -> None:
-    taken = row_of("large", 20.0, taken="taken from docs/measured.md of commit abc of 2026-01-01")
-    page = pages.written(
-        "<!-- table doubled mm --><!-- end -->", {"doubled": results.results_of(KIND, [row_of("small", 2.0), taken])}
-    )
+    later = replace(row_of("large", 20.0), commit="def")
+    found = {"doubled": results.results_of(KIND, [row_of("small", 2.0), later])}
+    page = pages.written("<!-- table doubled mm --><!-- end -->", found)
     assert page.splitlines()[1:5] == ["| case | mm, mm |", "|---|--:|", "| small | 2.0 (3.0) |", "| large | 20.0 (21.0) |"]
     assert "*`python -m benchmarks doubled`, commit abc, 2026-01-01, 3 seeds (1 row).*" in page
-    assert "taken from docs/measured.md of commit abc of 2026-01-01, 3 seeds, not renewed" in page
-    chosen = pages.written("<!-- table doubled rows=lar --><!-- end -->", {"doubled": results.results_of(KIND, [taken])})
-    assert "| small |" not in chosen
+    assert "*`python -m benchmarks doubled`, commit def, 2026-01-01, 3 seeds (1 row).*" in page
+    assert "| small |" not in pages.written("<!-- table doubled rows=lar --><!-- end -->", found)
 
 
 def test_one_column_of_a_table_goes_across() -> None:
@@ -267,7 +265,7 @@ def test_publishing_stores_the_figures_and_writes_the_pages(folder: Path) -> Non
     assert page.read_text() == 'Twice is <!-- figure doubled "small" mm -->3.0 (4.0)<!-- end -->.\n'
     assert list(pages.stale(results.load_all())) == []
     row = results.load(folder / "doubled.json").row("small")
-    assert (row.seeds, row.command, row.taken) == (3, "python -m benchmarks doubled", "")
+    assert (row.seeds, row.command) == (3, "python -m benchmarks doubled")
     page.write_text(page.read_text().replace("3.0", "1.0"))
     assert [stale for stale, _ in pages.stale(results.load_all())] == [page]
 

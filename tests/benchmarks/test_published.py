@@ -18,6 +18,7 @@ MOST_BYTES = 1_000_000
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system
 
 
+@pytest.mark.slow  # kinds without results are imported
 def test_the_pages_have_the_stored_figures() -> None:
     assert [page.name for page, _ in pages.stale(results.load_all())] == [], "python -m benchmarks --publish writes them"
 

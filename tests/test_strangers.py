@@ -1,4 +1,4 @@
-"""Files and first steps of strangers in which two statements contradict each other: each point and its tests.
+"""Files and first steps of strangers that contradict themselves: each point and its tests.
 
 `python -m tests.test_strangers` runs them all.
 """

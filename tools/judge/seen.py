@@ -1,4 +1,4 @@
-"""Causes of lost poses that cameras and silhouettes show: two people, a scene that was not empty, half a person."""
+"""Causes of lost poses in the pictures: two people, a scene that was not empty, half a person."""
 
 from collections import defaultdict
 

@@ -8,7 +8,7 @@ import msgspec
 
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Column, Figures, Kind, Value, case
 from benchmarks.people.cylinders import MOTIONS, CylinderClip, cylinder_clip
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import TRAINING_FRAMES
@@ -80,15 +80,17 @@ def inputs(one: Case) -> tuple[str, ...]:
 
 def _cases() -> dict[str, Case]:
     """The paper's table; then 100 test frames of the other force law and start, and of a prior of another motion."""
-    found = {}
+    found: dict[str, Case] = {}
     for method in METHODS:
-        laws = LAWS if method != "particle-filter" else (None,)
+        laws: tuple[ForceLaw | None, ...] = LAWS if method != "particle-filter" else (None,)
         for law, start in product(laws, (T_POSE, TRUE_POSE)):
             main = law != LAWS[1] and start == T_POSE
             for motion in MOTIONS:
-                options = ({} if law is None else {"law": law}) | ({} if main else {"tested": FEWER})
+                options: dict[str, Value] = {"method": method, "start": start, "tested": 0 if main else FEWER}
+                if law is not None:
+                    options["law"] = law
                 name = f"{method}{'' if law is None else f', {law}'}, {start}, {'all' if main else FEWER} frames, {motion}"
-                found[name] = case(motion, method=method, start=start, **options)
+                found[name] = case(motion, **options)
     for motion, other in UNFAMILIAR.items():
         found[f"hybrid, unfamiliar motion, {T_POSE}, {FEWER} frames, {motion}"] = case(motion, tested=FEWER, trained=other)
     return found

@@ -4,6 +4,7 @@ import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from benchmarks import __main__ as program
@@ -208,7 +209,7 @@ def test_a_damaged_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_table_has_a_row_a_case_and_says_where_its_figures_come_from() -> None:
-    later = replace(row_of("large", 20.0), commit="def")
+    later = msgspec.structs.replace(row_of("large", 20.0), commit="def")
     found = {"doubled": results.results_of(KIND, [row_of("small", 2.0), later])}
     page = pages.written("<!-- table doubled mm --><!-- end -->", found)
     assert page.splitlines()[1:5] == ["| case | mm, mm |", "|---|--:|", "| small | 2.0 (3.0) |", "| large | 20.0 (21.0) |"]

@@ -18,7 +18,6 @@ REFUSED = {
     "zenocap track walk -o walk.mcap --method joint": "'joint' is not one of",
     "zenocap animator studio.toml --port 70000": "less than or equal to 65535",
     "zenocap replay monday.mcap --rate": "requires an argument",
-    "zenocap export walk.mcap": "Missing parameter: output",
     "zenocap export -o walk.bvh": "Missing parameter: take",
     "zenocap info monday.mcap tuesday.mcap": "unexpected extra argument",
 }

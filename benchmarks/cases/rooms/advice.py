@@ -78,6 +78,8 @@ def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) ->
 def _second(film: Film, scene: Scene, given: Codes, true_codes: Codes, missing: float) -> Second:
     present = set(film.wanted) | {code for code in BY_TRUTH if code in true_codes}
     unknown = set(film.allowed) - present
+    if film.situation.other is not None:
+        unknown.add(A.PEOPLE)
     if missing > LOST:
         present.add(A.HOLES)
     elif missing > WHOLE:

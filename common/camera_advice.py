@@ -91,7 +91,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
     ),
     AdviceCode.PEOPLE: Wording(
         "two people",
-        "two people, or another thing as tall as the person, are in {value:.0f} % of the images",
+        "a second person, or another thing at least half as tall, is in {value:.0f} % of the images",
         "one person at a time: poses are those of one",
     ),
 }

@@ -29,11 +29,11 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{TAKES}/test_evaluate.py::test_a_truth_of_other_sides_or_another_unit_is_doubted",
         f"{TAKES}/test_evaluate_angles.py::test_a_truth_of_another_offset_side_or_unit_is_doubted",
     ),
-    "header against rows: refused, or said": (
+    "header against rows: refused, or noted": (
         f"{FORMATS}/test_trc.py::test_fewer_names_than_columns_and_more_cells_than_names_are_refused",
         f"{FORMATS}/test_trc.py::test_counts_in_the_header_that_contradict_the_rows_are_said",
     ),
-    "missing data as zeros: missing, said once": (
+    "missing data as zeros: missing, noted once": (
         f"{FORMATS}/test_trc.py::test_zeros_are_missing_points_and_said_once",
         f"{FORMATS}/test_c3d_reader.py::test_zeros_with_a_valid_residual_are_missing_and_said_once",
     ),
@@ -68,7 +68,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     ),
     "the empty scene": (
         "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
-        "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_told_apart",
+        "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
     ),
     "setup with another calibration": (

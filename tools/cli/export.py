@@ -166,9 +166,9 @@ def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
 def beside(take: Path, to: str | None) -> Path:
     """Output beside a take that has its name: walk.bvh, or for a format without suffix the folder walk-opensim.
 
-    Raises typer.BadParameter where there is one: what is not named is not replaced.
+    Raises typer.BadParameter for an unknown format, and where there is one: what is not named is not replaced.
     """
-    suffixes = FORMATS.row(to).suffixes if to in FORMATS.names() else (".bvh",)
+    suffixes = (".bvh",) if to is None else chosen_format(take, to).suffixes
     found = take.with_suffix(suffixes[0]) if suffixes else take.with_name(f"{take.stem}-{to}")
     if found.exists():
         raise typer.BadParameter(f"{found} is there already: allowed: -o FILE, which may replace it")

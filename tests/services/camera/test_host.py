@@ -70,15 +70,15 @@ def test_a_second_program_that_answers_for_a_camera_is_found():
     place, film, assign = free_endpoint(), "zenocap-cameras/lab1/film/cam01", "zenocap-cameras/lab1/assign/cam01"
     query = FilmQuery(frame=1, captured_ns=0, what="state", sender="me")
     wish = AssignQuery(frame=1, captured_ns=0, what="state", rig="demo")
-    told = {"frame": 1, "captured_ns": 0, "host": "lab1"}
+    common = {"frame": 1, "captured_ns": 0, "host": "lab1"}
     with ExitStack() as stack:
         true, stranger, own = (
             stack.enter_context(FilmSession.open(options)) for options in (listener(place), client(place), client(place))
         )
         for count, session in enumerate((true, stranger)):
             servers = [
-                session.serve(film, FilmQuery, lambda _: FilmReply(**told, state="idle"), lambda: None),
-                session.serve(assign, AssignQuery, lambda _: AssignReply(**told, state="free"), lambda: None),
+                session.serve(film, FilmQuery, lambda _: FilmReply(**common, state="idle"), lambda: None),
+                session.serve(assign, AssignQuery, lambda _: AssignReply(**common, state="free"), lambda: None),
             ]
             stack.callback(lambda servers=servers: [server.undeclare() for server in servers])
             until(lambda count=count: isinstance(own.ask(film, query, 2.0).get(film), (FilmReply, str)[count]), film)

@@ -122,7 +122,7 @@ def advised(*codes: AdviceCode) -> list[m.Message]:
 @pytest.mark.parametrize(
     ("code", "kind", "words"),
     [
-        (AdviceCode.PEOPLE, "two-people", "camera cam01: two people"),
+        (AdviceCode.PEOPLE, "two-people", "camera cam01: a second person"),
         (AdviceCode.UNCOVERED, "not-empty", "a person or thing"),
     ],
 )

@@ -62,8 +62,9 @@ def test_without_output_a_file_is_written_beside_the_take_and_named(two_view: Pa
         assert status == 0, problems
         assert text.startswith(f"{tmp_path / name}: ")
         assert (tmp_path / name).exists()
-    status, _, problems = zenocap("export", take)
-    assert (status, "walk.bvh is there already" in " ".join(problems.replace("│", " ").split())) == (2, True)
+    for options, problem in (([], "walk.bvh is there already"), (["--to", "bhv"], "--to 'bhv': allowed: ")):
+        status, _, problems = zenocap("export", take, *options)
+        assert (status, problem in " ".join(problems.replace("│", " ").split())) == (2, True)
     assert beside(take, "opensim") == tmp_path / "walk-opensim"
 
 

@@ -102,7 +102,7 @@ def drawn(*places: tuple[int, int]) -> Image:
     ],
     ids=["alone", "two people", "left another place", "left the place of the silhouette"],
 )
-def test_another_person_and_a_place_that_one_has_left_are_told_apart(
+def test_another_person_and_a_place_that_one_has_left_are_distinguished(
     empty: tuple[tuple[int, int], ...], now: tuple[tuple[int, int], ...], mask: tuple[int, int], found: tuple[bool, bool]
 ) -> None:
     silhouette: Mask = np.zeros((120, 200), np.uint8)

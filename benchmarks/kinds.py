@@ -13,7 +13,6 @@ KINDS = Table(
         "table-1": "benchmarks.cases.paper:TABLE_1",
         "table-2": "benchmarks.cases.paper:TABLE_2",
         "replication": "benchmarks.cases.replication:REPLICATION",
-        "regions": "benchmarks.cases.paper:REGIONS",
         "variants": "benchmarks.cases.two_cameras:VARIANTS",
         "bodies": "benchmarks.cases.two_cameras:BODIES",
         "two-view-clips": "benchmarks.cases.two_cameras:TWO_VIEW_CLIPS",

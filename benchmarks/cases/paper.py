@@ -1,4 +1,4 @@
-"""Tables I and II of [Hybrid VI, VII] on shared clips, and errors by regions of the prior."""
+"""Tables I and II of [Hybrid VI, VII] on shared clips."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,6 @@ import numpy as np
 
 from benchmarks.cases import clips
 from benchmarks.harness.case import Case, Column, Figures, Kind, case
-from benchmarks.people.priors import KINDS
 from benchmarks.people.tracker import TrackedPath, errors, trajectories
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.formats.angle_series import angle_series
@@ -21,7 +20,6 @@ MOTIONS = {"walk7": "walking", "jog7": "jogging", "box7": "boxing"}
 METHODS = ("hybrid", "image-force", "particle-filter")
 PRESETS = ("default", "paper")
 UNFAMILIAR = {"walk7": "boxing", "jog7": "boxing", "box7": "walking"}  # shipped priors of another motion
-COUNTS = (5, 10, 20, 40, 80)  # regions
 PAPER_RMSE_MM = {
     "hybrid": (8.57, 16.77, 30.75),
     "image-force": (13.56, 666.56, 587.75),
@@ -117,23 +115,5 @@ TABLE_2 = Kind(
     },
     SMALL,
     rows="preset, method, motion",
-    inputs=clips.inputs,
-)
-REGIONS = Kind(
-    "regions",
-    "[Hybrid Fig. 8]: errors on the test frames by the number of regions of a prior of simulated people, seven views, "
-    "refined by least squares under both presets.",
-    run,
-    COLUMNS,
-    {
-        f"{motion}, {preset}, M = {count}": case(
-            clip, preset=preset, prior=f"actor:{KINDS[clip]}@{count}", refinement="gauss-newton", test=True
-        )
-        for clip, motion in MOTIONS.items()
-        for preset in PRESETS
-        for count in COUNTS
-    },
-    SMALL,
-    rows="motion, preset, regions",
     inputs=clips.inputs,
 )

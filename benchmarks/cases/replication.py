@@ -1,6 +1,7 @@
-"""Table II of [Hybrid VII] anew: people who are the model, exact silhouettes, the paper's numbers of frames."""
+"""Table II and figures of [Hybrid] anew: people who are the model, exact silhouettes, as many frames as in the paper."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import cast
 
@@ -8,11 +9,13 @@ import msgspec
 
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg
-from benchmarks.harness.case import Case, Column, Figures, Kind, Value, case
-from benchmarks.people.cylinders import MOTIONS, CylinderClip, cylinder_clip
+from benchmarks.harness.cache import content
+from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, Value, case
+from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import TRAINING_FRAMES
 from benchmarks.people.tracker import TrackedPath, errors, track_clip, trajectories
+from tests.support.stored import stored
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS, ForceLaw
 from zenocap.services.tracker.body.body_model import RootedPose
@@ -32,12 +35,11 @@ def run(one: Case) -> Figures:
     """Errors on the test frames, and the paper's.
 
     Options: method, law, start (T-pose, then all frames; or true body and pose before the first test frame), tested
-    (number of test frames, 0 for the paper's), trained (motion that trains the prior, "" for the tested one).
+    (number of test frames, 0 for the paper's), trained (motion that trains the prior, "" for the tested one), regions.
     """
     motion, method = one.film, one.option("method", "hybrid")
-    clip = clip_of(one)
-    first = clip.film.motion_from
-    path, truth = tracked(one, clip, first), clip.film.truth
+    film, path = clip_of(one).film, tracked(one)
+    first, truth = film.motion_from, film.truth
     found = errors(path, truth, first) | {"paper": PAPER_RMSE_MM[method][list(MOTIONS).index(motion)]}
     if "mean" in found:
         found["angles"] = angle_rmse_deg(angle_curves(trajectories(path, truth.rate, first), truth, first))
@@ -46,14 +48,17 @@ def run(one: Case) -> Figures:
 
 
 def clip_of(one: Case) -> CylinderClip:
-    seed, trained = PEOPLE[one.seed % len(PEOPLE)], one.option("trained", "")
-    clip = cylinder_clip(one.film, seed, one.option("tested", 0) or None)
-    return replace(clip, prior=cylinder_clip(trained, seed, 1).prior) if trained else clip
+    return cylinder_clip(one.film, _person(one), one.option("tested", 0) or None)
 
 
-def tracked(one: Case, clip: CylinderClip, first: int) -> TrackedPath:
-    """The track of a case.  first: number of the first test frame."""
-    setup = setup_of(one, clip)
+def tracked(one: Case) -> TrackedPath:
+    """The track of a case, made once for the table and the figures."""
+    return stored(partial(_tracked, one), one, [content(SHARED / name) for name in inputs(one)], sources=(__name__,))
+
+
+def _tracked(one: Case) -> TrackedPath:
+    clip = clip_of(one)
+    setup, first = setup_of(one, clip), clip.film.motion_from
     if one.option("start", T_POSE) == T_POSE:
         return track_clip(clip.film, setup)
     pose, before = RootedPose.of(TEN_PARTS, clip.body, clip.poses[first - 1]), clip.film.instants[first - 1]
@@ -70,8 +75,13 @@ def setup_of(one: Case, clip: CylinderClip) -> TrackerSetup:
         method=method, particles=PARTICLES[method], points=POINTS, iterations=ITERATIONS[refinement], seed=one.seed,
         refinement=refinement, filter=msgspec.structs.replace(preset.filter, force_law=law),
     )  # fmt: skip
-    prior = clip.prior if method == "hybrid" else None
+    trained = one.option("trained", "") or one.film
+    prior = prior_of(trained, _person(one), one.option("regions", REGIONS)) if method == "hybrid" else None
     return TrackerSetup(TEN_PARTS, clip.film.cameras, clip.film.frame_ns, prior, options)
+
+
+def _person(one: Case) -> int:
+    return PEOPLE[one.seed % len(PEOPLE)]
 
 
 def inputs(one: Case) -> tuple[str, ...]:
@@ -79,7 +89,8 @@ def inputs(one: Case) -> tuple[str, ...]:
 
 
 def _cases() -> dict[str, Case]:
-    """The paper's table; then 100 test frames of the other force law and start, and of a prior of another motion."""
+    """The paper's table; then 100 test frames of the other force law and start, other numbers of regions and a prior of
+    another motion."""
     found: dict[str, Case] = {}
     for method in METHODS:
         laws: tuple[ForceLaw | None, ...] = LAWS if method != "particle-filter" else (None,)
@@ -91,6 +102,9 @@ def _cases() -> dict[str, Case]:
                     options["law"] = law
                 name = f"{method}{'' if law is None else f', {law}'}, {start}, {'all' if main else FEWER} frames, {motion}"
                 found[name] = case(motion, **options)
+    for count, motion in product((count for count in COUNTS if count != REGIONS), MOTIONS):
+        name = f"hybrid, M = {count}, {TRUE_POSE}, {FEWER} frames, {motion}"
+        found[name] = case(motion, start=TRUE_POSE, tested=FEWER, regions=count)
     for motion, other in UNFAMILIAR.items():
         found[f"hybrid, unfamiliar motion, {T_POSE}, {FEWER} frames, {motion}"] = case(motion, tested=FEWER, trained=other)
     return found
@@ -100,7 +114,8 @@ REPLICATION = Kind(
     "replication",
     "[Hybrid Table II] where it can be fair: three adults who are the ten-part model, flat-ended cylinders in seven "
     "views of 640×480 and moved by motion capture; preset `paper`, a prior of the 100 frames before the test frames. All: "
-    "as many test frames as in the paper. Unfamiliar: a prior of boxing, for boxing of walking.",
+    "as many test frames as in the paper. Unfamiliar: a prior of boxing, for boxing of walking. M: regions of the prior, "
+    "else 20.",
     run,
     (*COLUMNS, Column("of the paper's", digits=1)),
     _cases(),

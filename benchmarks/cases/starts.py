@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -208,10 +209,10 @@ def _crossed(subject: Person) -> list[PersonPose]:
     return _moves((neutral(subject), before, neutral(subject)), MOVING)
 
 
-def _side(subject: Person) -> list[PersonPose]:
+def _one_then_both(raised: tuple[float, float, float, float], subject: Person) -> list[PersonPose]:
+    """The right arm at these angles, then both."""
     upper, flexed, turned, elbow = np.degrees(neutral(subject).arms[0]).tolist()
-    forward = (5.0, 85.0, 0.0, 5.0)
-    one, both = _arms(subject, forward, (upper, flexed, turned, elbow)), _arms(subject, forward, forward)
+    one, both = _arms(subject, raised, (upper, flexed, turned, elbow)), _arms(subject, raised, raised)
     return _moves((neutral(subject), one, both, neutral(subject)), MOVING)
 
 
@@ -221,7 +222,8 @@ def _turn(subject: Person) -> list[PersonPose]:
 
 
 SCENARIOS: Mapping[str, Callable[[Person], list[PersonPose]]] = {
-    "jump": _jump, "crossed": _crossed, "side": _side, "turn": _turn,
+    "jump": _jump, "crossed": _crossed, "turn": _turn, "side": partial(_one_then_both, (5, 85, 0, 5)),
+    "half": partial(_one_then_both, (5, 45, 0, 5)), "bent": partial(_one_then_both, (5, 45, 0, 90)),
 }  # fmt: skip
 COUNTS = tuple(Column(name, digits=0, joined="sum") for name in ("takes", "started", "turned at first", "turned round"))
 STARTS = Kind(
@@ -281,7 +283,7 @@ CONFIDENCE = Kind(
 )
 LIMITS = Kind(
     "limits",
-    "Four limits that [Two-view] admits, as scenarios of five simulated people, two cameras at 320×240. Wrong: limbs with "
+    "Limits that [Two-view] admits, as scenarios of five simulated people, two cameras at 320×240. Wrong: limbs with "
     "a joint more than 150 mm off; reversed: frames with a heading more than 90° off; again: frames after a jump until "
     "all limbs are right.",
     run_limits,
@@ -292,6 +294,8 @@ LIMITS = Kind(
             ("jump", "arms raised within one frame"),
             ("crossed", "forearms before the chest"),
             ("side", "one arm forward, then both"),
+            ("half", "one arm half raised, then both"),
+            ("bent", "one bent arm, then both"),
             ("turn", "once around on the spot"),
         )
         for name, method in (

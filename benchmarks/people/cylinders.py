@@ -5,7 +5,7 @@ Their motion is that of motion capture files.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import cv2
@@ -38,6 +38,7 @@ from zenocap.simulation.ground_truth import true_bdp
 MOTIONS = {"walking": "07_01", "jogging": "02_03", "boxing": "02_05"}  # files of `SHARED`
 TEST_FRAMES = {"walking": 433, "jogging": 393, "boxing": 377}  # [Hybrid Table I]
 REGIONS = 20  # [Hybrid VI]
+COUNTS = (5, 10, 20)  # of Fig. 4 and 8; 40 and 80 need more than 100 training frames
 SIZE, VIEWS, CORNERS = (640, 480), 7, 64  # px; cameras; points of an ellipse, which is then exact to 0.1 % of its radius
 T_POSE_S, LOWERING_S = 0.5, 1.5
 FROM_S = 0.05  # of a file, whose first frame is often a rest pose
@@ -46,27 +47,33 @@ CYCLE_S = 0.5  # the shortest part of a file that is repeated
 
 @dataclass(frozen=True)
 class CylinderClip:
-    """film: silhouettes and joint centres.  body: the person.  poses: by frame.  prior: of the training frames."""
+    """film: silhouettes and joint centres.  body: the person.  poses: by frame."""
 
     film: SimulatedClip
     body: Bdp
     poses: tuple[Pose, ...]
-    prior: Prior
 
 
 def cylinder_clip(motion: str, seed: int, tested: int | None = None) -> CylinderClip:
-    """T-pose, then as many test frames of a motion as in the paper, by the person of a seed.  tested: their number.
-
-    The prior is trained by the frames of the motion just before, which are not filmed.
-    """
-    body = true_bdp(person(seed))
+    """T-pose, then as many test frames of a motion as in the paper, by the person of a seed.  tested: their number."""
     count = TEST_FRAMES[motion] if tested is None else tested
-    every = repeated_motion(SHARED / motion_file(MOTIONS[motion]), body, TRAINING_FRAMES + TEST_FRAMES[motion])
-    training, performed = every[:TRAINING_FRAMES], every[TRAINING_FRAMES:][:count]
+    body, (_, performed) = true_bdp(person(seed)), _training_and_test(motion, seed)
     opening = _opening(body, performed[0])
-    poses = (*opening, *performed)
-    prior = stored(partial(_trained, motion, training), motion, seed, "prior", sources=(__name__,))
-    return CylinderClip(_film(f"{motion}-{count}", seed, body, poses, len(opening)), body, poses, prior)
+    poses = (*opening, *performed[:count])
+    return CylinderClip(_film(f"{motion}-{count}", seed, body, poses, len(opening)), body, poses)
+
+
+def prior_of(motion: str, seed: int, regions: int = REGIONS) -> Prior:
+    """Prior of the frames of a motion just before the test frames, which are not filmed.  It has the errors of COUNTS."""
+    training, _ = _training_and_test(motion, seed)
+    return stored(partial(_trained, motion, training, regions), motion, seed, regions, "prior", sources=(__name__,))
+
+
+@cache
+def _training_and_test(motion: str, seed: int) -> tuple[list[Pose], list[Pose]]:
+    count = TRAINING_FRAMES + TEST_FRAMES[motion]
+    poses = repeated_motion(SHARED / motion_file(MOTIONS[motion]), true_bdp(person(seed)), count)
+    return poses[:TRAINING_FRAMES], poses[TRAINING_FRAMES:]
 
 
 def repeated_motion(path: Path, body: Bdp, count: int) -> list[Pose]:
@@ -129,8 +136,8 @@ def _opening(body: Bdp, first: Pose) -> list[Pose]:
     return [between[0]] * round(T_POSE_S * CYCLE_FPS) + between
 
 
-def _trained(name: str, poses: Sequence[Pose]) -> Prior:
-    plan = TrainingPlan(rate=CYCLE_FPS, regions=REGIONS, candidates=(REGIONS,))
+def _trained(name: str, poses: Sequence[Pose], regions: int) -> Prior:
+    plan = TrainingPlan(rate=CYCLE_FPS, regions=regions, candidates=COUNTS)
     return train(coordinates_of(TEN_PARTS), [motion_of(name, CYCLE_FPS, TEN_PARTS, list(poses))], [], plan)
 
 

@@ -1,21 +1,15 @@
-"""Pictures of one frame: the captured view, and estimated and true joints over the silhouette.  [Hybrid Fig. 5]"""
+"""Pictures of one frame: estimated and true joints over the silhouette.  [Hybrid Fig. 5]"""
 
 import cv2
 import numpy as np
 
-from benchmarks.people.shared_clips import Clip
-from benchmarks.people.tracker import TrackedPath, trajectories
-from zenocap.common.arrays import Floats, Image
+from benchmarks.people.tracker import Film, TrackedPath, trajectories
+from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.runtime.clock import ManualClock
-from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.parameters import EPOCH_NS
 
 ESTIMATED, TRUTH = "#009e3d", "#e02020"  # as in the paper
 SILHOUETTE = 215  # grey level
-VIEW = 0  # index of the viewer
 SIZE_PX = (230, 330)  # width, height of the cut-out
 MARGIN_PX = 20  # around the person
 WIDTHS_PX = 7, 3  # of the lines: truth, estimate
@@ -26,28 +20,19 @@ BONES = (
 )  # fmt: skip
 
 
-def captured_view(clip: Clip, frame: int) -> Image:
-    """Cut-out (height, width, 3) RGB of the captured image around the person.  Raises ValueError without that frame."""
-    viewer = clip.rig.viewers[VIEW]
-    for source_frame in open_source(viewer, Playback(EPOCH_NS, ManualClock(EPOCH_NS), live=False)):
-        if source_frame.frame == frame and not source_frame.initial:
-            smooth = cv2.bilateralFilter(source_frame.image, 9, 60, 7)  # noise enlarges the file
-            return _cut(clip, frame, np.asarray(cv2.cvtColor(smooth, cv2.COLOR_BGR2RGB), np.uint8))
-    raise ValueError(f"clip {clip.name}: no frame {frame} of viewer {viewer.id}")
-
-
-def pose_view(clip: Clip, frame: int, path: TrackedPath) -> Image:
-    """Cut-out (height, width, 3) RGB of the silhouette, with the joints of the truth and of the path if it has a pose."""
-    viewer = clip.rig.viewers[VIEW]
-    mask = _mask(clip, frame)
+def pose_view(clip: Film, frame: int, path: TrackedPath) -> Image:
+    """Cut-out (height, width, 3) RGB of the first view: silhouette, joints of the truth, and of the path if any."""
+    view, camera = next(iter(clip.cameras.items()))
+    (instant,) = (one for one in clip.instants if one.captured_ns >= 0 and one.frame == frame)
+    mask = clip.masks(instant, {view: camera})[view]
     image = np.where(mask[..., None] != 0, SILHOUETTE, 255).astype(np.uint8).repeat(3, axis=2)
     tracks = [(clip.truth, TRUTH)]
     if path.poses:
         tracks.append((trajectories(path, clip.truth.rate), ESTIMATED))
     for (track, colour), width in zip(tracks, WIDTHS_PX, strict=False):
-        for one, other in _bones_px(track, frame, viewer.camera):
+        for one, other in _bones_px(track, frame, camera):
             cv2.line(image, one, other, _rgb(colour), width, cv2.LINE_AA)
-    return _cut(clip, frame, image)
+    return _cut(mask, image)
 
 
 def _bones_px(track: Trajectories, frame: int, camera: Camera) -> list[tuple[tuple[int, int], tuple[int, int]]]:
@@ -60,20 +45,14 @@ def _bones_px(track: Trajectories, frame: int, camera: Camera) -> list[tuple[tup
     return [(ends[one], ends[other]) for one, other in BONES]
 
 
-def _cut(clip: Clip, frame: int, image: Image) -> Image:
+def _cut(mask: Mask, image: Image) -> Image:
     """Part of SIZE_PX of an image around the silhouette, shrunk if the person is larger."""
-    rows, columns = np.nonzero(_mask(clip, frame))
+    rows, columns = np.nonzero(mask)
     middle = np.array([columns.min() + columns.max(), rows.min() + rows.max()]) / 2
     scale = max(1.0, (np.ptp(columns) + MARGIN_PX) / SIZE_PX[0], (np.ptp(rows) + MARGIN_PX) / SIZE_PX[1])
     size = tuple(round(scale * side) for side in SIZE_PX)
     cut = cv2.getRectSubPix(image, size, (float(middle[0]), float(middle[1])))
     return np.asarray(cut if scale == 1.0 else cv2.resize(cut, SIZE_PX, interpolation=cv2.INTER_AREA), np.uint8)
-
-
-def _mask(clip: Clip, frame: int) -> Image:
-    viewer = clip.rig.viewers[VIEW].id
-    (instant,) = (one for one in clip.instants if one.captured_ns >= 0 and one.frame == frame)
-    return clip.masks(instant, [viewer])[viewer]
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM
 from benchmarks.cases.replication import FEWER, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE
-from benchmarks.people.cylinders import CYCLE_FPS, CYCLE_S, MOTIONS, TEST_FRAMES, silhouette
+from benchmarks.people.cylinders import COUNTS, CYCLE_FPS, CYCLE_S, MOTIONS, REGIONS, TEST_FRAMES, silhouette
 from benchmarks.people.cylinders import _cycle as cycle
 from benchmarks.people.simulated_clips import cameras_of
 from tests.support.two_view_scene import BDP, angles
@@ -53,7 +53,7 @@ def test_a_short_motion_goes_on_without_a_leap() -> None:
 
 
 def test_the_replication_has_all_methods_laws_and_starts_and_the_papers_table_has_its_numbers_of_frames() -> None:
-    own = [one for one in REPLICATION.cases.values() if not one.option("trained", "")]
+    own = [one for one in REPLICATION.cases.values() if not (one.option("trained", "") or one.option("regions", 0))]
     cases = [(one.option("method", ""), one.option("law", ""), one.option("start", "")) for one in own]
     expected = {(name, law, start) for name in METHODS[:2] for law in LAWS for start in (T_POSE, TRUE_POSE)}
     assert set(cases) == expected | {(METHODS[2], "", start) for start in (T_POSE, TRUE_POSE)}
@@ -64,6 +64,8 @@ def test_the_replication_has_all_methods_laws_and_starts_and_the_papers_table_ha
     assert {one.option("tested", 0) for one in own} == {0, FEWER}
     assert all(("all frames" in name) == (one.option("tested", 0) == 0) for name, one in REPLICATION.cases.items())
     assert all(one.option("trained", one.film) != one.film for one in REPLICATION.selected(["unfamiliar"]).values())
+    counts = {one.option("regions", REGIONS) for one in REPLICATION.cases.values()}
+    assert counts == set(COUNTS)
     assert set(PAPER_RMSE_MM) == set(METHODS)
     assert TEST_FRAMES == {"walking": 433, "jogging": 393, "boxing": 377}
     assert len(PEOPLE) == REPLICATION.seeds

@@ -4,14 +4,20 @@ import json
 import logging
 import socket
 from collections.abc import Mapping
+from contextlib import closing
 from unittest.mock import Mock
 
+import msgspec
+import numpy as np
 import pytest
 
+from tests.services.animator.outputs.test_vmc import Marionette
 from tests.support.command_receivers import udp_receiver
-from tests.support.virtual_actors import stretched
+from tests.support.virtual_actors import BODIES, START_NS, stretched
+from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.conversion import bdp_of, body_of
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs import lsl
 from zenocap.services.animator.outputs.output_group import OutputGroup, has_outputs, open_outputs
@@ -85,3 +91,33 @@ def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: p
     assert outputs.counts() == {"broken_sent": 3, "broken_errors": 6, "udp_sent": 5}
     warned = [record.getMessage().split(":")[0] for record in caplog.records if record.levelno > logging.INFO]
     assert warned == ["animator.broken nowhere"] * 2
+
+
+@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("size", [0.0, 10.0])
+@pytest.mark.parametrize("place", [1e3, -1e3])
+@pytest.mark.parametrize("angle", [0.0, 50.0, -50.0])
+def test_values_at_the_ends_of_the_bus_ranges_reach_receivers_as_numbers(
+    name: str, size: float, place: float, angle: float
+) -> None:
+    """A stranger on an open network can send such bodies and poses."""
+    anatomy, bdp = BODIES[name]
+    usual = body_of(anatomy, bdp)
+    sizes, offsets = dict.fromkeys(usual.sizes, (size,) * 3), dict.fromkeys(usual.offsets, (place,) * 3)
+    hostile = bdp_of(anatomy, msgspec.structs.replace(usual, sizes=sizes, offsets=offsets))
+    pose = Pose(np.full(3, place), np.full(len(anatomy.angles), angle))
+    actor = ActorPose(0, START_NS, START_NS, "tracker", anatomy, hostile, pose)
+    with closing(Marionette()) as receiver, udp_receiver() as listening:
+        tables = {
+            "vmc": VmcTable(port=receiver.port), "vrchat": VrchatTable(port=receiver.port),
+            "udp": UdpTable(port=listening.getsockname()[1]),
+        }  # fmt: skip
+        with closing(open_outputs(AnimatorTable(outputs=tables), "studio", CLOCK)) as outputs:
+            outputs.send(actor, None)
+            receiver.listen()
+            found = [np.array([one for one in row if not isinstance(one, str)]) for row in receiver.values.values()]
+            assert len(receiver.bones) > 9
+            assert all(np.isfinite(row.astype(float)).all() for row in [*found, *receiver.bones.values()])
+            numbers = json.loads(listening.recv(65536), parse_constant=lambda text: pytest.fail(text))["joints"].values()
+            assert np.isfinite(np.array(list(numbers))).all()
+            assert not any("error" in count for count in outputs.counts())

@@ -156,6 +156,10 @@ class ChildProcesses:
             child.process = self._spawn(child.arguments)
         except InterruptedError:  # the launcher is to stop
             return
+        except OSError as error:  # such as a full table of files or processes, which may pass
+            child.starts += 1
+            self._again(child, f"cannot be started: {error.strerror or error}", FAILED, 0.0)
+            return
         child.started_s, child.due_s = self._clock(), None
         child.starts += 1
         if child.starts > 1:
@@ -176,7 +180,10 @@ class ChildProcesses:
             child.status = 0
             self._lines.put(f"{child.name}: finished")
             return
-        runtime_s = self._clock() - child.started_s
+        self._again(child, _exit_text(status), status, self._clock() - child.started_s)
+
+    def _again(self, child: ChildProcess, what: str, status: int, runtime_s: float) -> None:
+        """Start a process again after a pause, or give it up.  what: became of it."""
         child.last_status = status
         child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
@@ -185,13 +192,14 @@ class ChildProcesses:
         first_failed = status > 0 and status not in WITHOUT_FAILURE and child.starts == 1 and child.quick_failures
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):
             child.status = status or FAILED
-            self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
+            child.due_s = None
+            self._lines.put(f"{child.name}: {what} after {runtime_s:.1f} s; not started again")
             return
         pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 1), LONGEST_PAUSE_S)
         if not child.quick_failures:
             pause_s = SETTLED_PAUSE_S
         child.due_s = self._clock() + pause_s
-        self._lines.put(f"{child.name}: {_exit_text(status)}; starting it again in {pause_s:g} s")
+        self._lines.put(f"{child.name}: {what}; starting it again in {pause_s:g} s")
 
 
 def _exit_text(status: int) -> str:

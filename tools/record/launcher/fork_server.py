@@ -128,7 +128,12 @@ class ForkServer:
         self._requests += 1
         request = self._requests
         stdin_there, stdin_here = os.pipe()
-        stderr_here, stderr_there = os.pipe()
+        try:
+            stderr_here, stderr_there = os.pipe()
+        except OSError:
+            os.close(stdin_there)
+            os.close(stdin_here)
+            raise
         stdin, stderr = os.fdopen(stdin_here, "wb", 0), os.fdopen(stderr_here, encoding="utf-8", errors="replace")
         try:
             message = json.dumps([request, arguments]).encode()

@@ -1,5 +1,6 @@
 """ChildProcesses: restarts after growing pauses, limit of failed starts, no leftovers."""
 
+import errno
 import io
 import signal
 import subprocess
@@ -45,14 +46,18 @@ class FakeProcess:
 class Harness:
     """ChildProcesses with fake processes and a manual clock."""
 
-    def __init__(self, names: Sequence[str] = ("viewer 1",)) -> None:
+    def __init__(self, names: Sequence[str] = ("viewer 1",), refused: OSError | None = None) -> None:
+        """refused: what a start raises."""
         self.now_s = 0.0
         self.started: list[FakeProcess] = []
+        self.refused = refused
         commands = [(name, [name]) for name in names]
         self.children = ChildProcesses(commands, lambda: self.now_s, self._start, ["viewer of a video"])
         self.children.start()
 
     def _start(self, arguments: Sequence[str]) -> FakeProcess:
+        if self.refused is not None:
+            raise self.refused
         self.started.append(FakeProcess())
         return self.started[-1]
 
@@ -65,6 +70,22 @@ class Harness:
         self.started[-1].status = status
         self.pass_time(after_s)
         return "\n".join(self.children.lines())
+
+
+def test_a_machine_that_starts_no_process_is_tried_again_or_named_at_once() -> None:
+    full = OSError(errno.EMFILE, "Too many open files")
+    first = Harness(["viewer 1", "viewer 2"], full)
+    assert [child.name for child in first.children.given_up] == ["viewer 1", "viewer 2"]
+    assert "viewer 2: cannot be started: Too many open files after 0.0 s; not started again" in first.children.lines()
+    harness = Harness()
+    harness.end_newest(-9, SETTLED_S)
+    harness.refused = full
+    harness.pass_time(0.2)
+    assert "cannot be started: Too many open files; starting it again in 0.5 s" in "\n".join(harness.children.lines())
+    harness.refused = None
+    harness.pass_time(0.6)
+    assert len(harness.started) == 2
+    assert harness.children.given_up == []
 
 
 def test_killed_process_is_restarted_after_a_pause() -> None:

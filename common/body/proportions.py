@@ -89,7 +89,7 @@ def body_from_paper_lengths(anatomy: Anatomy, lengths: Mapping[str, float], tors
         "head": (lengths["head"], 0.2 * width, 0.16 * width),
         "upper_arm": (lengths["arm"] / 2, arm_radius, arm_radius),
         "lower_arm": (lengths["arm"] / 2, arm_radius, arm_radius),
-        # Paper (corrected): the long radius is printed as the smaller one; 0.2 W across fits the front view.
+        # Paper (open): of which axis the legs' radii are; 0.2 W across fits the front view.
         "upper_leg": (leg, 0.2 * width, 0.36 * width),
         "lower_leg": (leg, 0.2 * width, 0.36 * width),
     }

@@ -5,6 +5,8 @@ subtraction; elsewhere, and at the edge of the person, the subtraction is kept. 
 results the last one counts for the pixels that have not changed since the image that it was computed from.
 """
 
+# Paper (added): [Two-view 1] has the subtraction alone; with `people = true` a network overrules it.
+
 from dataclasses import dataclass
 from typing import Final
 

@@ -35,9 +35,9 @@ FIRST_VIEW_GAIN = 0.5  # share of the angle to the first viewer in choosing fron
 TURN_COST = 0.02  # log matching score of a turn by one step of YAW_OFFSETS, against noise; clips
 FACING_COST = 0.2  # log matching score of standing 45 degrees off the axis of the facade viewer; clips
 MOST_TURN = radians(12)  # rad per frame; chosen by hand
-SQUAT_LIFTED_M = 0.10  # m, lowering of the navel in a squat with both legs near the stance; chosen by hand
+SQUAT_LIFTED_M = 0.10  # m, lowering of the navel in a squat with both legs straight down; chosen by hand
 SQUAT_M = 0.04  # m, the same in another squat; chosen by hand
-STANCE_TOLERANCE = radians(5)  # rad; paper 4.4: 175 to 180 degrees, here about the initial stance
+STRAIGHT_LEG = radians(5)  # rad from straight down; paper 4.4: 175 to 180 degrees, here to both sides
 
 # Limbs  [Two-view 4.4]
 ALONG_ARM, ALONG_LEG, ALONG_SQUAT = 0.1, 0.03, 0.3  # weight of a direction along its view axis, 1 across it; by hand

@@ -82,7 +82,7 @@ class AssignedRootPose:
 class IntegratedPerson:
     """The tracked person.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
 
-    height: of the navel in the T-pose, metres.  stance: theta_Z of the hips from straight down there, radians.
+    height: of the navel in the T-pose, metres.
     exchange: evidence that the legs are exchanged.  backwards: recent distance walked backwards, metres.
     toes: by viewer, recent distance of the feet from the shins, metres to the right of the image.
     """
@@ -91,7 +91,6 @@ class IntegratedPerson:
     pose: Pose
     placed: tuple[AssignedRootPose, ...]
     height: float
-    stance: float = 0.0
     exchange: float = 0.0
     backwards: float = 0.0
     toes: Mapping[str, float] = field(default_factory=dict)

@@ -1,5 +1,7 @@
 """A forest of decision trees over the description of a segment: how many trees vote for each posture."""
 
+# Paper (replaced): [Two-view 5.2] takes the likeliest model; by default a forest decides on the whole segment.
+
 from dataclasses import dataclass
 
 import numpy as np

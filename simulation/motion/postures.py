@@ -24,7 +24,7 @@ from zenocap.simulation.motion.footsteps import walk
 from zenocap.simulation.motion.posture_style import POSTURES as POSTURES
 from zenocap.simulation.motion.posture_style import PostureStyle, posture_style
 
-# Paper (open): Fig. 16 of [Two-view] shows the postures and no text describes them; these are our reading of the figure.
+# Paper (open): the postures of [Two-view Fig. 16], which our text lacks; our choice within the five movements of 5.
 Course = Callable[[float], PersonPose]
 
 

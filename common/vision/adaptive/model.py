@@ -1,5 +1,7 @@
 """Adaptive model of a room: background, candidates, people; its start from first frames."""
 
+# Paper (added): [Two-view 1] has a fixed model of an empty room.
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -28,7 +28,7 @@ def arbitrate(first: Claim, second: Claim) -> tuple[View, View]:
     When one viewer changes, the change holds if it is further past its threshold than the other viewer is from its own:
     cases 1 to 4 of the paper, symmetric in the viewers.  Two changes to opposite views hold.
     """
-    # Paper (open): 4.3 does not define changes of both; to one view both stay, to opposite views both change.
+    # Paper (open): 4.3 does not define changes of both; both hold, as the views are then opposite again.
     if first.changes == second.changes:
         if first.own != second.own:
             return first.own, second.own

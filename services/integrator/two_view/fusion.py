@@ -71,7 +71,7 @@ def _selected(
     """(angles,) each from the view that determines it; `before` (angles,): all others."""
     by_view = {bap.view: angles_of(setup.anatomy, bap.angles, before) for bap in baps.values()}
     facade, flank = by_view.get("facade", before), by_view.get("flank", before)
-    return select_angles(facade, flank, limbs_of(setup.anatomy), placed.squatting, person.stance)
+    return select_angles(facade, flank, limbs_of(setup.anatomy), placed.squatting)
 
 
 def _placed(setup: IntegratorSetup, person: IntegratedPerson, captured_ns: int) -> AssignedRootPose | None:

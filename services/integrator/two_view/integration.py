@@ -47,11 +47,11 @@ def integrate_limbs(views: Sequence[ViewedLimbs], resting: Floats, squatting: bo
     return merged
 
 
-def select_angles(facade: Floats, flank: Floats, table: Sequence[LimbIndex], squatting: bool, stance: float) -> Floats:
+def select_angles(facade: Floats, flank: Floats, table: Sequence[LimbIndex], squatting: bool) -> Floats:
     """(angles,) radians: each angle of a limb from the view that determines it.  [Two-view 4.4]
 
     facade, flank: (angles,) of each viewer.  table: limbs, in the order of the anatomy.  squatting: the facade viewer has
-    bent the knees.  stance: angle of the legs from straight down in the T-pose, radians.
+    bent the knees.
     """
     angles = flank.copy()
     for limb in table:
@@ -59,9 +59,9 @@ def select_angles(facade: Floats, flank: Floats, table: Sequence[LimbIndex], squ
         if not limb.is_leg:
             angles[limb.y], angles[limb.flexion] = facade[limb.y], facade[limb.flexion]
             continue
-        # Paper (corrected): 175 to 180 degrees in 4.4 fails for a wider stance; here 5 degrees about the initial stance.
+        # Paper (corrected): 175 to 180 degrees in 4.4; a leg may be on either side of straight down, here 175 to 185.
         # Paper (replaced): by 4.4 theta_Z alone decides; here a leg also counts as lifted while the navel is not lowered.
-        lifted = abs(abs(float(facade[limb.z]) - pi) - stance) < parameters.STANCE_TOLERANCE
+        lifted = abs(float(facade[limb.z]) - pi) < parameters.STRAIGHT_LEG
         if squatting and not lifted:
             angles[limb.x], angles[limb.flexion] = facade[limb.x], facade[limb.flexion]
     return angles
@@ -72,15 +72,14 @@ def is_lowered(navel_height: float, initial_height: float) -> bool:
     return navel_height < initial_height
 
 
-def is_squatting(navel_height: float, initial_height: float, hips_z: tuple[float, float], stance: float) -> bool:
+def is_squatting(navel_height: float, initial_height: float, hips_z: tuple[float, float]) -> bool:
     """True when a lowered navel means squatting rather than a lifted leg.  [Two-view 4.4]
 
-    navel_height, initial_height: metres.  hips_z: theta_Z of right and left hip in the facade; stance: their angle from
-    straight down in the T-pose, radians.
+    navel_height, initial_height: metres.  hips_z: theta_Z of right and left hip in the facade, radians.
     """
-    # Paper (replaced): in 3.4 any lowering is a squat; here by more than a threshold, which depends on the stance.
-    near_stance = all(abs(abs(z - pi) - stance) < parameters.STANCE_TOLERANCE for z in hips_z)
-    return navel_height < initial_height - (parameters.SQUAT_LIFTED_M if near_stance else parameters.SQUAT_M)
+    # Paper (replaced): in 3.4 any lowering is a squat; here by more than a threshold, which depends on the legs.
+    straight = all(abs(z - pi) < parameters.STRAIGHT_LEG for z in hips_z)
+    return navel_height < initial_height - (parameters.SQUAT_LIFTED_M if straight else parameters.SQUAT_M)
 
 
 def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: float) -> float:

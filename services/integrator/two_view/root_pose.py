@@ -59,7 +59,7 @@ def assign_pose(
     hips = tuple(float(person.pose.angles[index[f"{side}_hip.z"]]) for side in ("right", "left"))
     squatting = is_lowered(float(position[1]), person.height)
     if "merging" in added:
-        squatting = is_squatting(float(position[1]), person.height, (hips[0], hips[1]), person.stance)
+        squatting = is_squatting(float(position[1]), person.height, (hips[0], hips[1]))
     placed = AssignedRootPose(frames.captured_ns, position, yaw, lean, roll, squatting, views, stale)
     person = replace(person, placed=(*person.placed, placed)[-parameters.ASSIGNMENTS_KEPT :], backwards=backwards)
     numbers = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}

@@ -5,6 +5,8 @@ that of the frame before.  The sequence of choices with the least sum is found b
 change happens where both directions agree, if they do.
 """
 
+# Paper (added): [Hybrid V] goes forwards only; recordings are tracked backwards as well.
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

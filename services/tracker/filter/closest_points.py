@@ -149,6 +149,7 @@ def corresponding_part(
     Writes best (6,), see `closest_point`.  capsules: see `part_capsules`.  likely: any part; the closer it is, the faster.
     found: (6,) scratch.
     """
+    # Paper (replaced): Eq. 31 has the closest part; by default the one with the least md |pp'| (`association`).
     part, column, factor = likely, 0 if by.closest else 1, 1.0 if by.closest else 1.0 - NORMAL_MODULATION
     closest_point(model, frames[likely], likely, by.flat, point, normal, best)
     for other in range(frames.shape[0]):

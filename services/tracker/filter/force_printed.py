@@ -92,6 +92,7 @@ def refine_as_printed(
     # Paper (corrected): Eq. 34-37 exchange lambda and rho; they are those of Eq. 38-40.
     force_gain = LINEAR_FORCE_GAIN if linear else FORCE_GAIN
     moment_gain = LINEAR_MOMENT_GAIN if linear else MOMENT_GAIN
+    # Paper (open): the truncation of rho in Eq. 32 has no value; FORCE_TRUNCATION_M.
     # Paper (open): the number of iterations; ITERATIONS of `zenocap.common.rig.tracker`.
     for _ in range(iterations):
         forward_kinematics(model, pose, frames)

@@ -71,7 +71,7 @@ def draw_samples(cloud: Cloud, prior_fraction: float, subspace: int, rng: np.ran
     chosen = np.minimum(np.searchsorted(np.cumsum(cloud.weights), steps), n - 1).astype(np.int64)
     kinds = np.where(rng.permutation(n) < round(prior_fraction * n), PRIOR, DYNAMIC).astype(np.int64)
     noise = rng.standard_normal((n, 6 + d))
-    # Paper (replaced): all particles are drawn; here the first is the heaviest one, in both presets.
+    # Paper (added): the first particle is the heaviest one without noise, in both presets.
     chosen[0], kinds[0], noise[0] = int(np.argmax(cloud.weights)), DYNAMIC, 0.0
     return Samples(chosen, kinds, noise, np.asarray(rng.uniform(size=n)), rng.standard_normal((n, subspace)))
 

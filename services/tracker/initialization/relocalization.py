@@ -126,6 +126,7 @@ def check_other_postures(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one found from common postures near it, when that fits better."""
+    # Paper (added): [Hybrid V] has no other postures than those near its particles.
     person, weights, present = phase.person, residual_weights(setup, p.PARTICLE_HOLD), phase.estimate
     yaw = float(np.arctan2(present.rotation[0, 2], present.rotation[2, 2]))
     turns = p.OTHER_POSTURES_TURNS if person.heading_known else ALL_TURNS

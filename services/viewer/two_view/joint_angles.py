@@ -73,7 +73,8 @@ def find_leg_flank(fit: BodyFit, k: int, standing: Floats, lost: bool) -> LimbRe
     limb = LimbFit(fit, k)
 
     def nearby() -> None:
-        # Paper (replaced): 3.5 has a region of 32 degrees for legs; here 64 in the flank, then 32, each angle twice.
+        # Paper (replaced): 3.5 has a region of 32 degrees for legs; here 64 in the flank, then 32, each angle twice;
+        # for arms 64, three times, then 32 and 16.
         limb.search(BOTH, 2 * LEG_REGION)
         limb.search(LOWER, 2 * LEG_REGION)
         limb.search(BOTH, LEG_REGION)

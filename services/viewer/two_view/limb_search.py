@@ -169,10 +169,10 @@ def tri_tree(
 
     region: width of the first search region, radians, centred on t = 0.  Each stage compares the left end, the centre and
     the right end of the region.  The half around the best one is the next region, in which one or two scores are known
-    already.  A tie keeps the centre.
+    already.  Of equal scores the centre wins, then the left end.
     """
     # Paper (corrected): 3.5 step 2 swaps left and right; the jump of step 3 cannot fire with known scores and is left out.
-    # Paper (open): 3.5 does not decide ties; the centre is kept.
+    # Paper (open): 3.5 does not decide ties; the centre wins, then the left.
     width, centre = region, 0.0
     s_middle = limb_score(directions, axis, segment, centre, limb, image)
     matchings = 1

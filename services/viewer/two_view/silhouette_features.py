@@ -60,6 +60,7 @@ def upper_body_width(mask: Mask, hip_row: float, torso_height_px: float) -> int:
     mask: (height, width).  hip_row: y_c, row of the navel.  torso_height_px: h times the perspective scaling factor.
     """
     # Paper (corrected): 3.1 requires columns of h; a torso has 1.2 h, so a slight bow leaves none.  Here 0.65 h.
+    # Paper (corrected): 3.1 scales y_c, a row, by r_t; here only h is scaled, and y_c is the navel's row now.
     bottom = int(np.clip(round(hip_row + BELOW_HIPS * torso_height_px), 0, mask.shape[0]))
     projection = np.count_nonzero(mask[:bottom], axis=0)
     high = np.flatnonzero(projection > UPPER_BODY_COLUMN * torso_height_px)

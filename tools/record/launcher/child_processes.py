@@ -152,16 +152,15 @@ class ChildProcesses:
         return left
 
     def _start(self, child: ChildProcess) -> None:
+        child.starts += 1
         try:
             child.process = self._spawn(child.arguments)
         except InterruptedError:  # the launcher is to stop
             return
         except OSError as error:  # such as a full table of files or processes, which may pass
-            child.starts += 1
             self._again(child, f"cannot be started: {error.strerror or error}", FAILED, 0.0)
             return
         child.started_s, child.due_s = self._clock(), None
-        child.starts += 1
         if child.starts > 1:
             self._lines.put(f"{child.name}: started again (pid {child.process.pid})")
         if (stream := child.process.stderr) is not None:

@@ -40,6 +40,7 @@ def front_measures(mask: Mask) -> tuple[dict[str, float], float]:
     arms, angles = [], []
     for side, column in ((-1, int(columns[0])), (1, int(columns[-1]))):
         hand_row = float(np.flatnonzero(mask[:, column]).mean())
+        # Paper (corrected): 2.4 takes |y_b - y_a|, which does not tell a raised hand from a lowered one; here signed.
         across = abs(column + side * 0.5 - (torso.centre + side * torso.width / 2))
         arms.append(float(np.hypot(across, hand_row - shoulder_row)))
         angles.append(atan2(across, hand_row - shoulder_row))
@@ -49,6 +50,7 @@ def front_measures(mask: Mask) -> tuple[dict[str, float], float]:
         "height": float(height),
         "head": head,
         "torso_width": float(torso.width),
+        # Paper (open): Fig. 7 has one arm; here the mean length and the mean angle of both.
         "arm": float(np.mean(arms)),
         # Paper (open): the radius of the arms is named and not given.
         "arm_thickness": mean_arm_thickness(mask, torso, columns, round(SHORTEST_ARM * height)),

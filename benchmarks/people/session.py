@@ -57,7 +57,8 @@ def rig_of(
         Viewer(id, one, one.size, Rendered(Path(), fps), background, fps, preview=False, silhouette=False, **of_viewers)
         for id, one in cameras.items()
     )
-    spec = (tracker or tracker_of(method)) if method_of(method).has_tracker else None
+    row = method_of(method)
+    spec = (tracker or tracker_of(row.tracker_method)) if row.has_tracker else None
     return Rig(
         NAME, method, viewers, (), Path(), "0" * 16, ZenohTable(), LogTable(), (), tracker=spec, additions=additions
     )  # fmt: skip

@@ -97,7 +97,7 @@ def real_time(one: Case) -> dict[str, float]:
 
 
 def viewer(one: Case) -> dict[str, float]:
-    """Times of a viewer's steps for a frame: colour image to partial BAP with two-view, else to silhouette."""
+    """Times of a viewer's steps for a frame: colour image to silhouette; with two-view or both, to partial BAP."""
     method, spent = one.option("method", "two-view"), list[tuple[float, float]]()
     for posture in POSTURES[: one.option("postures", len(POSTURES))]:
         film = posture_film(0, posture, size=size_of(one.option("size", "160x120")))
@@ -164,8 +164,11 @@ BUDGETS = Kind(
     }
     | {
         "viewer, two-view, 160×120": case(VIEWER, budget=1.5),
+        "viewer, silhouette, 160×120": case(VIEWER, method="hybrid"),
+        "viewer, both, 160×120": case(VIEWER, method="both"),
         "viewer, two-view, 640×480": case(VIEWER, size="640x480"),
         "viewer, silhouette, 640×480": case(VIEWER, size="640x480", method="hybrid", budget=0.8),
+        "viewer, both, 640×480": case(VIEWER, size="640x480", method="both"),
     },
     case(VIEWER, postures=1),
     rows="what",

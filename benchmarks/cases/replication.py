@@ -1,5 +1,6 @@
 """Table II and figures of [Hybrid] anew: people who are the model, exact silhouettes, as many frames as in the paper."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -8,7 +9,7 @@ from typing import cast
 import msgspec
 
 from benchmarks.cases.clips import POINTS
-from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg
+from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg, with_true_angles
 from benchmarks.harness.cache import content
 from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, Value, case
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of
@@ -21,6 +22,7 @@ from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS, ForceLaw
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import start_tracking
 from zenocap.services.tracker.filter.particles import Refinement
+from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.states import Method, Options, TrackerSetup
 from zenocap.services.tracker.tracking import initial_state, known_person
 
@@ -29,13 +31,20 @@ PEOPLE = (122, 123, 125)  # adults, 1.60 to 1.73 m; of a seed each
 T_POSE, TRUE_POSE = "T-pose", "true pose"
 FEWER = 100  # test frames of what the paper does not have; a third of the time
 UNFAMILIAR = {"walking": "boxing", "jogging": "boxing", "boxing": "walking"}  # motion of the prior's training frames
+CAUSES: Mapping[str, Mapping[str, Value]] = {  # what may be the error of the hybrid method, each four times as good
+    "4 × points": {"points": 4 * POINTS},
+    "4 × steps": {"iterations": 4 * ITERATIONS["force-printed"]},
+    "4 × particles": {"particles": 4 * PARTICLES["hybrid"]},
+    "prior of the test frames": {"same": True},
+}
 
 
 def run(one: Case) -> Figures:
     """Errors on the test frames, and the paper's.
 
     Options: method, law, start (T-pose, then all frames; or true body and pose before the first test frame), tested
-    (number of test frames, 0 for the paper's), trained (motion that trains the prior, "" for the tested one), regions.
+    (number of test frames, 0 for the paper's), trained (motion that trains the prior, "" for the tested one), same (whether
+    the test frames train it), regions, points, iterations, particles.
     """
     motion, method = one.film, one.option("method", "hybrid")
     film, path = clip_of(one).film, tracked(one)
@@ -43,6 +52,7 @@ def run(one: Case) -> Figures:
     found = errors(path, truth, first) | {"paper": PAPER_RMSE_MM[method][list(MOTIONS).index(motion)]}
     if "mean" in found:
         found["angles"] = angle_rmse_deg(angle_curves(trajectories(path, truth.rate, first), truth, first))
+        found["true angles"] = errors(with_true_angles(path, truth), truth, first)["RMSE"]
         found["of the paper's"] = found["RMSE"] / found["paper"]
     return found | {"training": TRAINING_FRAMES}
 
@@ -70,14 +80,18 @@ def _tracked(one: Case) -> TrackedPath:
 def setup_of(one: Case, clip: CylinderClip) -> TrackerSetup:
     method, preset = cast(Method, one.option("method", "hybrid")), PRESETS["paper"]
     refinement = cast(Refinement, preset.refinements[method])
-    law = one.option("law", LAWS[0])
     options = Options(
-        method=method, particles=PARTICLES[method], points=POINTS, iterations=ITERATIONS[refinement], seed=one.seed,
-        refinement=refinement, filter=msgspec.structs.replace(preset.filter, force_law=law),
+        method=method, seed=one.seed, refinement=refinement, points=one.option("points", POINTS),
+        particles=one.option("particles", PARTICLES[method]), iterations=one.option("iterations", ITERATIONS[refinement]),
+        filter=msgspec.structs.replace(preset.filter, force_law=one.option("law", LAWS[0])),
     )  # fmt: skip
-    trained = one.option("trained", "") or one.film
-    prior = prior_of(trained, _person(one), one.option("regions", REGIONS)) if method == "hybrid" else None
+    prior = _prior(one) if method == "hybrid" else None
     return TrackerSetup(TEN_PARTS, clip.film.cameras, clip.film.frame_ns, prior, options)
+
+
+def _prior(one: Case) -> Prior:
+    motion, regions = one.option("trained", "") or one.film, one.option("regions", REGIONS)
+    return prior_of(motion, _person(one), regions, test=one.option("same", False))
 
 
 def _person(one: Case) -> int:
@@ -89,8 +103,8 @@ def inputs(one: Case) -> tuple[str, ...]:
 
 
 def _cases() -> dict[str, Case]:
-    """The paper's table; then 100 test frames of the other force law and start, other numbers of regions and a prior of
-    another motion."""
+    """The paper's table; then 100 test frames of the other force law and start, other numbers of regions, causes of the
+    error and a prior of another motion."""
     found: dict[str, Case] = {}
     for method in METHODS:
         laws: tuple[ForceLaw | None, ...] = LAWS if method != "particle-filter" else (None,)
@@ -102,9 +116,10 @@ def _cases() -> dict[str, Case]:
                     options["law"] = law
                 name = f"{method}{'' if law is None else f', {law}'}, {start}, {'all' if main else FEWER} frames, {motion}"
                 found[name] = case(motion, **options)
-    for count, motion in product((count for count in COUNTS if count != REGIONS), MOTIONS):
-        name = f"hybrid, M = {count}, {TRUE_POSE}, {FEWER} frames, {motion}"
-        found[name] = case(motion, start=TRUE_POSE, tested=FEWER, regions=count)
+    regions: dict[str, Mapping[str, Value]] = {f"M = {count}": {"regions": count} for count in COUNTS if count != REGIONS}
+    for (changed, values), motion in product((regions | dict(CAUSES)).items(), MOTIONS):
+        name = f"hybrid, {changed}, {TRUE_POSE}, {FEWER} frames, {motion}"
+        found[name] = case(motion, start=TRUE_POSE, tested=FEWER, **values)
     for motion, other in UNFAMILIAR.items():
         found[f"hybrid, unfamiliar motion, {T_POSE}, {FEWER} frames, {motion}"] = case(motion, tested=FEWER, trained=other)
     return found

@@ -63,10 +63,14 @@ def cylinder_clip(motion: str, seed: int, tested: int | None = None) -> Cylinder
     return CylinderClip(_film(f"{motion}-{count}", seed, body, poses, len(opening)), body, poses)
 
 
-def prior_of(motion: str, seed: int, regions: int = REGIONS) -> Prior:
-    """Prior of the frames of a motion just before the test frames, which are not filmed.  It has the errors of COUNTS."""
-    training, _ = _training_and_test(motion, seed)
-    return stored(partial(_trained, motion, training, regions), motion, seed, regions, "prior", sources=(__name__,))
+def prior_of(motion: str, seed: int, regions: int = REGIONS, *, test: bool = False) -> Prior:
+    """Prior of the frames of a motion just before the test frames, which are not filmed.  It has the errors of COUNTS.
+
+    test: of as many of the first test frames instead.
+    """
+    training, tested = _training_and_test(motion, seed)
+    poses, key = (tested[:TRAINING_FRAMES], "prior of test frames") if test else (training, "prior")
+    return stored(partial(_trained, motion, poses, regions), motion, seed, regions, key, sources=(__name__,))
 
 
 @cache

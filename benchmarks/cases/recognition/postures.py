@@ -53,9 +53,12 @@ def _settings(one: Case) -> tuple[TrainingSettings, Features]:
 
 
 def run_confusions(one: Case) -> Figures:
-    """How often a performed posture, the film, was recognized as each one, in the paper's configuration."""
+    """How often a performed posture, the film, was recognized as each one, in the paper's configuration.
+
+    Options: poses, people.
+    """
     settings, features = _settings(one.with_options(topology=TOPOLOGIES[0]))
-    found = posture_examples("two-view-paper", one.seed, features, one.option("people", PEOPLE))
+    found = posture_examples(one.option("poses", "two-view-paper"), one.seed, features, one.option("people", PEOPLE))
     outcome = cross_validate(found, settings, "paper")
     counts = dict.fromkeys(range(len(POSTURES)), 0)
     for answer in outcome.answers:
@@ -134,7 +137,7 @@ CONFUSIONS = Kind(
     run_confusions,
     (*(Column(str(number + 1), "", 0, "") for number in range(len(POSTURES))), Column("paper", "", 0, "")),
     {f"{number + 1} {posture}": case(posture) for number, posture in enumerate(POSTURES)},
-    case(POSTURES[2], people=3),
+    case(POSTURES[2], poses="truth", people=3),
     seeds=1,
     rows="performed",
 )

@@ -385,9 +385,11 @@ def test_a_note_about_a_file_is_shown_once(tmp_path):
 
 
 def test_the_guessed_size_of_easymocap_is_said(tmp_path):
-    test_opencv_storage_of_easymocap_is_read(tmp_path)
-    path = tmp_path / "intri.yml"
-    storage(path, {"K_left": np.array([[600.0, 0, 975], [0, 600, 528], [0, 0, 1]]), "dist_left": np.zeros((1, 5))})
+    storage(tmp_path / "extri.yml", {"Rot_left": np.eye(3), "T_left": np.zeros((3, 1))})
+    storage(
+        tmp_path / "intri.yml",
+        {"K_left": np.array([[600.0, 0, 975], [0, 600, 528], [0, 0, 1]]), "dist_left": np.zeros((1, 5))},
+    )
     with pytest.warns(FileNote, match=r"intri\.yml: no W_left and H_left: 1951 x 1057 px is a guess"):
         read_calibration(tmp_path / "extri.yml")
 

@@ -50,11 +50,11 @@ def with_people(images: Sequence[Image]) -> Bools:
 def outline_shares(image: Image, room: Floats32, mask: Mask) -> tuple[float, float]:
     """Share of the outline of a mask (height, width) at which only the image has an edge, and at which only the room has.
 
-    About 1 and 0 for a person or thing in front of the room, 0 and 1 for a place that one of the room has left.
+    About 1 and 0 for a person or thing in front of the room, 0 and 1 for a place that one has left; 0 and 0 without.
     """
     outline = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
-    here, known = edges(image)[outline], edges(room)[outline]
-    return float(np.mean(here > EDGE_RATIO * known)), float(np.mean(known > EDGE_RATIO * here))
+    here, known, count = edges(image)[outline], edges(room)[outline], max(1, np.count_nonzero(outline))
+    return float(np.sum(here > EDGE_RATIO * known)) / count, float(np.sum(known > EDGE_RATIO * here)) / count
 
 
 def edges(image: Image | Floats32) -> Floats32:

@@ -87,9 +87,12 @@ def others(image: Image, room: Background, gain: Floats32, mask: Mask) -> tuple[
     """Whether another person is in the image, and whether a place shows that a person of the empty scene has left it.
 
     Edges along the outline tell a person from such a place; both are at least about half as large as the silhouette.
+    Neither for a silhouette of so few pixels that the reduced image has none of them.
     """
     step = max(1, round(max(mask.shape) / OTHERS_PX))
     small, own = np.ascontiguousarray(image[::step, ::step]), np.ascontiguousarray(mask[::step, ::step])
+    if not own.any():
+        return False, False
     mean = np.ascontiguousarray(room.mean[::step, ::step])
     distance = np.sqrt((np.square(small - gain * mean) * room.weight[::step, ::step]).sum(axis=2))
     apart = ((distance > OTHERS_SIGMAS) & (cv2.dilate(own, np.ones((5, 5), np.uint8)) == 0)).astype(np.uint8)

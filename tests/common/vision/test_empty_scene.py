@@ -61,3 +61,11 @@ def test_edges_tell_a_person_from_the_place_that_one_has_left() -> None:
     assert here > 10.0 * known
     here, known = outline_shares(empty[0], occupied, masks[0])
     assert known > 10.0 * here
+
+
+@pytest.mark.parametrize("value", [0, 1])
+@pytest.mark.filterwarnings("error")
+def test_a_mask_without_an_outline_states_nothing(value: int) -> None:
+    empty, _, masks = film()
+    mask = np.full_like(masks[0], value)
+    assert outline_shares(empty[0], learn(empty).mean, mask) == (0.0, 0.0)

@@ -108,3 +108,11 @@ def test_another_person_and_a_place_that_one_has_left_are_distinguished(
     silhouette: Mask = np.zeros((120, 200), np.uint8)
     cv2.ellipse(silhouette, mask, (9, 30), 0.0, 0.0, 360.0, (1,), -1)
     assert others(drawn(*now), learn([drawn(*empty)] * 8), np.ones(3, np.float32), silhouette) == found
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_silhouette_of_a_few_pixels_is_no_reason_for_another_person() -> None:
+    empty, now = (np.repeat(np.repeat(drawn(*places), 8, axis=0), 8, axis=1) for places in ((), (THERE,)))
+    silhouette: Mask = np.zeros(now.shape[:2], np.uint8)
+    silhouette[33, 35] = 1
+    assert others(now, learn([empty] * 4), np.ones(3, np.float32), silhouette) == (False, False)

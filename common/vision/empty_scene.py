@@ -53,7 +53,7 @@ def outline_shares(image: Image, room: Floats32, mask: Mask) -> tuple[float, flo
     About 1 and 0 for a person or thing in front of the room, 0 and 1 for a place that one has left; 0 and 0 without.
     """
     outline = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
-    here, known, count = edges(image)[outline], edges(room)[outline], max(1, np.count_nonzero(outline))
+    here, known, count = edges(image)[outline], edges(room)[outline], max(1, int(np.count_nonzero(outline)))
     return float(np.sum(here > EDGE_RATIO * known)) / count, float(np.sum(known > EDGE_RATIO * here)) / count
 
 

@@ -1,5 +1,6 @@
 """A page: updates to all browsers that show it, and their commands in the order in which they came."""
 
+import logging
 import queue
 import time
 from collections.abc import Callable, Iterator
@@ -8,13 +9,16 @@ import msgspec
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.web.broadcast import PageQueue, encoded
 from zenocap.common.web.content import PageContent
 from zenocap.common.web.messages import C, NoticeUpdate
 from zenocap.common.web.parameters import MOST_COMMANDS
 from zenocap.common.web.server import PageServer, listening_problem
 
+logger = logging.getLogger(__name__)
 NOTICE = "notice"  # key of a line of text for the user
+MOST_REASON = 200  # characters of the reason of a failure that a notice has; chosen by hand
 
 
 def _never(page: PageQueue, command: object) -> bool:
@@ -67,21 +71,35 @@ class Page(PageServer[C]):
         self.publish(NOTICE, NoticeUpdate(text))
 
     def commands(self) -> Iterator[C]:
-        """The commands that wait."""
-        while not self._commands.empty():
+        """The commands that wait now; those that come meanwhile are left for the next call, so that a flood ends."""
+        for _ in range(self._commands.qsize()):
             yield self._commands.get()
 
     def run(
         self, stopped: Callable[[], bool], handle: Callable[[C], None], turn: Callable[[], bool], pause_s: float
     ) -> None:
-        """Handle commands and call `turn` until `stopped`; there is a pause where neither had anything to do."""
+        """Handle commands and call `turn` until `stopped`; there is a pause where neither had anything to do.
+
+        A command that is refused, or fails, gives a notice, and the page goes on.
+        """
         while not stopped():
             busy = False
             for command in self.commands():
-                handle(command)
+                if stopped():
+                    return
+                self._handled(handle, command)
                 busy = True
             if not (turn() or busy):
                 time.sleep(pause_s)
+
+    def _handled(self, handle: Callable[[C], None], command: C) -> None:
+        try:
+            handle(command)
+        except UserError as error:
+            self.notice(str(error))
+        except Exception as error:  # the page must not end by one command
+            logger.exception("%s: failed", type(command).__name__)
+            self.notice(f"{type(command).__name__}: failed: {printable(f'{error}')[:MOST_REASON]}")
 
     def _first_page_opened(self) -> None:
         self.openings += 1

@@ -5,9 +5,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import msgspec
+import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from tests.common.web.test_server import socket_of, talk, updates_until
+from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import PageQueue
 from zenocap.common.web.content import PageContent
@@ -121,3 +123,34 @@ def test_a_page_runs_until_it_is_stopped() -> None:
         talk(page.address, send_counts_and_now)
         page.run(lambda: len(turns) >= 3, handled.append, turn, 0.001)
     assert handled == [Count(0), Count(1), Count(2)]
+
+
+def test_a_flood_of_commands_delays_neither_a_turn_nor_the_end() -> None:
+    turns: list[int] = []
+    with served() as page:
+
+        def handle(command: Command) -> None:
+            page._receive(PageQueue(), command)  # the next one is there at once
+
+        page._receive(PageQueue(), Count(0))
+        page.run(lambda: len(turns) >= 3, handle, lambda: turns.append(1) is None, 0.0)
+    assert len(turns) == 3
+
+
+def test_a_command_that_fails_is_said_and_the_page_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    handled: list[Command] = []
+    texts: list[str] = []
+
+    def handle(command: Command) -> None:
+        handled.append(command)
+        if command == Count(0):
+            raise UserError("not now")
+        if command == Count(1):
+            raise ZeroDivisionError("a fault")
+
+    with served() as page:
+        monkeypatch.setattr(page, "notice", texts.append)
+        for number in range(3):
+            page._receive(PageQueue(), Count(number))
+        page.run(lambda: len(handled) == 3, handle, lambda: False, 0.0)
+    assert texts == ["not now", "Count: failed: a fault"]

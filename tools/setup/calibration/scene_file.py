@@ -1,6 +1,5 @@
 """Files of `zenocap calibrate scene`: known points and their pixels; and the report of what they gave."""
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.scene_calibration import PlacedCamera, placed_camera
 from zenocap.common.camera.validation import MAX_DISTANCE_M, Entry, checked_size
 from zenocap.common.errors import UserError
-from zenocap.common.toml_file import read_toml
+from zenocap.common.toml_file import quoted, read_toml
 
 GOOD_ERROR_M, GOOD_UNNOTICED_M = 0.02, 0.05  # of a person in the middle, of a good calibration; chosen by hand
 
@@ -162,7 +161,7 @@ def scene_data(cameras: Sequence[PlacedCamera]) -> dict[str, object]:
 
 
 def _key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else json.dumps(name)
+    return name if BARE_KEY.fullmatch(name) else quoted(name)
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 from zenocap.common.errors import UserError
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.setup.cameras.onvif_discovery import OnvifDevice, host_of, parsed
 from zenocap.tools.setup.cameras.onvif_http import MOST_BYTES, OnvifHttp, User, trusted
 
@@ -60,6 +61,8 @@ def _asked(device: OnvifDevice, user: User | None, tls: ssl.SSLContext) -> Asked
         streams = tuple(streams_of(device.address, user, tls))
     except UserError as error:
         return AskedDevice(device, problem=str(error).removeprefix(f"{device.address}: "))
+    except (ValueError, IndexError, OverflowError) as error:  # of an address, a challenge, or a time
+        return AskedDevice(device, problem=f"its answer cannot be read: {printable(f'{error}')}")
     return AskedDevice(device, streams, "" if streams else "it has no video stream")
 
 

@@ -1,9 +1,10 @@
 """Page that guides a person with a printed board, and calibrates the cameras."""
 
+import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,8 +26,10 @@ from zenocap.tools.setup.page.board_search import Burst, VariantSearch, searched
 from zenocap.tools.setup.page.camera import LiveCamera
 from zenocap.tools.setup.page.parameters import BURST_PERIOD_S, MAX_VIEWS, MIN_MOMENTS, WHY_PERIOD_S
 
+logger = logging.getLogger(__name__)
+MOST_FLOORS = 20  # each is searched in all images; chosen by hand
 WAIT_S = 0.05  # between looks whether a stretch of images is due; chosen by hand
-END_S = 10.0  # for the threads to end; chosen by hand
+END_S = 1.0  # for the threads to end; a calibration that runs goes on until the process ends; chosen by hand
 
 Search = Callable[[Board, Sequence[Sequence[Frame]], Sequence[float], int], Burst]
 """See `board_search.searched`."""
@@ -108,6 +111,8 @@ class BoardMode:
             match command:
                 case lm.Finish():
                     self.finished = True
+                case lm.Floor() if len(self._floors) >= MOST_FLOORS:
+                    raise UserError(f"the board was on the floor {MOST_FLOORS} times: allowed: no more")
                 case lm.Floor():
                     self._floors.append((time.time_ns() - self._epoch_ns) / 1e9)
                 case lm.Discard():
@@ -116,7 +121,8 @@ class BoardMode:
                 case lm.Calibrate() if not self._busy:
                     self._check_complete()
                     self._busy = "calibrating"
-                    seen, floors = self._camera_views(), list(self._floors)
+                    seen = [replace(one, views=list(one.views)) for one in self._seen]
+                    floors = list(self._floors)
                     self._threads.append(threading.Thread(target=self._calibrate, args=(seen, floors), daemon=True))
                     self._threads[-1].start()
                 case lm.Calibrate():
@@ -149,21 +155,30 @@ class BoardMode:
         while not self._ended.wait(WAIT_S):
             if time.monotonic() < due_s or self._busy:
                 continue
-            recent = [camera.recent if not camera.problem else [] for camera in self._cameras]
-            burst = self._find(self._variant.board, recent, [camera.period_s for camera in self._cameras], self._epoch_ns)
-            with self._lock:
-                for number, (frames, seen) in enumerate(zip(recent, self._seen, strict=True)):
-                    if frames:
-                        self._check_size(number, seen, frames[-1])
-                        seen.looks += burst.looks.get(number, 0)
-                        seen.views += burst.views.get(number, ())
-                        del seen.views[:-MAX_VIEWS]
-                        for view in burst.views.get(number, ()):
-                            self._guide.add_cells(number, view)
-                self._guide.add(burst.moment)
-                self._version += 1
-            self._explain(bool(burst.moment), [frames[-1] for frames in recent if frames])
+            try:
+                self._look()
+            except Exception as error:  # the page must not wait for ever
+                logger.exception("searching the board failed")
+                with self._lock:
+                    self._why, self._version = f"searching it failed: {error}", self._version + 1
             due_s = max(due_s + BURST_PERIOD_S, time.monotonic())
+
+    def _look(self) -> None:
+        """Search the board in the last stretch of images."""
+        recent = [camera.recent if not camera.problem else [] for camera in self._cameras]
+        burst = self._find(self._variant.board, recent, [camera.period_s for camera in self._cameras], self._epoch_ns)
+        with self._lock:
+            for number, (frames, seen) in enumerate(zip(recent, self._seen, strict=True)):
+                if frames:
+                    self._check_size(number, seen, frames[-1])
+                    seen.looks += burst.looks.get(number, 0)
+                    seen.views += burst.views.get(number, ())
+                    del seen.views[:-MAX_VIEWS]
+                    for view in burst.views.get(number, ()):
+                        self._guide.add_cells(number, view)
+            self._guide.add(burst.moment)
+            self._version += 1
+        self._explain(bool(burst.moment), [frames[-1] for frames in recent if frames])
 
     def _check_size(self, number: int, seen: _Seen, frame: Frame) -> None:
         """Begin again where the size of the images has changed."""
@@ -185,21 +200,22 @@ class BoardMode:
             with self._lock:
                 self._last_seen_s, self._why, self._version = time.monotonic(), why, self._version + 1
 
-    def _camera_views(self) -> list[CameraViews]:
+    def _camera_views(self, every: Sequence[_Seen]) -> list[CameraViews]:
         found = []
-        for camera, seen in zip(self._cameras, self._seen, strict=True):
+        for camera, seen in zip(self._cameras, every, strict=True):
             assert seen.size is not None
             views = with_velocities(seen.views, camera.period_s)
             found.append(CameraViews(camera.name, seen.size, camera.period_s, seen.looks, views))
         return found
 
-    def _calibrate(self, seen: list[CameraViews], floors: list[float]) -> None:
+    def _calibrate(self, seen: Sequence[_Seen], floors: list[float]) -> None:
         def progress(step: str) -> None:
             with self._lock:
                 self._busy, self._version = f"calibrating: {step}", self._version + 1
 
         try:
-            found = calibrated_rig(self._variant.board, seen, self._lenses, floors, self._delays, progress)
+            views = self._camera_views(seen)
+            found = calibrated_rig(self._variant.board, views, self._lenses, floors, self._delays, progress)
             word, reasons = verdict(found)
             written = self._write(found)
             self.result, result = found, lm.BoardResult(word, reasons, report(found), written)

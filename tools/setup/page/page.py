@@ -1,5 +1,6 @@
 """The live page of cameras: pictures and measures of all of them, and what a mode adds."""
 
+import threading
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -91,6 +92,7 @@ class LivePage:
         content: PageContent[lm.Command] = PageContent(files, lm.decode_command, program, "--")
         self._page = Page(table, content, self._enlarge)
         self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
+        self._large_lock = threading.Lock()
         self._shown = {camera.name: _Shown() for camera in cameras}
         self._openings = 0  # of the page, at the last turn
 
@@ -141,7 +143,8 @@ class LivePage:
             if self._page.pages:
                 height, width = frame.image.shape[:2]
                 flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
-                large = camera.name in self._large.values()
+                with self._large_lock:
+                    large = camera.name in self._large.values()
                 data = jpeg(frame.image, *((LARGE_PX, LARGE_JPEG_QUALITY) if large else (TILE_PX, JPEG_QUALITY)))
                 self._page.publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, data, flat))
         if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._page.pages:
@@ -161,19 +164,17 @@ class LivePage:
                     camera.measure_anew()
             case lm.Settle(camera=name):
                 for camera in self._cameras:
-                    if camera.name == name:
+                    if camera.name == name and self._settles(camera):
                         camera.settle()
             case _:
-                try:
-                    self._mode.receive(command)
-                except UserError as error:
-                    self._page.notice(str(error))
+                self._mode.receive(command)
 
     def _enlarge(self, page: PageQueue, command: lm.Command) -> bool:
         """In the server's thread: which camera a page shows enlarged."""
         if not isinstance(command, lm.Enlarge):
             return False
-        self._large[page] = command.camera
+        with self._large_lock:
+            self._large[page] = command.camera
         self._forget_pictures()
         return True
 

@@ -22,7 +22,7 @@ from zenocap.tools.setup.page.points_edit import cleared, edited, measured, pick
 from zenocap.tools.setup.page.points_task import Placed, PointsTask, Solution
 
 logger = logging.getLogger(__name__)
-END_S = 10.0  # for the thread to end; chosen by hand
+END_S = 1.0  # for the thread to end; chosen by hand
 MEASURES = ("rate", "jitter", "focus", "exposure", "noise", "drift", "flicker")
 
 

@@ -77,7 +77,7 @@ class ScenePointTask:
             raise refused([f"{', '.join(open_points)}: coordinates are missing: type them, or remove the point"])
         if wrong := [view.problem for view in solution.views if view.problem]:
             raise refused(wrong)
-        sizes = {name: placed.picked_sizes[name] for name in self._names if name in placed.picked_sizes}
+        sizes = {name: placed.picked_sizes.get(name) or placed.sizes[name] for name in self._names}
         common = next(iter(sizes.values()))
         others = {name: pixels for name, pixels in self._scene.picked.items() if name not in self._names}
         other_sizes = {name: size for name in others if (size := self._scene.size_of(name)) is not None}

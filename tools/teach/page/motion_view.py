@@ -40,6 +40,11 @@ class MotionView:
         return max(1, round(CHUNK_S * self.track.rate / self.stride))
 
     @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return -(-len(self.pose_times_s) // self.chunk_poses)
+
+    @property
     def pose_times_s(self) -> Floats:
         """Times of the poses that are sent."""
         return self.track.times_s[:: self.stride]

@@ -14,6 +14,8 @@ from zenocap.tools.teach.page.parameters import POLL_S
 from zenocap.tools.teach.page.session import Publish, TeachingSession
 
 PROGRAM = "zenocap posture label"
+POSES = "poses/"  # key of a chunk
+MOST_POSES = 16  # chunks that wait for one page, which asks for two at a time; chosen by hand
 CACHED_CHUNKS = 64  # of poses, in memory: 8 MB; chosen by hand
 
 
@@ -62,8 +64,12 @@ class PosturePage:
             return False
         if command.take >= len(self._takes):
             raise ValueError(f"take {command.take}: allowed: 0 to {len(self._takes) - 1}")
+        if command.chunk >= (chunks := self._takes[command.take].chunks):
+            raise ValueError(f"chunk {command.chunk}: allowed: 0 to {chunks - 1}")
+        if sum(key.startswith(POSES) for key in page.waiting) >= MOST_POSES:
+            raise ValueError("refused: too many poses wait to be received")
         update = pm.PosesUpdate(command.take, command.chunk, self._chunk(command.take, command.chunk))
-        page.put(encoded(f"poses/{command.take}/{command.chunk}", update))
+        page.put(encoded(f"{POSES}{command.take}/{command.chunk}", update))
         return True
 
 

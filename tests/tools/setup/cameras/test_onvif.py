@@ -127,3 +127,16 @@ def test_the_command_lists_tries_and_never_prints_the_password():
         (row,) = json.loads(text)
         assert (row["address"], row["streams"]) == (device.address, [])
         assert row["problem"] == "it wants a user: --user NAME"
+
+
+CAPABILITIES = "<tds:GetCapabilitiesResponse><tt:Media><tt:XAddr>{}</tt:XAddr></tt:Media></tds:GetCapabilitiesResponse>"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("address", ["http://[x", "http://127.0.0.1/\u00f6", "http://127.0.0.1/a b"])
+def test_a_device_with_an_odd_answer_is_named_and_the_others_are_asked(address):
+    with SimulatedOnvif(STREAMS, replies={"GetCapabilities": CAPABILITIES.format(address)}) as device:
+        odd, away = asked_devices([OnvifDevice(device.address), OnvifDevice("http://127.0.0.1:1/x")], None)
+    assert odd.streams == ()
+    assert "its answer cannot be read" in odd.problem or "no answer" in odd.problem
+    assert "no answer" in away.problem

@@ -120,3 +120,30 @@ def test_the_reason_why_no_board_is_found_is_told(mode_of, monkeypatch):
         until(lambda: camera.looks == 5, "images")
         mode = mode_of([camera], SimulatedSearch([], end=0))
         until(lambda: "too dark" in update_of(mode)["sentence"], "the reason")
+
+
+def test_a_search_that_fails_is_told_and_goes_on(mode_of):
+    calls = []
+
+    def failing(*_):
+        calls.append(1)
+        if len(calls) < 3:
+            raise ValueError("no such picture")
+        return Burst({}, {}, {})
+
+    camera = camera_of(lambda: at_once(lambda k: picture(level=5.0, noise=1.0), 5))
+    with running(camera):
+        until(lambda: camera.looks == 5, "images")
+        mode = mode_of([camera], failing)
+        until(lambda: len(calls) >= 3, "a search after the failed ones")
+    assert "searching it failed: no such picture" in update_of(mode)["sentence"]
+
+
+def test_the_number_of_places_on_the_floor_is_limited(mode_of):
+    mode = mode_of([], SimulatedSearch([], end=0))
+    for _ in range(board_mode.MOST_FLOORS):
+        mode.receive(lm.Floor())
+    with pytest.raises(UserError, match="on the floor 20 times: allowed: no more"):
+        mode.receive(lm.Floor())
+    mode.receive(lm.Discard())
+    mode.receive(lm.Floor())

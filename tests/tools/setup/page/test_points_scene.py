@@ -106,3 +106,13 @@ def test_reserved_names_and_files_of_other_cameras_are_refused(tmp_path, task):
     task.write(placed(), task.solve(placed()))
     with pytest.raises(UserError, match="no points of cam07; there are those of: cam01, cam02"):
         ScenePointTask(["cam07"], tmp_path / "points.toml", tmp_path / "room.toml")
+
+
+@pytest.mark.parametrize("name", ["\U0001f600", 'a "b" \\ c', "constructor"])
+def test_a_file_without_sizes_is_saved_and_names_of_points_are_read_again(name, task, tmp_path):
+    named = {name if key == "lamp" else key: place for key, place in ROOM.items()}
+    picks = {camera: {name if key == "lamp" else key: at for key, at in pixels_of(camera).items()} for camera in NAMES}
+    unchanged = Placed(named, {}, picks, SIZES, {})
+    task.write(unchanged, task.solve(unchanged))
+    scene = read_scene(tmp_path / "points.toml")
+    assert (scene.points, scene.size) == (named, SIZES["cam01"])

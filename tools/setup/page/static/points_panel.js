@@ -3,6 +3,8 @@
 import { create, el, lines } from './page.js';
 import { PointStage } from './point_stage.js';
 
+// The value of a name that the user has chosen: a point may be called `constructor`.
+const of = (values, name) => (values && Object.hasOwn(values, name) ? values[name] : undefined);
 const SEND_MS = 60;  // between two places of a point that is dragged
 const BAR = `
   <div><p id="sentence" aria-live="polite">waiting for the pictures</p><p id="outcome" class="muted"></p></div>
@@ -93,7 +95,7 @@ export class PointsPanel {
 
   get view() { return this.update?.cameras.find(({ name }) => name === this.camera); }
 
-  pick(point) { return this.pending.get(`${this.camera}/${point}`) ?? this.view?.picks[point] ?? null; }
+  pick(point) { return this.pending.get(`${this.camera}/${point}`) ?? of(this.view?.picks, point) ?? null; }
 
   choose(name) {
     this.camera = name;
@@ -177,7 +179,7 @@ export class PointsPanel {
       return report;
     }));
     this.stage.setMarks(update.points.map(({ name }) => ({
-      name, pick: this.pick(name), expected: view?.expected[name], suspect: view?.suspect === name, selected: name === this.point,
+      name, pick: this.pick(name), expected: of(view?.expected, name), suspect: view?.suspect === name, selected: name === this.point,
     })), update.centre_lines);
     const placed = update.points.filter(({ name }) => this.pick(name)).length;
     el('picture').setAttribute('aria-label', `picture of ${this.camera}: ${placed} of ${update.points.length} points placed; chosen: ${this.point || 'none'}`);
@@ -188,8 +190,8 @@ export class PointsPanel {
     const { view, point } = this;
     const pick = this.pick(point);
     el('chosen').textContent = point ? `${point} in ${this.camera}` : 'no point chosen';
-    const effect = view?.mm_per_px[point];
-    const off = view?.off_px[point];
+    const effect = of(view?.mm_per_px, point);
+    const off = of(view?.off_px, point);
     el('effect').textContent = !point ? '' : !pick ? 'not placed: click where it is'
       : effect === undefined ? '' : `${off.toFixed(2)} px off; one pixel matters ${effect.toFixed(1)} mm`;
     ['column', 'row'].forEach((id, k) => {
@@ -229,7 +231,7 @@ export class PointsPanel {
       point.place.forEach((value, axis) => {
         if (document.activeElement !== inputs[axis]) inputs[axis].value = value ?? '';
       });
-      const off = view?.off_px[point.name];
+      const off = of(view?.off_px, point.name);
       row.querySelector('.off').textContent = off !== undefined ? `${off.toFixed(2)}${view.suspect === point.name ? ' !' : ''}` : this.pick(point.name) ? '…' : '–';
       row.querySelector('.pointname')?.setAttribute('aria-pressed', String(point.name === this.point));
     });

@@ -82,7 +82,7 @@ def run_page(
     """
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.setup.page.camera import LiveCamera, first_epoch_ns
+    from zenocap.tools.setup.page.camera import LiveCamera, first_epoch_ns, stop_all
     from zenocap.tools.setup.page.page import LivePage, wait_for_images
     from zenocap.tools.setup.page.parameters import FILE_DELAY_S
     from zenocap.tools.setup.page.sources import live_viewers
@@ -105,7 +105,6 @@ def run_page(
                 typer.echo(f"{len(cameras)} cameras: open {page.address} in a browser; Ctrl-C ends")
             page.run(stopped)
         finally:
-            for camera in cameras:
-                camera.stop()
+            stop_all(cameras)
             page.close()
     return mode

@@ -1,7 +1,7 @@
 """Try network streams: what they send, how long the first image takes, or why none comes."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -18,6 +18,7 @@ from zenocap.common.rig.source_kinds import STREAMS
 from zenocap.common.rig.sources import without_password
 
 TIMEOUT_S = 5.0  # to open a stream, and for each image; as a viewer has it; chosen by hand
+NO_IMAGE_S = 15.0  # of packets that give no image; cameras have key frames up to 10 s apart; chosen by hand
 MEASURED_S = 2.0  # time over which the rate is measured; chosen by hand
 WAITING_S = 0.5  # after the first image, in which those come that FFmpeg kept while it examined the stream; by hand
 AT_ONCE = 16  # streams
@@ -56,6 +57,17 @@ class TriedStream:
     problem: str = ""
 
 
+def _frames(container: InputContainer, stream: av.VideoStream, begin_s: float) -> Iterator[tuple[float, av.VideoFrame]]:
+    """Frames with their time since `begin_s`; ends where NO_IMAGE_S bring packets and no frame."""
+    last_s = time.monotonic()
+    for packet in container.demux(stream):
+        for frame in packet.decode():
+            last_s = time.monotonic()
+            yield last_s - begin_s, frame
+        if time.monotonic() - last_s > NO_IMAGE_S:
+            return
+
+
 def check_address(url: str) -> None:
     """Raise UserError for an address that is none of a stream."""
     try:
@@ -86,8 +98,7 @@ def tried_stream(url: str, seconds: float = MEASURED_S) -> TriedStream:
             stream = container.streams.video[0]
             first: av.VideoFrame | None = None
             first_s, arrivals = 0.0, list[float]()
-            for frame in container.decode(stream):
-                arrival_s = time.monotonic() - begin_s
+            for arrival_s, frame in _frames(container, stream, begin_s):
                 if first is None:
                     first, first_s = frame, arrival_s
                 if arrival_s - first_s >= WAITING_S:

@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -23,6 +23,7 @@ from zenocap.tools.setup.page.advice import Measures
 from zenocap.tools.setup.page.parameters import BRIGHTNESS_S, KEPT_S, LATE_S, RETRY_S
 
 logger = logging.getLogger(__name__)
+STOPPED_S = 1.0  # for a camera to close; chosen by hand
 
 Opener = Callable[[Viewer, Playback, SourceRate], Iterator[Frame]]
 
@@ -92,11 +93,11 @@ class LiveCamera:
     def start(self) -> None:
         self._thread.start()
 
-    def stop(self) -> None:
-        """Close the camera; a thread that is blocked in a driver is abandoned."""
+    def stop(self, wait_s: float = STOPPED_S) -> None:
+        """Close the camera; a thread that is blocked in a driver is abandoned.  wait_s: 0 to begin only."""
         self._stop.set()
-        if self._thread.ident is not None:
-            self._thread.join(1.0)
+        if self._thread.ident is not None and wait_s > 0:
+            self._thread.join(wait_s)
 
     def settle(self) -> None:
         """Open the camera again, whose automatic exposure, white balance and focus then settle anew; measure anew."""
@@ -199,3 +200,11 @@ class LiveCamera:
 def first_epoch_ns(delay_s: float) -> int:
     """Capture time of the first frame of all files."""
     return time.time_ns() + round(delay_s * 1e9)
+
+
+def stop_all(cameras: Sequence[LiveCamera]) -> None:
+    """Close all cameras at once; see `LiveCamera.stop`."""
+    end_s = time.monotonic() + STOPPED_S
+    for wait in (False, True):
+        for camera in cameras:
+            camera.stop(max(0.0, end_s - time.monotonic()) if wait else 0.0)

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 
 from zenocap.common.errors import UserError
@@ -13,6 +14,7 @@ from zenocap.tools.teach.page.parameters import LEAST_LABEL_S, MOST_UNDONE
 
 DIGITS = 3  # after the point, seconds: those of a manifest
 EXACT_S = 1e-6
+MOST_SOURCES = 4096  # paths whose files are remembered; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -84,11 +86,19 @@ def find(labels: Labels, id: int) -> Label:
 
 def overlaps(labels: Labels) -> list[tuple[Label, Label]]:
     """Pairs of labels of one take that overlap; rows without begin or end reach to the end of the take."""
-    return [
-        (one, other)
-        for one, other in combinations(labels, 2)
-        if same(one.row.source, other.row.source) and _shared_s(one.row, other.row) > EXACT_S
-    ]
+    found: list[tuple[Label, Label]] = []
+    by_take: dict[Path, list[Label]] = {}
+    for one in sorted(labels, key=lambda one: one.row.start or 0.0):
+        by_take.setdefault(_resolved(one.row.source), []).append(one)
+    for every in by_take.values():
+        for k, one in enumerate(every):
+            end_s = float("inf") if one.row.end is None else one.row.end
+            for other in islice(every, k + 1, None):
+                if (other.row.start or 0.0) >= end_s:
+                    break
+                if _shared_s(one.row, other.row) > EXACT_S:
+                    found.append((one, other))
+    return found
 
 
 def checked_text(key: str, text: str) -> str:
@@ -101,7 +111,13 @@ def checked_text(key: str, text: str) -> str:
 
 def same(one: Path, other: Path) -> bool:
     """Whether two paths are the same file."""
-    return one.resolve() == other.resolve()
+    return _resolved(one) == _resolved(other)
+
+
+@lru_cache(MOST_SOURCES)
+def _resolved(path: Path) -> Path:
+    """The file of a path; thousands of labels are compared by it."""
+    return path.resolve()
 
 
 def _checked(others: Labels, span: TakeSpan, row: ManifestRow, id: int | None) -> ManifestRow:

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Iterator
+from itertools import repeat
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -15,7 +17,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.sources import without_password
 from zenocap.common.video.v4l2 import listing
 from zenocap.common.video.v4l2.listing import found_cameras
-from zenocap.tools.setup.cameras import pictures
+from zenocap.tools.setup.cameras import pictures, streams
 from zenocap.tools.setup.cameras.pictures import written_pictures
 from zenocap.tools.setup.cameras.streams import check_address, tried_streams
 from zenocap.tools.setup.cameras.text import camera_data, camera_lines, stream_lines
@@ -114,3 +116,9 @@ def test_the_command_tries_streams(server):
     status, _, err = zenocap("cameras", "0")
     assert status == 1
     assert err.startswith("error: 0: allowed: rtsp://")
+
+
+def test_a_stream_whose_packets_give_no_image_is_left_after_a_while(monkeypatch):
+    monkeypatch.setattr(streams, "NO_IMAGE_S", 0.0)
+    endless = SimpleNamespace(demux=lambda stream: repeat(SimpleNamespace(decode=lambda: [])))
+    assert list(streams._frames(endless, None, 0.0)) == []

@@ -6,6 +6,7 @@ import pytest
 from tests.support.live_cameras import at_once, camera_of, paced, picture, running, until
 from zenocap.common.errors import OpenError
 from zenocap.tools.setup.page import camera as module
+from zenocap.tools.setup.page.camera import LiveCamera, stop_all
 
 
 @pytest.mark.slow
@@ -81,3 +82,10 @@ def test_another_size_begins_anew():
     with running(camera):
         until(lambda: camera.looks == 8, "8 images")
         assert {frame.image.shape for frame in camera.recent} == {(120, 160, 3)}
+
+
+def test_all_cameras_begin_to_close_before_one_is_waited_for(monkeypatch):
+    asked = []
+    monkeypatch.setattr(LiveCamera, "stop", lambda self, wait_s: asked.append((self.name, wait_s > 0)))
+    stop_all([camera_of(lambda: iter(()), name) for name in ("left", "right")])
+    assert asked == [("left", False), ("right", False), ("left", True), ("right", True)]

@@ -1,6 +1,6 @@
 """Costs of one frame, frame set, message and process: their file, and those of a small server.
 
-Provenance: docs/load.md and docs/measured.md, measured on two cores of a small server.  `zenocap plan --measure` scales the
+Provenance: pages of docs up to November 2026, measured on two cores of a small server.  `zenocap plan --measure` scales the
 costs of viewers, integrator, tracker and router to the user's machine.
 """
 
@@ -12,7 +12,7 @@ import msgspec
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
 
-USABLE = 0.6  # share of all cores; docs/load.md: loads are held up to 0.8 to 1.3 of two cores, processes then wait for one
+USABLE = 0.6  # share of all cores; load page: loads are held up to 0.8 to 1.3 of two cores, processes then wait for one
 LOOP_USABLE = 0.85  # of the time of a service's loop, which is one thread, or of its core; by hand
 
 
@@ -66,10 +66,10 @@ class Costs:
 COSTS = Costs(
     # `zenocap load --method hybrid --rate 30`: 0.04 cores of a viewer at 160 x 120, 0.10 at 640 x 480, 0.26 at 1280 x 720.
     silhouette=Linear(0.9, 7.0),
-    # docs/load.md, frame rate reached: 0.26 cores at 160 x 120 and 60/s, 0.25 at 640 x 480 and 30/s.
+    # load page, frame rate reached: 0.26 cores at 160 x 120 and 60/s, 0.25 at 640 x 480 and 30/s.
     two_view=Linear(4.0, 14.0),
     decoding=Linear(0.05, 0.8),  # docs/measured.md: 0.3 ms at 640 x 480
-    integrator=2.5,  # docs/load.md: 0.16 cores at 60/s
+    integrator=2.5,  # load page: 0.16 cores at 60/s
     # `zenocap load --method hybrid --rate 30`: 0.50, 0.55, 0.63 cores with 2, 4 and 7 views, both threads; 18 ms of four
     # views at 8, 15 and 30/s, 14 ms at 60/s.  Longer than the 9.4 ms of docs/measured.md, where it never waits.
     tracker=Linear(14.8, 0.85),
@@ -77,8 +77,8 @@ COSTS = Costs(
     logged=0.043,  # docs/measured.md: the log's thread, 1720 messages/s: 7.4 % of a core,
     logged_foxglove=0.1,  # and 17 % with Foxglove channels
     forwarded=0.05,  # `zenocap load --rigs 16`: 0.08 cores of the router for about 1400 messages/s
-    animator=5.0,  # docs/page.md: 27 % of a core without a page at 60/s, less the health of the process
-    page=30.0,  # of a second; docs/page.md: 27 % without and 30 % with a page, 39 % with four
+    animator=5.0,  # page of the animator: 27 % of a core without a page at 60/s, less the health of the process
+    page=30.0,  # of a second; page of the animator: 27 % without and 30 % with a page, 39 % with four
     process=8.0,  # of a second, for health, clock and Zenoh; by hand: fits 32 viewers whose frames are mostly left out
     # Means of a take of the demo at 160 x 120; its silhouettes in other sizes; a pose of 14 parts, 400 points.
     silhouette_bytes=Linear(125.0, 300.0),
@@ -94,10 +94,10 @@ COSTS = Costs(
     overhead_bytes=90.0,  # Zenoh's frame and key, TCP and IP headers of a message that is sent alone
     stored=0.66,  # size of a take of the demo over that of its messages
     foxglove_size=1.6,  # of a take with Foxglove channels relative to one without; by hand
-    viewer_mb=115.0,  # docs/load.md, soak test
+    viewer_mb=115.0,  # load page, soak test
     integrator_mb=100.0,
     tracker_mb=175.0,  # docs/machines.md: 80 to 175 MB
-    animator_mb=220.0,  # docs/page.md
+    animator_mb=220.0,  # page of the animator
     router_mb=40.0,
 )
 

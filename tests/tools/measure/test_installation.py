@@ -68,7 +68,7 @@ def test_the_highest_rate_needs_all_cores_or_the_time_of_a_loop(installation: In
     ],
 )
 def test_measured_loads_are_predicted(plan: Plan, viewer: float, load: float) -> None:
-    """The table of docs/load.md, frame rate reached; the measuring process is in its sums."""
+    """The table of the load page of November 2026, frame rate reached; the measuring process is in its sums."""
     installation = installation_of(plan)
     assert cores(installation, "viewer") == pytest.approx(viewer, rel=0.5)
     assert demand(installation, COSTS).cores == pytest.approx(load, rel=0.45)

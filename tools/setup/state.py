@@ -154,7 +154,7 @@ def rig_text(name: str, cameras: Cameras) -> str:
     """The rig file: every camera a viewer, the tracker, takes of all."""
     width, height = cameras.size
     lines = [
-        "# Written by zenocap setup; docs/cameras.md and docs/machines.md have all keys.",
+        "# Written by zenocap setup; docs/cameras.md, docs/tracker.md and docs/machines.md have the keys.",
         f'name = "{plain_name(name)}"',
         f'calibration = "{CALIBRATION}"',
         'method = "hybrid"',
@@ -170,5 +170,5 @@ def rig_text(name: str, cameras: Cameras) -> str:
         if width > WORKING_WIDTH:
             factor = -(-width // WORKING_WIDTH)
             lines.append(f"size = [{width // factor}, {height // factor}]  # images are reduced to this")
-        lines.append("preview = true")
+        lines.append("preview = true  # small images for the page; false: no image leaves this machine")
     return "\n".join(lines) + "\n"

@@ -84,7 +84,7 @@ def verdict(measured: Measurements, cameras: Sequence[SolvedCamera], found: Sequ
     for number, one in enumerate(found, start=1):
         if not one.checked:
             height_m = (measured.camera1 if number == 1 else measured.camera2).height_m
-            advice = f"measure height{number} to check it" if height_m is None else "check it again in the image"
+            advice = f"measure --height{number}" if height_m is None else "check it again in the image"
             reasons.append(
                 f"camera {number}: {one.undetected_px:g} px in the {one.undetected_coordinate} would not be noticed and "
                 f"change the focal length by {one.undetected:.0%}: {advice}"

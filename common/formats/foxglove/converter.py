@@ -65,9 +65,9 @@ class FoxgloveConverter:
             case m.UniversalBap(lost=limbs):
                 plot = self._message(self._pose_template, plots.pose_json(message))
                 yield from self._pose(message, plot, "person" in limbs, limbs)
-            case m.TrackerPose(lost=lost):
+            case m.TrackerPose(lost=lost, lost_limbs=limbs):
                 plot = self._message(self._pose_template, plots.tracker_json(message))
-                yield from self._pose(message, plot, lost, [])
+                yield from self._pose(message, plot, lost, limbs)
             case m.ScenePoints():
                 yield self._message(to.POINTS, _cloud(message))
             case m.Posture():

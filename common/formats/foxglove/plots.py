@@ -34,7 +34,7 @@ def tracker_json(pose: m.TrackerPose) -> bytes:
     content: dict[str, object] = {
         "frame": pose.frame,
         "tracked": not pose.lost,
-        "lost": ["person"] if pose.lost else [],
+        "lost": ["person"] if pose.lost else pose.lost_limbs,
         "stale": [],
         "likelihood": pose.likelihood,
         "effective": pose.effective,

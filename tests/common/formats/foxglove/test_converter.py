@@ -159,6 +159,15 @@ def test_the_trackers_body_is_shown_in_its_own_anatomy_and_deleted_when_lost() -
     assert by_topic(output)["scene"].deletions[0].id == "person"
 
 
+def test_a_limb_that_the_tracker_has_lost_is_grey() -> None:
+    body, pose = tracker_messages()
+    (person,) = by_topic(converted(body, msgspec.structs.replace(pose, lost_limbs=["left_leg"]))[-1])["scene"].entities
+    parts = zip(FOURTEEN_PARTS.parts, person.cylinders, strict=True)
+    grey = {part for part, c in parts if c.color.r == c.color.g == c.color.b}
+    assert {"left_upper_leg", "left_lower_leg"} <= grey
+    assert all(part.startswith("left_") for part in grey)
+
+
 def test_scene_points_are_a_point_cloud_in_the_world() -> None:
     points = np.array([[0.125, 1.5, -2.0], [3.0, 0.0, 0.25]])
     (output,) = converted(m.ScenePoints(frame=1, captured_ns=2_000_000_001, points=packed_points(points)))

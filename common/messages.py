@@ -352,7 +352,7 @@ class CameraInfo(Message, frozen=True, tag="camera"):
 class Phase(StrEnum):
     """What a service is doing, for programs.  Which service is in which phase when, is decided by its `phase_of`."""
 
-    UNKNOWN = "unknown"  # takes of 0.1 have no phase
+    UNKNOWN = "unknown"  # takes of 0.2 have no phase
     RUNNING = "running"  # a service without phases of its own: animator, recorder, recognizer, clock and log
     LEARNING_BACKGROUND = "learning_background"  # viewer
     SEGMENTING = "segmenting"  # viewer of a rig with a tracker: silhouettes of a person

@@ -19,7 +19,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.topics import SIGHTING
 from zenocap.tools.setup.doctor.network_checks import NetworkState, check_messages, check_versions
 
-PREVIOUS = json.loads((ROOT / "tests" / "support" / "wire_0_1.json").read_text())  # made by the code of 0.1, by type
+PREVIOUS = json.loads((ROOT / "tests" / "support" / "wire_0_2.json").read_text())  # made by the code of 0.2, by type
 DOCUMENT = (ROOT / "docs" / "wire.md").read_text()
 
 

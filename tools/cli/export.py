@@ -74,7 +74,7 @@ class ExportExpert:
     )
     raw: RawOption = False
     min_confidence: float = option(
-        0.0, "Leave out points of a limb whose confidence is less; not in bvh and mot.", min=0, max=1
+        0.0, "Leave out points of a limb whose confidence is less; of trc, c3d, tables and opensim.", min=0, max=1
     )
     remote: RemoteOption = False
 

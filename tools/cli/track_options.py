@@ -99,7 +99,7 @@ class TrackResearch:
     )
     points: int | None = option(None, "Tracker: number of points on the visual hull; default: 400.", min=20, max=10_000)
     iterations: int | None = option(
-        None, "Tracker: iterations of the refinement; default: 4, with forces 40.", min=0, max=100
+        None, "Tracker: iterations of the refinement; default: 4, of force 40, of force-printed 100.", min=0, max=100
     )
     refinement: Refinement | None = option(
         None, "Tracker: least squares, or the paper's forces and moments, corrected or as printed; default: by method."

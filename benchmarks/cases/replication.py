@@ -1,4 +1,4 @@
-"""Table II and figures of [Hybrid] anew: people who are the model, exact silhouettes, as many frames as in the paper."""
+"""Replication of Table II and figures of [Hybrid]: people who are the model, as many frames as in the paper."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ PEOPLE = (122, 123, 125)  # adults, 1.60 to 1.73 m; of a seed each
 T_POSE, TRUE_POSE = "T-pose", "true pose"
 FEWER = 100  # test frames of what the paper does not have; a third of the time
 UNFAMILIAR = {"walking": "boxing", "jogging": "boxing", "boxing": "walking"}  # motion of the prior's training frames
-CAUSES: Mapping[str, Mapping[str, Value]] = {  # what may be the error of the hybrid method, each four times as good
+CAUSES: Mapping[str, Mapping[str, Value]] = {  # what may cause the error of the hybrid method
     "4 × points": {"points": 4 * POINTS},
     "4 × steps": {"iterations": 4 * ITERATIONS["force-printed"]},
     "4 × particles": {"particles": 4 * PARTICLES["hybrid"]},

@@ -50,7 +50,7 @@ def with_people(images: Sequence[Image]) -> Bools:
 def outline_shares(image: Image, room: Floats32, mask: Mask) -> tuple[float, float]:
     """Share of the outline of a mask (height, width) at which only the image has an edge, and at which only the room has.
 
-    About 1 and 0 for a person or thing in front of the room, 0 and 1 for a place that one has left; 0 and 0 without.
+    About 1 and 0 for a person in front of the room, 0 and 1 for a place that one has left, 0 and 0 without an outline.
     """
     outline = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
     here, known, count = edges(image)[outline], edges(room)[outline], max(1, int(np.count_nonzero(outline)))

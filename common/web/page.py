@@ -99,7 +99,7 @@ class Page(PageServer[C]):
             self.notice(str(error))
         except Exception as error:  # the page must not end by one command
             logger.exception("%s: failed", type(command).__name__)
-            self.notice(f"{type(command).__name__}: failed: {printable(f'{error}')[:MOST_REASON]}")
+            self.notice(f"{type(command).__name__}: failed: {printable(str(error))[:MOST_REASON]}")
 
     def _first_page_opened(self) -> None:
         self.openings += 1

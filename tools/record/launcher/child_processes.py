@@ -192,7 +192,7 @@ class ChildProcesses:
         if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):
             child.status = status or FAILED
             child.due_s = None
-            self._lines.put(f"{child.name}: {what} after {runtime_s:.1f} s; not started again")
+            self._lines.put(f"{child.name}: {what}{f' after {runtime_s:.1f} s' if runtime_s else ''}; not started again")
             return
         pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 1), LONGEST_PAUSE_S)
         if not child.quick_failures:

@@ -62,7 +62,7 @@ def _asked(device: OnvifDevice, user: User | None, tls: ssl.SSLContext) -> Asked
     except UserError as error:
         return AskedDevice(device, problem=str(error).removeprefix(f"{device.address}: "))
     except (ValueError, IndexError, OverflowError) as error:  # of an address, a challenge, or a time
-        return AskedDevice(device, problem=f"its answer cannot be read: {printable(f'{error}')}")
+        return AskedDevice(device, problem=f"its answer cannot be read: {printable(str(error))}")
     return AskedDevice(device, streams, "" if streams else "it has no video stream")
 
 

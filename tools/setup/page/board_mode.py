@@ -109,6 +109,8 @@ class BoardMode:
         with self._lock:
             self._version += 1
             match command:
+                case lm.Finish() if self._busy:
+                    raise UserError("the calibration runs: Finish when it is done; Ctrl-C ends without it")
                 case lm.Finish():
                     self.finished = True
                 case lm.Floor() if len(self._floors) >= MOST_FLOORS:

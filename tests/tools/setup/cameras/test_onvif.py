@@ -133,10 +133,13 @@ CAPABILITIES = "<tds:GetCapabilitiesResponse><tt:Media><tt:XAddr>{}</tt:XAddr></
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("address", ["http://[x", "http://127.0.0.1/\u00f6", "http://127.0.0.1/a b"])
-def test_a_device_with_an_odd_answer_is_named_and_the_others_are_asked(address):
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [("http://[x", "cannot be read"), ("http://127.0.0.1/\u00f6", "cannot be read"), ("http://127.0.0.1/a b", "no answer")],
+)
+def test_a_device_with_an_odd_answer_is_named_and_the_others_are_asked(address, words):
     with SimulatedOnvif(STREAMS, replies={"GetCapabilities": CAPABILITIES.format(address)}) as device:
         odd, away = asked_devices([OnvifDevice(device.address), OnvifDevice("http://127.0.0.1:1/x")], None)
     assert odd.streams == ()
-    assert "its answer cannot be read" in odd.problem or "no answer" in odd.problem
+    assert words in odd.problem
     assert "no answer" in away.problem

@@ -147,3 +147,13 @@ def test_the_number_of_places_on_the_floor_is_limited(mode_of):
         mode.receive(lm.Floor())
     mode.receive(lm.Discard())
     mode.receive(lm.Floor())
+
+
+def test_a_calibration_that_runs_is_not_lost_by_finish(mode_of):
+    mode = mode_of([], SimulatedSearch([], end=0))
+    mode._busy = "calibrating"
+    with pytest.raises(UserError, match="the calibration runs"):
+        mode.receive(lm.Finish())
+    mode._busy = ""
+    mode.receive(lm.Finish())
+    assert mode.finished

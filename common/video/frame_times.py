@@ -27,8 +27,8 @@ class FrameTimes:
     _first: int | None = None
 
     @property
-    def first_ns(self) -> int:
-        """Time stamp of the first frame, nanoseconds; 0 without one."""
+    def begin_ns(self) -> int:
+        """Time stamp of time 0, nanoseconds: of the first frame, less `start_ns`; 0 without one."""
         return 0 if self._first is None else round(self._first * self.time_base * 10**9)
 
     def next(self, stamp: int | None) -> int:

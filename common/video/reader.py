@@ -30,9 +30,9 @@ MIN_PX = 16  # least width and height of images
 PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
 MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
-# By the turn, counterclockwise in degrees, that a file asks for.
 RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
 LATE_S = 0.1  # from the beginning of a Matroska file to its first frame, from which it is said; chosen by hand
+# By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
 T = TypeVar("T")
 
@@ -48,9 +48,13 @@ class VideoFrame:
 
     def image(self) -> Image:
         """(height, width, 3) blue, green, red; turned as the file asks for."""
-        image = self._decoded.to_ndarray(format="bgr24")
-        turn = QUARTER_TURNS.get(self._turn)
-        return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
+        return turned_picture(self._decoded, self._turn)
+
+
+def turned_picture(frame: av.VideoFrame, degrees: int) -> Image:
+    """(height, width, 3) blue, green, red, of a decoded frame.  degrees: `display_turn` of it."""
+    image, turn = frame.to_ndarray(format="bgr24"), QUARTER_TURNS.get(degrees)
+    return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
 
 
 def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
@@ -201,6 +205,11 @@ class VideoReader(Closable):
         return len(self._times.times_ns)
 
     @property
+    def begin_s(self) -> float:
+        """Time stamp in the file, seconds, of time 0 of its frames; known from the first frame on."""
+        return self._times.begin_ns / 1e9
+
+    @property
     def end_ns(self) -> int:
         """One frame period after the last frame so far, nanoseconds from the first one on."""
         times = self._times.times_ns
@@ -243,14 +252,14 @@ class VideoReader(Closable):
                 f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
                 "times count from the first of them"
             )
-        elif "matroska" in self._container.format.name and (late_s := self._times.first_ns / 1e9) > LATE_S:
+        elif "matroska" in self._container.format.name and (late_s := self._times.begin_ns / 1e9) > LATE_S:
             yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
         if self._mirrored:
             yield "asks for a mirrored picture: not mirrored, as cameras see it"
         ratio = self._stream.codec_context.sample_aspect_ratio
         if ratio and ratio != 1:
             yield f"its pixels are not square ({ratio.numerator}:{ratio.denominator}): used as stored, as in a calibration"
-        elif self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
+        if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
@@ -307,7 +316,7 @@ class VideoReader(Closable):
         if self._stream.frames:
             cut = self.declared - read > max(1.0, MISCOUNTED * self.declared)
         else:
-            end_ns = self.end_ns + max(0, self._times.first_ns)  # Matroska counts the duration from time 0
+            end_ns = self.end_ns + max(0, self._times.begin_ns)  # Matroska counts the duration from time 0
             cut = self._duration_ns - end_ns > max(MISCOUNTED * self._duration_ns, 2e9 / self.fps)
         if self.read == 0 or cut:
             problem = "the file is empty or damaged" if self.read == 0 else "the file is cut or damaged"

@@ -67,6 +67,34 @@ def write_video(
     return path
 
 
+def ask_for_turn(path: Path, degrees: int) -> None:
+    """Write the matrix of a turn into the track header of an MP4 file, as phones do."""
+    content = bytearray(path.read_bytes())
+    c, s = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
+    at = content.index(b"tkhd") + 4 + 4 + 20 + 16  # version, times and ids; layer, volume
+    content[at : at + 32] = b"".join((v * 65536).to_bytes(4, "big", signed=True) for v in (c, s, 0, -s, c, 0, 0, 0))
+    path.write_bytes(content)
+
+
+def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
+    """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound."""
+    with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
+        added = {one.index: copy.add_stream_from_template(one) for one in (*container.streams.video[:1], *container.streams.audio[:1])}
+        packets = [one for one in container.demux() if one.size and one.stream.index in added]
+        of_video = [one for one in packets if one.stream.type == "video"][first:end]
+        for packet in packets:
+            if packet.stream.type == "video" and packet not in of_video:
+                continue
+            assert packet.time_base is not None
+            assert packet.pts is not None
+            assert packet.dts is not None
+            shift = round(shift_s / packet.time_base)
+            packet.pts, packet.dts = packet.pts + shift, packet.dts + shift
+            packet.stream = added[packet.stream.index]
+            copy.mux(packet)
+    return target
+
+
 def _write_sound(container: OutputContainer, stream: AudioStream, sound: Sound) -> None:
     samples = sound.samples.astype(np.float32)
     for first in range(0, len(samples), SOUND_BLOCK):

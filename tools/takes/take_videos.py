@@ -14,7 +14,7 @@ from zenocap.common.errors import OpenError, UserError
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
-from zenocap.common.video.reader import is_known
+from zenocap.common.video.reader import display_turn, is_known, turned_picture
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
@@ -54,7 +54,7 @@ class SeekableVideo:
                 self._last = float((frame.pts or 0) - self._start) * float(self._base), frame
             if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
                 return None
-            return np.asarray(self._last[1].to_ndarray(format="bgr24"), dtype=np.uint8)
+            return turned_picture(self._last[1], display_turn(self._last[1])[0])
         except (FFmpegError, ValueError):  # damaged there
             return None
 

@@ -6,12 +6,11 @@ from fractions import Fraction
 from pathlib import Path
 from unittest.mock import Mock
 
-import av
 import cv2
 import numpy as np
 import pytest
 
-from tests.support.video_file import write_video
+from tests.support.video_file import ask_for_turn, copied, write_video
 from tests.support.videos import GREY_STEP, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
@@ -91,36 +90,15 @@ def test_times_begin_with_the_first_frame(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
 def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
-    """The matrix of the track header, as phones write it."""
     image = np.zeros((48, 64, 3), np.uint8)
     image[:24, :32] = 250
     path = write_video(tmp_path / "a.mp4", [image] * 5)
-    content = bytearray(path.read_bytes())
-    c, s = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
-    at = content.index(b"tkhd") + 4 + 4 + 20 + 16  # version, times and ids; layer, volume
-    matrix = b"".join((value * 65536).to_bytes(4, "big", signed=True) for value in (c, s, 0, -s, c, 0, 0, 0))
-    content[at : at + 32] = matrix
-    path.write_bytes(content)
+    ask_for_turn(path, degrees)
     expected = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG).read()[1]
     assert expected.shape[:2] == ((64, 48) if degrees in (90, 270) else (48, 64))
     assert np.array_equal(read(path)[0][0].image(), expected)
     with VideoReader(path) as reader:
         assert reader.size == expected.shape[1::-1]
-
-
-def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
-    """The video's packets from `first` on without new encoding, with times that are `shift_s` later."""
-    with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
-        stream = container.streams.video[0]
-        added = copy.add_stream_from_template(stream)
-        for packet in [one for one in container.demux(stream) if one.size][first:end]:
-            assert packet.time_base is not None
-            assert packet.pts is not None
-            assert packet.dts is not None
-            shift = round(shift_s / packet.time_base)
-            packet.pts, packet.dts, packet.stream = packet.pts + shift, packet.dts + shift, added
-            copy.mux(packet)
-    return target
 
 
 def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:
@@ -202,6 +180,16 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:
     path = write_video(tmp_path / "a.mkv", grey_frames(5), pixel_shape=Fraction(4, 3))
     assert read(path)[1].notes == ("its pixels are not square (4:3): used as stored, as in a calibration",)
+
+
+@pytest.mark.parametrize("shape", [None, Fraction(4, 3)], ids=str)
+def test_more_frames_than_declared_are_used_and_said(tmp_path: Path, shape: Fraction | None) -> None:
+    path = write_video(tmp_path / "a.avi", grey_frames(20), codec="mjpeg", pixels="yuvj420p", pixel_shape=shape)
+    content = bytearray(path.read_bytes())
+    at = content.index(b"strh") + 8 + 32  # the length of the stream's header
+    content[at : at + 4] = (10).to_bytes(4, "little")
+    path.write_bytes(content)
+    assert read(path)[1].notes[-1] == "10 frames declared, 20 read: all are used"
 
 
 @pytest.mark.parametrize(

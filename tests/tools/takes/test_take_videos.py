@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.video_file import write_video
+from tests.support.video_file import ask_for_turn, write_video
 from zenocap.common.errors import OpenError, UserError
 from zenocap.common.video.reader import VideoReader
 from zenocap.tools.takes.take_videos import SeekableVideo, take_of
@@ -43,6 +43,38 @@ def test_there_is_no_frame_outside_of_the_file(video: Path) -> None:
     assert one.at(-0.1) is None
     assert one.at(60.0) is None
     assert abs(frame_at(one, video, 1.0) - FPS) <= 1
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_pictures_are_turned_as_the_file_asks_for(tmp_path: Path, degrees: int) -> None:
+    image = np.zeros((48, 64, 3), np.uint8)
+    image[:24, :32] = 250
+    path = write_video(tmp_path / "a.mp4", [image] * 90, fps=FPS)
+    ask_for_turn(path, degrees)
+    with VideoReader(path) as reader:
+        frame = reader.next()
+        assert frame is not None
+        shape, bright = frame.image().shape, frame.image() > 125
+    one = SeekableVideo(path)
+    for time_s in (0.0, 2.5, 0.5):
+        found = one.at(time_s)
+        assert found is not None
+        assert found.shape == shape
+        assert np.mean((found > 125) == bright) > 0.99
+    one.close()
+
+
+@pytest.mark.parametrize("suffix", ["h264", "mjpeg"])
+def test_a_bare_stream_has_the_pictures_of_its_times(tmp_path: Path, suffix: str) -> None:
+    images = [np.full((48, 64, 3), 20 + 2 * k, np.uint8) for k in range(90)]
+    more = {"codec": "mjpeg", "pixels": "yuvj420p"} if suffix == "mjpeg" else {}
+    path = write_video(tmp_path / f"a.{suffix}", images, fps=FPS, **more)
+    with VideoReader(path) as reader:
+        fps = reader.fps
+    one = SeekableVideo(path)
+    for time_s in (0.0, 1.0, 2.5, 0.5):
+        assert abs(frame_at(one, path, time_s) - time_s * fps) <= 1, time_s
+    one.close()
 
 
 def test_a_file_that_is_no_video_is_refused(tmp_path: Path) -> None:

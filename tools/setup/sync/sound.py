@@ -17,6 +17,7 @@ from av.error import FFmpegError
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import OpenError
 from zenocap.common.lags.pairs import Curve, Lag, Limits
+from zenocap.common.video.reader import VideoReader, until_cut
 
 RATE = 8000  # samples/s
 BAND_HZ = (150.0, 3600.0)  # without hum of the mains and what 8000 samples/s cut off; chosen by hand
@@ -33,7 +34,7 @@ SOUND_LIMITS = Limits(margin=6.0, ratio=1.6, apart_s=0.06, error_s=0.008)
 
 
 def read_sound(path: Path, seconds: float) -> Floats | None:
-    """Sound of a video, mono, RATE samples/s, (n,) from its first video frame on; None without sound.
+    """Sound of a video, mono, RATE samples/s, (n,) from time 0 of its pictures on; None without sound.
 
     Sound and pictures of a file may begin at different times: the time stamps of both streams count.  seconds: length of
     the part to read.  Raises OpenError.
@@ -42,17 +43,17 @@ def read_sound(path: Path, seconds: float) -> Floats | None:
         with av.open(str(path), metadata_errors="replace") as container:
             if not container.streams.audio or not container.streams.video:
                 return None
-            start_s = _first_frame_s(container)
-            container.seek(0, backward=True, any_frame=False)
-            samples = _mono(container, start_s, seconds)
+            samples = _mono(container, _begin_s(path), seconds)
     except (FFmpegError, ValueError) as error:
         raise OpenError(f"{path}: the sound cannot be decoded: {error}") from error
     return samples if len(samples) and float(np.sqrt(np.mean(samples**2))) > SILENT else None
 
 
-def _first_frame_s(container: av.container.InputContainer) -> float:
-    frame = next(container.decode(video=0), None)
-    return 0.0 if frame is None or frame.time is None else float(frame.time)
+def _begin_s(path: Path) -> float:
+    """Time stamp from which the times of a video's frames count, also where the first ones cannot be decoded."""
+    with VideoReader(path) as reader:
+        next(until_cut(iter(reader.next, None)), None)
+        return reader.begin_s
 
 
 def _mono(container: av.container.InputContainer, start_s: float, seconds: float) -> Floats:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import resample_poly
 
-from tests.support.video_file import Sound, write_video
+from tests.support.video_file import Sound, copied, write_video
 from tests.support.videos import grey_frames
 from zenocap.common.lags.pairs import peak_of
+from zenocap.common.video.reader import VideoReader
 from zenocap.tools.setup.sync.sound import RATE, SOUND_LIMITS, SoundPair, phase_correlation, read_sound
 
 SOURCE = np.random.default_rng(0).standard_normal(16_000 * 12) * 0.1
@@ -50,6 +51,25 @@ def test_time_of_sound_counts_from_the_first_picture(tmp_path: Path, suffix: str
     lag = pair.refined(peak_of(pair.curve.lags_s, pair.curve.values, SOUND_LIMITS).lag_s)
     assert lag is not None
     assert abs(lag.lag_s - 3.0) < 0.001
+
+
+def test_time_of_sound_counts_from_pictures_that_cannot_be_decoded(tmp_path: Path) -> None:
+    """As the frames' times do: the copy begins five frames later, between two key frames, and the sound is whole."""
+    whole = write_video(
+        tmp_path / "whole.ts", grey_frames(60), sound=Sound(SOURCE[: 16_000 * 6]), options={"x264-params": "keyint=20:scenecut=0"}
+    )
+    path = copied(whole, tmp_path / "cut.ts", first=5)
+    with VideoReader(path) as reader:
+        frame = reader.next()
+        assert frame is not None
+        assert frame.time_ns == pytest.approx(15 / 30 * 1e9, abs=1e6)
+    tracks = [read_sound(one, 60.0) for one in (whole, path)]
+    assert tracks[0] is not None
+    assert tracks[1] is not None
+    pair = SoundPair(tracks[0], tracks[1], 5.0)
+    lag = pair.refined(peak_of(pair.curve.lags_s, pair.curve.values, SOUND_LIMITS).lag_s)
+    assert lag is not None
+    assert abs(lag.lag_s - 5 / 30) < 0.001
 
 
 def test_videos_without_sound_or_with_silence_have_none(tmp_path: Path) -> None:

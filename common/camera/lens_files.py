@@ -24,7 +24,8 @@ def read_lenses(path: Path | str) -> dict[str, Lens]:
     """Return the lenses of a file, or of the files of a folder, by camera.  Raises UserError."""
     path = Path(path)
     if path.is_dir():
-        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        named = sorted(path.iterdir())
+        files = [file for file in named if file.suffix.lower() in SUFFIXES and not file.name.startswith(".")]
         if not files:
             raise UserError(f"{path}: no {', '.join(SUFFIXES)} in this folder: allowed: one file for each camera")
         return _by_name(path, [lens for file in files for lens in _lenses(file)])

@@ -173,9 +173,17 @@ def plain_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.\-]", "-", text)[:64] or "rig"
 
 
+def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
+    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder."""
+    if not folder.is_dir():
+        return []
+    found = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith("."))
+    return sorted(path for path in found if path.is_file())
+
+
 def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
     """Video by camera: matched by name, or by order when no name matches, as in Pose2Sim."""
-    found = sorted(p for p in (folder / "videos").glob("*") if p.suffix.lower() in VIDEO_SUFFIXES)
+    found = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
     return _paired(calibration, cameras, found)

@@ -155,7 +155,9 @@ def _rig(source: Sequence[Path], given: TrackArguments, variant: Variant | None)
 
 def videos_in(path: Path) -> list[Path]:
     """The videos of a folder, or of videos/ in it, by name; a file is itself."""
+    from zenocap.common.rig.folder import with_suffix
+
     if not path.is_dir():
         return [path]
     folder = path / "videos" if (path / "videos").is_dir() else path
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() in VIDEO_SUFFIXES)
+    return with_suffix(folder, VIDEO_SUFFIXES)

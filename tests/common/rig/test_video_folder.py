@@ -14,6 +14,7 @@ from zenocap.common.rig.sources import Stream, VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
+from zenocap.tools.cli.track_options import videos_in
 
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
 
@@ -25,6 +26,15 @@ def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 48
     if sync is not None:
         (path / "sync.toml").write_text(sync)
     return path
+
+
+def test_hidden_files_beside_the_videos_are_none(tmp_path: Path) -> None:
+    """macOS writes a ._NAME beside each file on disks of others."""
+    for name in ("._cam01.mp4", "._cam02.mp4"):
+        (tmp_path / "videos").mkdir(exist_ok=True)
+        (tmp_path / "videos" / name).write_bytes(b"\0\5\x16\7")
+    assert [viewer.id for viewer in load_rig(folder(tmp_path)).viewers] == ["cam01", "cam02"]
+    assert [path.name for path in videos_in(tmp_path)] == ["cam01.mp4", "cam02.mp4"]
 
 
 def rig_file(path: Path, viewers: str, method: str = "auto") -> Path:

@@ -53,16 +53,15 @@ def file_and_cameras(texts: Sequence[str] | None, default: str) -> tuple[Path, l
 
 def _expanded(text: str) -> list[str]:
     """The videos or pictures of a folder as NAME=SOURCE; any other text as it is.  Raises UserError."""
-    from zenocap.common.rig.folder import IMAGE_SUFFIXES
+    from zenocap.common.rig.folder import IMAGE_SUFFIXES, with_suffix
     from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
     folder = Path(text)
     if "=" in text or not folder.is_dir():
         return [text]
     for place in (folder / "videos", folder):
-        files = sorted(place.iterdir()) if place.is_dir() else []
-        if found := [f"{one.stem}={one}" for one in files if one.suffix.lower() in VIDEO_SUFFIXES + IMAGE_SUFFIXES]:
-            return found
+        if found := with_suffix(place, VIDEO_SUFFIXES + IMAGE_SUFFIXES):
+            return [f"{one.stem}={one}" for one in found]
     raise UserError(f"{folder}: no videos and no pictures in it: allowed: {', '.join(VIDEO_SUFFIXES + IMAGE_SUFFIXES)}")
 
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, IMAGE_SUFFIXES, SYNC_FILE, read_offsets
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, IMAGE_SUFFIXES, SYNC_FILE, read_offsets, with_suffix
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import best_variant, board_variant
 from zenocap.tools.setup.calibration.board_views import CameraViews
 from zenocap.tools.setup.calibration.corners_file import check_board, read_corners
 from zenocap.tools.setup.calibration.detection import Detection, camera_views, not_found
-from zenocap.tools.setup.calibration.film_search import OnProgress, Searched, probes, searched, with_suffix
+from zenocap.tools.setup.calibration.film_search import OnProgress, Searched, probes, searched
 from zenocap.tools.setup.cameras.away import require_copied
 
 LAYOUT = "a folder with videos, or with videos/, or with a folder of images for each camera; or the videos themselves"

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import IMAGE_SUFFIXES
+from zenocap.common.rig.folder import IMAGE_SUFFIXES, with_suffix
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import best_variant, variant_counts, why_not_found
 from zenocap.tools.setup.calibration.board_views import CameraViews, View, with_velocities
-from zenocap.tools.setup.calibration.film_search import OnProgress, Searched, probes, searched, with_suffix
+from zenocap.tools.setup.calibration.film_search import OnProgress, Searched, probes, searched
 
 
 @dataclass(frozen=True)

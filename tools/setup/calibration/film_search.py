@@ -9,7 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import IMAGE_SUFFIXES
+from zenocap.common.rig.folder import IMAGE_SUFFIXES, with_suffix
 from zenocap.common.video.reader import VideoReader, until_cut
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import BoardDetector
@@ -56,12 +56,6 @@ def searched(boards: Sequence[Board], path: Path, name: str, on_progress: OnProg
                 found_views.append(View(time_s, found[0], found[1], np.full_like(found[1], np.nan)))
     period_s = float(np.median(np.diff(times))) if len(times) > 1 and not still else 1.0 / fps
     return Searched(size, period_s, looks, tuple(tuple(one) for one in views))
-
-
-def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files."""
-    found = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith("."))
-    return sorted(path for path in found if path.is_file())
 
 
 def _still(path: Path) -> Image:

@@ -6,7 +6,7 @@ from shlex import quote
 
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, with_suffix
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.common.toml_file import quoted, read_toml
 
@@ -65,7 +65,7 @@ def require_copied(folder: Path, *, corners: bool = False) -> None:
                 places[name] = (host, there)
             case _:
                 raise UserError(f"{path}: away.{name} = {value!r}: allowed: [machine, folder]")
-    present = {one.stem for one in (folder / "videos").glob("*") if one.suffix.lower() in VIDEO_SUFFIXES}
+    present = {one.stem for one in with_suffix(folder / "videos", VIDEO_SUFFIXES)}
     if corners:
         present |= {one.stem for place in (folder / CORNERS, folder) for one in place.glob(f"*{CORNERS_SUFFIX}")}
     missing = {name: place for name, place in places.items() if name not in present}

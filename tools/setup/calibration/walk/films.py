@@ -14,6 +14,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.folder import with_suffix
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.calibration.lens_model import LensModel
@@ -45,7 +46,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
     if not folder.is_dir():
         raise UserError(f"{folder}: no such folder: allowed: a folder with videos/, as `zenocap film` makes it")
     require_copied(folder)
-    videos = [path for path in sorted((folder / "videos").glob("*")) if path.suffix.lower() in VIDEO_SUFFIXES]
+    videos = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     if len(videos) < 2:
         raise UserError(f"{folder}: videos/ has {len(videos)} video(s): allowed: one for each of two cameras or more")
     missing = [path.stem for path in videos if path.stem not in lenses]

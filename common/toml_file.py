@@ -17,7 +17,7 @@ def read_toml(path: Path) -> dict[str, object]:
     try:
         if (size := path.stat().st_size) > MAX_TOML_BYTES:
             raise UserError(f"{path}: {size} bytes: allowed: up to {MAX_TOML_BYTES}")
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a byte-order mark
         _check_dots(path, text)
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -23,6 +23,8 @@ from zenocap.common.formats.text_file import read_apart
 WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap calibrate --help shows how to make one"
 MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by hand
 MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; chosen by hand
+USUAL_SIZES = ((640, 480), (1280, 720), (1280, 960), (1280, 1024), (1920, 1080), (2048, 2048), (3840, 2160))  # px
+NEAR_SIZE = 0.03  # of a side, between a guess and such a size; principal points are that near the centre; chosen by hand
 
 
 def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
@@ -59,14 +61,21 @@ def _camera(
     if f"H_{name}" in intrinsics and f"W_{name}" in intrinsics:
         size = np.array([intrinsics[f"W_{name}"].item(), intrinsics[f"H_{name}"].item()])
     elif matrix.shape == (3, 3):
-        # EasyMocap omits the size: a centred principal point is assumed.
-        size = np.round(2 * matrix[:2, 2] + 1)
+        # EasyMocap omits the size: a principal point near the centre is assumed.
+        size = _usual_size(np.round(2 * matrix[:2, 2] + 1))
         text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
         warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
     else:
         raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)
     return checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
+
+
+def _usual_size(guess: Floats) -> Floats:
+    """The nearest usual size of a video, also upright; the guess itself, (2,) px, where none is near."""
+    sizes = np.array([side[::step] for side in USUAL_SIZES for step in (1, -1)], dtype=np.float64)
+    off = np.abs(guess / sizes - 1.0).max(axis=1)
+    return np.asarray(sizes[np.argmin(off)] if off.min() < NEAR_SIZE else guess)
 
 
 def easymocap_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y") -> dict[Path, str]:

@@ -21,13 +21,13 @@ NEEDED_KEYS = ("image_width", "image_height", "camera_name", "distortion_model",
 
 def is_ros_info(path: Path) -> bool:
     """Whether a YAML file has the keys of a ROS `camera_info`, as a file or as `ros2 topic echo` prints the message."""
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
     return not text.startswith("%YAML") and ("image_width" in text or ECHOED.search(text) is not None)
 
 
 def read_ros_info(path: Path) -> Lens:
     """Return the intrinsics in a ROS `camera_info` file, or of the first message of an echo.  Raises UserError."""
-    text, entry = path.read_text(encoding="utf-8", errors="replace"), Entry(path, "")
+    text, entry = path.read_text(encoding="utf-8-sig", errors="replace"), Entry(path, "")
     if "image_width" not in text:
         text = _of_echo(text, path.stem)
     scalars = dict(re.findall(r"^(\w+):[ \t]*(\S+)[ \t]*$", text, re.MULTILINE))

@@ -384,14 +384,22 @@ def test_a_note_about_a_file_is_shown_once(tmp_path):
     assert len(shown) == 1
 
 
-def test_the_guessed_size_of_easymocap_is_said(tmp_path):
+@pytest.mark.parametrize(
+    ("principal", "size"),
+    [((975, 528), (1920, 1080)), ((962, 541.5), (1920, 1080)), ((242, 318), (480, 640)), ((900, 600), (1801, 1201))],
+)
+def test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said(tmp_path, principal, size):
     storage(tmp_path / "extri.yml", {"Rot_left": np.eye(3), "T_left": np.zeros((3, 1))})
-    storage(
-        tmp_path / "intri.yml",
-        {"K_left": np.array([[600.0, 0, 975], [0, 600, 528], [0, 0, 1]]), "dist_left": np.zeros((1, 5))},
-    )
-    with pytest.warns(FileNote, match=r"intri\.yml: no W_left and H_left: 1951 x 1057 px is a guess"):
-        read_calibration(tmp_path / "extri.yml")
+    matrix = np.array([[600.0, 0, principal[0]], [0, 600, principal[1]], [0, 0, 1]])
+    storage(tmp_path / "intri.yml", {"K_left": matrix, "dist_left": np.zeros((1, 5))})
+    with pytest.warns(FileNote, match=rf"intri\.yml: no W_left and H_left: {size[0]} x {size[1]} px is a guess"):
+        assert read_calibration(tmp_path / "extri.yml")["left"].size == size
+
+
+@pytest.mark.parametrize(("name", "content"), [("calibration.toml", GOOD), ("head.yaml", ROS)])
+def test_a_byte_order_mark_is_no_part_of_the_file(tmp_path, name, content):
+    (tmp_path / name).write_text(content, encoding="utf-8-sig")
+    assert list(read_lenses(tmp_path / name)) == ["webcam" if name == "head.yaml" else "left"]
 
 
 ROI = "roi:\n  x_offset: 0\n  y_offset: 0\n  height: {}\n  width: {}\n  do_rectify: false\n"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import struct
 import sys
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
@@ -16,7 +17,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import MAX_NUMBERS, ZEROS
+from zenocap.common.formats.trc import MAX_NUMBERS, SAME_RATE, ZEROS
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
@@ -41,6 +42,7 @@ def read_c3d(path: Path) -> Trajectories:
     needed += 512 * (int.from_bytes(head[16:18], "little") - 1)
     if intel and size < needed:
         raise UserError(f"{path}: cut: {size} bytes: allowed: {needed} or more")
+    rate = _rate(path, rate, struct.unpack("<f", head[20:24])[0] if intel else 0.0)
     if unit not in METRES:
         raise UserError(f"{path}: POINT:UNITS = {unit!r}: allowed: {', '.join(METRES)}")
     own = enumerate(labels[: points.shape[1]])
@@ -60,6 +62,15 @@ def read_c3d(path: Path) -> Trajectories:
     frames = np.arange(first, first + len(centres), dtype=np.int64)
     times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
     return Trajectories(names, frames, times_s, centres, rate)
+
+
+def _rate(path: Path, rate: float, header: float) -> float:
+    """Frames per second: `rate` of POINT:RATE, or that of the header where it has none; a contradiction is said."""
+    if not 0.0 < header < np.inf or abs(header - rate) <= SAME_RATE * header:
+        return rate
+    used = rate if rate > 0.0 else header
+    warn_of_file(path, f"{header:g} frames/s in the header, POINT:RATE = {rate:g}: {used:g} frames/s are used")
+    return used
 
 
 def _header(path: Path) -> tuple[int, bool, bytes]:

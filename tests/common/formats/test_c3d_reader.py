@@ -1,6 +1,7 @@
 """C3D files of other programs: units, first frames, other quantities, damage."""
 
 import io
+import struct
 from pathlib import Path
 
 import c3d
@@ -111,6 +112,31 @@ def test_the_first_frame_of_the_trial_is_used_where_it_agrees_with_the_rows(
 ) -> None:
     path = late_file(tmp_path / "a.c3d", first, actual)
     assert read_c3d(path).frames[0] == found
+    assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+@pytest.mark.parametrize(
+    ("header", "stated", "used", "note"),
+    [
+        (50.0, 30.0, 30.0, "50 frames/s in the header, POINT:RATE = 30: 30 frames/s are used"),
+        (50.0, 0.0, 50.0, "50 frames/s in the header, POINT:RATE = 0: 50 frames/s are used"),
+        (29.97, 30.0, 30.0, None),
+        (0.0, 30.0, 30.0, None),
+    ],
+)
+def test_a_rate_in_the_header_that_contradicts_the_parameter_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, header: float, stated: float, used: float, note: str | None
+) -> None:
+    path = tmp_path / "a.c3d"
+    write_c3d(path, moving(20).trajectories())
+    content = bytearray(path.read_bytes())
+    at = content.index(b"\x04\x01RATE") + 6  # length of the name, group; then offset, type, dimensions, value
+    content[at + 4 : at + 8] = struct.pack("<f", stated)
+    content[20:24] = struct.pack("<f", header)
+    path.write_bytes(content)
+    found = read_c3d(path)
+    assert found.rate == used
+    np.testing.assert_allclose(np.diff(found.times_s), 1 / used)
     assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
 
 

@@ -27,6 +27,7 @@ from zenocap.tools.option_groups import EXPERT, option
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.tools.takes.export import Exported, ExportOptions
 
+OFF_ROWS = 1.5  # from its own time to its row at one rate, from which it is said: live cameras jitter less; chosen by hand
 
 ExportOutput = Annotated[
     Path | None,
@@ -158,6 +159,11 @@ def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
     if written.left_out:
         lacking = "the model has no arms" if form.model else f"the take's body has {missing_parts(written.left_out)}"
         yield f"{lacking}: left out: {', '.join(written.left_out)}"
+    if written.off_s * written.rate > OFF_ROWS:
+        yield (
+            f"the times are uneven, and {form.name} has one rate: rows are up to {written.off_s:.2f} s from theirs; "
+            f"--fps {round(written.rate)} puts them at even times"
+        )
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed
         yield f"too short to smooth, unchanged: stretches {stretches}, frames {frames}"

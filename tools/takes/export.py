@@ -61,6 +61,7 @@ class Exported:
 
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
     that the take's body does not have.  unsmoothed: stretches and frames that the filter left, because they are short.
+    off_s: farthest row from its own time, seconds, in a format with one rate.
     """
 
     rows: int
@@ -72,6 +73,7 @@ class Exported:
     cut: str | None
     left_out: tuple[str, ...] = ()
     unsmoothed: tuple[int, int] = (0, 0)
+    off_s: float = 0.0
 
 
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
@@ -104,7 +106,8 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])
     missing = (*left_out(options.joints, track.anatomy, spine=options.spine), *lacking)
-    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed)
+    off_s = 0.0 if to.numbered else _off_s(track)
+    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed, off_s)
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
@@ -119,6 +122,12 @@ def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
         start_s = options.first.value if options.first.seconds else options.first.value / (take.rate or 1.0)
         first = min(max(0, ceil(start_s * track.rate - 1e-6)), int(track.frames[0]))
     return every_frame(track, first)
+
+
+def _off_s(track: PoseTrack) -> float:
+    """Farthest distance of a row's time from that of its number at the mean rate, seconds."""
+    counted = track.times_s[0] + np.arange(len(track.frames)) / (track.rate or 1.0)
+    return float(np.abs(track.times_s - counted).max())
 
 
 def _check(output: Path, to: ExportFormat, options: ExportOptions) -> None:

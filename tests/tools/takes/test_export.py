@@ -3,6 +3,7 @@
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -275,6 +276,18 @@ def test_files_say_how_they_were_smoothed(to: str, two_view: Path, tmp_path: Pat
         assert ezc3d.c3d(str(path))["parameters"]["ZENOCAP"]["SMOOTHING"]["value"][0].startswith(text)
     else:
         assert text.encode() in path.read_bytes()
+
+
+@pytest.mark.parametrize(("to", "fps", "said"), [("bvh", (), True), ("trc", (), False), ("bvh", ("--fps", 30), False)])
+def test_uneven_times_in_a_format_with_one_rate_are_said(
+    to: str, fps: tuple[str, ...], said: bool, tmp_path: Path
+) -> None:
+    track = moving(60)
+    slower = replace(track, times_s=np.where(track.frames < 30, track.times_s, 2 * track.times_s - track.times_s[30]))
+    take = write_take(tmp_path / "phone.mcap", messages_of_track(slower))
+    status, _, err = zenocap("export", take, "-o", tmp_path / f"phone.{to}", *fps)
+    assert status == 0
+    assert ("the times are uneven, and bvh has one rate: rows are up to 0.2" in err) == said, err
 
 
 @pytest.mark.parametrize("to", ["trc", "csv"])

@@ -10,6 +10,7 @@ from zenocap.common.errors import EndedEarly, SourceError
 from zenocap.common.rig.sources import VideoFile, empty_frames
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.reader import VideoReader
+from zenocap.common.vision.empty_scene import LEAST_EMPTY, with_people
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, fit_of
@@ -65,9 +66,9 @@ def video_frames(source: VideoFile, fps: float, fit: Fit, playback: Playback, pr
 
 
 def median_picture(path: Path, fit: Fit, *, hardware: bool = False) -> Image:
-    """Median of MEDIAN_OF frames spread over a file, at the working size.  hardware: see `VideoReader`.
+    """Median of MEDIAN_OF frames spread over a file, at the working size; of those of the empty scene where it has some.
 
-    Raises SourceError.
+    hardware: see `VideoReader`.  Raises SourceError.
     """
     with VideoReader(path, hardware) as reader:
         every = max(1, reader.declared // MEDIAN_OF)
@@ -75,6 +76,9 @@ def median_picture(path: Path, fit: Fit, *, hardware: bool = False) -> Image:
         while (frame := reader.next()) is not None:
             if frame.index % every == every // 2:
                 pictures.append(fit(frame.image()))
+        people = with_people(pictures)
+        if np.count_nonzero(~people) >= LEAST_EMPTY:
+            pictures = [picture for picture, seen in zip(pictures, people, strict=True) if not seen]
         return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
 
 

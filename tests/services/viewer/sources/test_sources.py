@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.common.runtime.test_frame_rate import reduced
+from tests.common.vision import test_empty_scene as empty_scene
 from tests.support import video_file
 from tests.support.places import CLIPS, ROOT
 from tests.support.videos import GREY_STEP, grey_frames
@@ -29,7 +30,7 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
-from zenocap.services.viewer.sources.video import Thinning, video_frames
+from zenocap.services.viewer.sources.video import Thinning, median_picture, video_frames
 
 SIZE, WORKING = (64, 48), (32, 24)
 FIT = Fit(SIZE, WORKING)
@@ -425,3 +426,13 @@ def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():
         frames = list(islice(open_source(viewer, offline(S)), 14))
         assert [(f.frame, f.initial) for f in frames] == [(k, True) for k in range(11)] + [(k, False) for k in range(3)]
         assert {f.image.shape for f in frames} == {(viewer.camera.size[1], viewer.camera.size[0], 3)}
+
+
+def test_the_background_of_a_film_is_that_of_its_empty_part(tmp_path: Path) -> None:
+    """A person stands in one place for two thirds of it."""
+    empty, walking, masks = empty_scene.film()
+    path = video_file.write_video(tmp_path / "a.mp4", [*empty[:14], *[walking[0]] * 28], fps=empty_scene.FPS)
+    found = median_picture(path, Fit(empty_scene.SIZE, empty_scene.SIZE)).astype(np.float64)
+    person, room = masks[0] != 0, np.median(np.stack(empty), axis=0)
+    assert np.abs(found - room)[person].mean() < 6.0
+    assert np.abs(walking[0] - room)[person].mean() > 20.0

@@ -315,6 +315,23 @@ def test_scene_points_of_another_time_than_the_pose_are_removed(visit: Visit, an
     assert visit.evaluate("zenocap.scene.points") == 0
 
 
+def test_scene_points_go_with_the_body_until_the_next_ones_come(visit: Visit, animator: StandIn) -> None:
+    visit.stop_clock()
+    pose, now_ns = pose_at(0.0), animator.clock.now_ns()
+    animator.receive(bap(49, now_ns, pose))
+    sees(visit, 49)
+    points = packed_points(np.array([[0.8, 1.2, 0.4]]))
+    animator.receive(m.ScenePoints(frame=49, captured_ns=now_ns, points=points))
+    visit.until(lambda: visit.evaluate("zenocap.scene.points") == 1, "one point")
+    moved = Pose(pose.position + np.array([-0.3, 0.0, 0.1]), pose.angles)
+    place = expected_px(visit, np.array([0.5, 1.2, 0.5]))
+    animator.receive(bap(50, now_ns + 50_000_000, moved))
+    sees(visit, 50)
+    red, green, _ = pixel(visit, place)
+    assert green > 180
+    assert green > red + 60
+
+
 def test_the_axes_of_the_world_are_drawn_in_their_colours(visit: Visit) -> None:
     for layer in ("actor", "floor", "cameras", "trails", "points"):
         visit.page.uncheck(f"#layers [name={layer}]")

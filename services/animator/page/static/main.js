@@ -45,7 +45,7 @@ const views = new CameraViews(el('views'), (viewer, bare, whole) => {
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
-  eyeBefore: {}, trail: [], trailSeconds: 2, arrivals: [], count: 0, pointsMs: 0,
+  eyeBefore: {}, trail: [], trailSeconds: 2, arrivals: [], count: 0, points: null, pointsMs: 0,
   latencies: [],  // ms from the receipt of a pose by the animator until it is in the scene
   ages: [],  // ms from its capture until then
 };
@@ -151,7 +151,7 @@ function clearShown() {
   Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
   scene.capsules = [];
   drawGhosts();
-  scene.setPoints(new Float32Array(0));
+  removePoints();
   views.clear();
   plots.clear();
   updateLines();
@@ -214,6 +214,7 @@ function showPose(pose) {
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
   removePointsApart(pose);
+  movePoints(pose);
   if (!lost) orbit.follow(pose.positions);
   const now = performance.now();
   for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
@@ -234,17 +235,31 @@ function showPose(pose) {
 
 // data: base64 of 16-bit millimetres, little-endian like every browser's machine.
 function setPoints({ data, captured_ms }) {
+  const pose = state.poses.get(state.source);
   state.pointsMs = performance.now();
   state.pointsCaptured_ms = captured_ms;
-  scene.setPoints(Float32Array.from(new Int16Array(bytesOf(data).buffer), (millimetres) => millimetres / 1000));
-  const pose = state.poses.get(state.source);
+  state.points = Float32Array.from(new Int16Array(bytesOf(data).buffer), (millimetres) => millimetres / 1000);
+  state.pointsRoot = pose?.positions.slice(0, 3);
+  scene.setPoints(state.points);
   if (pose && state.feed === 'take') removePointsApart(pose);
+}
+
+function removePoints() {
+  state.points = null;
+  scene.setPoints(new Float32Array(0));
+}
+
+// Scene points come ten times a second: between two of them they go with the body.
+function movePoints({ positions }) {
+  if (!state.points || !state.pointsRoot) return;
+  const shift = minus(positions.slice(0, 3), state.pointsRoot);
+  scene.setPoints(state.points.map((value, k) => value + shift[k % 3]));
 }
 
 // Remove scene points of another time than the pose.
 function removePointsApart(pose) {
   const limit = state.feed === 'take' && player.last?.paused ? PAUSED_APART_MS : POINTS_APART_MS;
-  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > limit) scene.setPoints(new Float32Array(0));
+  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > limit) removePoints();
 }
 
 function setCamera(update) {
@@ -334,7 +349,7 @@ function setPosture({ label, margin, best }) {
 }
 
 function updateNumbers() {
-  if (state.feed === 'live' && performance.now() - state.pointsMs > POINTS_TIMEOUT_MS) scene.setPoints(new Float32Array(0));
+  if (state.feed === 'live' && performance.now() - state.pointsMs > POINTS_TIMEOUT_MS) removePoints();
   const since = performance.now() - RATE_MS;
   state.arrivals = state.arrivals.filter((at) => at > since);
   showNumber('rate', state.arrivals.length ? (1000 * state.arrivals.length / RATE_MS).toFixed(0) : '–');

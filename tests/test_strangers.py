@@ -1,16 +1,27 @@
-"""Files and first steps of strangers that contradict themselves: each point and its tests.
+"""Files and first steps of strangers that contradict themselves: each point and its tests, and the inputs of bug reports.
 
 `python -m tests.test_strangers` runs them all.
 """
 
 import re
+import runpy
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import CLIPS, ROOT, SHARED
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.errors import FileNote, UserError
+from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trc import read_trc
+from zenocap.common.video.reader import VideoReader, VideoSummary
 
+BUGS = SHARED / "bugs"
+needs_bugs = pytest.mark.skipif(not BUGS.is_dir(), reason="the inputs of bug reports are not beside the checkout")
 FORMATS, TAKES, FILMS = "common/formats", "tools/takes", "common/video/test_reader.py"
 CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
@@ -20,8 +31,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "number or time: time": (
         f"{FORMATS}/test_trc.py::test_of_number_time_and_rate_the_time_decides",
         f"{FORMATS}/test_c3d_reader.py::test_the_first_frame_of_the_trial_is_used_where_it_agrees_with_the_rows",
+        f"{FORMATS}/test_c3d_reader.py::test_a_rate_in_the_header_that_contradicts_the_parameter_is_said",
         f"{FORMATS}/test_motion_files.py::test_the_rate_is_that_of_the_times_and_rows_that_are_left_out_are_gaps",
         f"{TAKES}/test_export.py::test_frames_that_a_live_take_leaves_out_are_rows_without_pose",
+        f"{TAKES}/test_export.py::test_uneven_times_in_a_format_with_one_rate_are_said",
         f"{TAKES}/test_evaluate.py::test_a_truth_that_counts_from_1_is_paired_by_time",
     ),
     "a truth of another offset, side or unit: doubtful, status 3": (
@@ -43,12 +56,16 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so",
         f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
         f"{FILMS}::test_pixels_that_are_not_square_are_said",
+        f"{FILMS}::test_more_frames_than_declared_are_used_and_said",
+        f"{TAKES}/test_take_videos.py::test_pictures_are_turned_as_the_file_asks_for",
+        f"{TAKES}/test_take_videos.py::test_a_bare_stream_has_the_pictures_of_its_times",
+        "tools/setup/sync/test_sound.py::test_time_of_sound_counts_from_pictures_that_cannot_be_decoded",
     ),
     "vendors' modes and units": (
         f"{CALIBRATIONS}::test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said",
         f"{CALIBRATIONS}::test_qualisys_intrinsics_are_those_of_the_sensor",
         f"{CALIBRATIONS}::test_ros_camera_info_of_a_part_of_the_pixels_is_refused",
-        f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_said",
+        f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said",
         f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
     ),
     "valid containers": (
@@ -60,7 +77,9 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "common/rig/test_video_folder.py::test_videos_belong_to_the_camera_whose_name_they_contain",
         f"{CALIBRATIONS}::test_files_of_others_that_are_not_read_are_named_in_one_line",
         f"{CALIBRATIONS}::test_what_ros_topic_echo_prints_is_read",
+        "common/rig/test_video_folder.py::test_hidden_files_beside_the_videos_are_none",
         f"{FORMATS}/test_trc.py::test_a_byte_order_mark_is_no_part_of_the_file",
+        f"{CALIBRATIONS}::test_a_byte_order_mark_is_no_part_of_the_file",
     ),
     "both colour schemes": ("system/browser/test_page.py::test_every_text_has_contrast_in_both_colour_schemes",),
     "a terminal of 80 x 24": (
@@ -93,7 +112,6 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     ),
     "wrong inputs: the cause is the first reason": (
         "tools/judge/test_wrong_inputs.py::test_the_first_reason_of_a_wrong_input_is_its_cause",
-        "tools/judge/test_wrong_inputs.py::test_missing_parts_of_the_silhouettes_are_not_good",
         "tools/judge/test_verdict.py::test_what_the_cameras_show_is_the_first_reason",
         "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
     ),
@@ -107,5 +125,91 @@ def test_each_point_has_its_tests(point: str) -> None:
         assert re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE), test
 
 
+def film(name: str) -> VideoSummary:
+    """What is said of a film that was read to its end."""
+    with VideoReader(BUGS / name) as reader:
+        for _ in iter(reader.next, None):
+            pass
+        return reader.summary()
+
+
+@needs_bugs
+@pytest.mark.parametrize(
+    ("name", "frames", "rate", "note"),
+    [
+        ("raw-h264-rate/film30.h264", 60, 30.0, "has no times: 30 frames/s, as its headers state"),
+        ("raw-h264-rate/film30_no_vui.h264", 60, 25.0, "states no frame rate: 25/s assumed"),
+        ("trim-edit-list/trimmed.mp4", 45, 30.0, "15 frames are in the file and cut away by its edit list"),
+        ("trim-edit-list/trimmed.mov", 45, 30.0, "15 frames are in the file and cut away by its edit list"),
+        ("midgop-start/from_frame_12.ts", 42, 30.0, "begins between two key frames: the first 18 frames (0.60 s)"),
+        ("midgop-start/from_frame_12.mkv", 42, 30.0, "its first frame is at 0.60 s: what came before is missing"),
+        ("mirrored-matrix/hflip.mp4", 0, 0.0, "asks for a mirrored picture: not mirrored"),
+        ("mirrored-matrix/vflip.mp4", 0, 0.0, "asks for a mirrored picture: not mirrored"),
+        ("mirrored-matrix/rot90flip.mp4", 0, 0.0, "asks for a mirrored picture: not mirrored"),
+    ],
+)
+def test_a_film_of_a_bug_report_is_read_as_it_is_and_what_is_odd_is_said(
+    name: str, frames: int, rate: float, note: str
+) -> None:
+    found = film(name)
+    assert any(one.startswith(note) for one in found.notes), found.notes
+    assert found.damaged == 0
+    if frames:
+        assert (found.timing.frames, round(found.timing.rate, 2)) == (frames, rate)
+
+
+@needs_bugs
+def test_the_late_c3d_of_a_bug_report_has_its_times() -> None:
+    found = read_c3d(BUGS / "c3d-late-start" / "late.c3d")
+    assert (found.frames[0], found.frames[-1]) == (70000, 70049)
+    np.testing.assert_allclose(found.times_s[[0, -1]], (700.0, 700.49))
+
+
+@needs_bugs
+@pytest.mark.parametrize(
+    ("file", "sizes", "note"),
+    [
+        ("calib-cm/calibration_cm.toml", None, "is the file in centimetres or inches"),
+        ("easymocap-no-size/extri.yml", [(1920, 1080)] * 2, "1920 x 1080 px is a guess"),
+        ("qca-modes/room.qca.txt", [(1920, 1088)], "20003"),
+    ],
+)
+def test_a_calibration_of_a_bug_report_is_questioned(file: str, sizes: list[tuple[int, int]] | None, note: str) -> None:
+    with pytest.warns(FileNote) as warned:
+        cameras = read_calibration(BUGS / file)
+    assert any(note in str(one.message) for one in warned), [str(one.message) for one in warned]
+    assert sizes is None or [camera.size for camera in cameras.values()] == sizes
+
+
+def same_times(found: Trajectories, same: Trajectories) -> None:
+    np.testing.assert_allclose(found.times_s, same.times_s, atol=1e-3)
+    np.testing.assert_array_equal(found.points, same.points)
+
+
+def missing_wrists(found: Trajectories, same: Trajectories) -> None:
+    wrists = [k for k, name in enumerate(found.names) if name.endswith("Wrist")]
+    missing = np.isnan(found.points).all(axis=2)
+    assert missing[99:, wrists].mean() == pytest.approx(0.2, abs=0.02)
+    assert np.array_equal(found.points[~missing], same.points[~missing])
+
+
+@needs_bugs
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
+@pytest.mark.parametrize(
+    ("name", "check"),
+    [("from1", same_times), ("rate100", same_times), ("same_number", same_times), ("zeros", missing_wrists), ("name_missing", None)],
+)
+def test_a_trc_of_a_bug_report_is_read_by_its_times_or_refused(
+    name: str, check: Callable[[Trajectories, Trajectories], None] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["trc_variants.py", str(CLIPS / "walk2" / "truth.trc"), str(tmp_path)])
+    runpy.run_path(str(BUGS / "trc_variants.py"))
+    if check is None:
+        with pytest.raises(UserError, match="names"):
+            read_trc(tmp_path / f"{name}.trc")
+    else:
+        check(read_trc(tmp_path / f"{name}.trc"), read_trc(tmp_path / "same.trc"))
+
+
 if __name__ == "__main__":
-    sys.exit(pytest.main(["-m", "", *(f"tests/{test}" for tests in TESTS.values() for test in tests)]))
+    sys.exit(pytest.main(["-m", "", __file__, *(f"tests/{test}" for tests in TESTS.values() for test in tests)]))

@@ -74,6 +74,8 @@ def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
         (rotated, ("no-pose", *CONTRADICTION), "calibration"),
         (short, ("no-pose",), "a longer recording"),
         (upper_half, ("half-person",), "half of the person is outside the pictures"),
+        (faults.grey, ("silhouettes", "overlap", "view-missing"), "contrast"),
+        (faults.no_legs, ("overlap", "half-person"), "missing in the silhouette"),
     ],
     ids=lambda one: getattr(one, "__name__", None),
 )
@@ -86,6 +88,8 @@ def test_the_first_reason_of_a_wrong_input_is_its_cause(
     assert words in found.reasons[0].text
 
 
-@pytest.mark.parametrize("fault", [faults.grey, faults.no_legs], ids=lambda one: str(one.__name__))
-def test_missing_parts_of_the_silhouettes_are_not_good(fault: Callable[[Scene, np.random.Generator], Scene]) -> None:
-    assert verdict(fault).rating == "unusable"
+def test_the_camera_that_was_moved_is_named() -> None:
+    before, after = scene(), faults.moved(scene(), np.random.default_rng(SEED))
+    others = [view for view in before.masks if any((a != b).any() for a, b in zip(before.masks[view], after.masks[view], strict=True))]
+    assert len(others) == 1
+    assert verdict(faults.moved).reasons[0].viewers == tuple(others)

@@ -41,6 +41,7 @@ from zenocap.tools.service_arguments import arguments_of, words
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
 REQUIRED = {kind.name for kind in SERVICES if kind.required}
 POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
+REST_S = 1.0  # to receive what was sent before the end; chosen by hand
 
 
 def run_rig(
@@ -200,8 +201,12 @@ class Supervisor:
         return LOSS if failed or incomplete else INTERRUPTED if interrupted and not self._has_begun else DONE
 
     def receive_rest(self) -> None:
-        """Handle what the services published until they ended, such as the integrator's last health."""
-        while (event := self._bus.receive(POLL_S)) is not None:
+        """Handle what the services published until they ended, such as the integrator's last health.
+
+        For REST_S at most: another program may publish on the rig without end.
+        """
+        end_s = time.monotonic() + REST_S
+        while (left_s := end_s - time.monotonic()) > 0 and (event := self._bus.receive(min(POLL_S, left_s))) is not None:
             self._handle(event)
 
     @property

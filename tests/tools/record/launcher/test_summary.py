@@ -4,6 +4,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rich.console import Console
@@ -12,7 +13,7 @@ from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
 from tests.support.built_messages import built
 from zenocap.common import messages as m
-from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.writer import Recording
@@ -20,6 +21,7 @@ from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, OutputTabl
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
+from zenocap.tools.record.launcher import shell
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.shell import DONE, FAILED, INTERRUPTED, LOSS, Supervisor, named_ports, places_of
 
@@ -40,6 +42,15 @@ def cut(path: Path) -> None:
     path.write_bytes(content[: int(0.7 * len(content))])
 
 
+def supervised(take: Path | None, bus: LocalBus, status: int | None = DONE) -> tuple[Supervisor, io.StringIO]:
+    """Supervisor of children that have ended, and its console.  status: exit status of the integrator."""
+    children = ChildProcesses([], lambda: 0.0)
+    children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
+    text = io.StringIO()
+    console = Console(file=text, width=200)
+    return Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE), text
+
+
 def summary(
     take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole,
     interrupted: bool = False,
@@ -49,16 +60,13 @@ def summary(
     status: exit status of the integrator.  write: writes the takes of the run.  interrupted: by Ctrl-C.
     """
     bus = LocalNetwork("studio", ManualClock(1)).bus()
-    children = ChildProcesses([], lambda: 0.0)
-    children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
-    console = Console(file=io.StringIO(), width=200)
-    supervisor = Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE)
+    supervisor, text = supervised(take, bus, status)
     if take is not None:
         write(take)
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    return supervisor.summary(interrupted=interrupted), console.file.getvalue()
+    return supervisor.summary(interrupted=interrupted), text.getvalue()
 
 
 @pytest.fixture
@@ -160,6 +168,23 @@ def test_ctrl_c_is_the_ordinary_end_of_a_run_that_has_begun(take: Path) -> None:
 def test_a_failed_service_is_a_failure(take: Path) -> None:
     assert summary(take, 1)[0] == FAILED
     assert summary(None, DONE)[0] == DONE
+
+
+def test_a_program_that_publishes_without_end_does_not_keep_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A replay or an impostor at 10 messages/s kept `up` for ever, also after Ctrl-C."""
+    now_s = 0.0
+
+    def receive(_: float) -> Envelope:
+        nonlocal now_s
+        now_s += 0.03
+        assert now_s < 60.0
+        return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(1), 1)
+
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    monkeypatch.setattr(bus, "receive", receive)
+    monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
+    supervised(None, bus)[0].receive_rest()
+    assert now_s == pytest.approx(shell.REST_S, abs=0.05)
 
 
 def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:

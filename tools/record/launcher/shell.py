@@ -48,6 +48,7 @@ def run_rig(
     rig: Rig,
     rig_argument: Path,
     options: ZenohOptions,
+    folder: Path,
     take: Path | None,
     seconds: float | None,
     stopped: Callable[[], bool],
@@ -57,8 +58,8 @@ def run_rig(
 ) -> int:
     """Run every service of a rig as a separate process; return the exit status.
 
-    take: path of the take, None for none.  seconds: run time from the start of the processes.  page: whether to run the
-    animator.  port: of the page, None for the rig's own.
+    folder: of the takes that the page starts.  take: the one that begins with the rig; None: none does.  seconds: run time
+    from the start of the processes.  page: whether to run the animator.  port: of the page, None for the rig's own.
     Raises BusError.
     """
     if console.is_terminal:
@@ -78,7 +79,7 @@ def run_rig(
     places = places_of(options, len(starting) + 2, named_ports(rig, options, port), reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
-        own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
+        own = {"integrator": log_arguments(folder, take), "animator": _page_arguments(folder, port)}.get(name, [])
         commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
     names = {name for name, _ in starting}
     # Loaded once: two viewers would take as long at the start, and one that is started again would load them again.
@@ -101,7 +102,7 @@ def run_rig(
                 FilmSession.open(places[-2], stopped), elsewhere, lambda id: assignment(rig, id, clock.now_ns())
             )
             stack.callback(hosted.close)
-        supervisor = Supervisor(children, bus, services, take, console, hosted, method_of(rig.method).sends[0])
+        supervisor = Supervisor(children, bus, services, folder, take, console, hosted, method_of(rig.method).sends[0])
         try:
             children.start()
             if hosted is not None:
@@ -125,19 +126,23 @@ class Supervisor:
         children: ChildProcesses,
         bus: Bus,
         services: list[ServiceKey],
+        folder: Path,
         take: Path | None,
         console: Console,
         hosted: HostedViewers | None,
         frames: Topic,
     ) -> None:
-        """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
+        """folder, take: see `run_rig`.  hosted: viewers that other machines run.
+
+        frames: topic that a viewer sends with every frame.
+        """
         self._hosted = hosted
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(RigView(bus.rig, tuple(services)))
         self._reports = Account()
         self._frames = frames
-        self._takes_before = set() if take is None else set(take.parent.glob("*.mcap"))
+        self._folder, self._takes_before = folder, set(folder.glob("*.mcap"))
         self._first_s: float | None = None
         bus.subscribe(HEALTH, every=True)
         for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
@@ -189,7 +194,7 @@ class Supervisor:
             self._print(f"postures: {counts}")
         for line in frame_lines(self._status.services, self._frames):
             self._print(line)
-        incomplete = self._take is not None and self._print_takes(self._take)
+        incomplete = self._print_takes()
         broken = [child for child in failed if not (child is self._integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
@@ -218,13 +223,16 @@ class Supervisor:
         """Whether the integrator, which begins the take, was there."""
         return (TIMEKEEPER, MAIN) in self._status.services.services
 
-    def _print_takes(self, take: Path) -> bool:
+    def _print_takes(self) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
-        takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
+        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports)
+        integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
+        asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
+        if self._take is None and not (takes or unreadable or asked):
+            return False
         if not (takes or unreadable or self._has_begun):
             self._print("take: none, the end came before its beginning")
             return False
-        integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         whole = integrator is None or not (integrator.total("log_stopped") or integrator.total("log_removed"))
         whole = whole and self._integrator.status is not None  # else it had ended before the others were stopped
         whole = whole and bool(takes) and not unreadable and all(one.complete for one in takes)
@@ -299,10 +307,11 @@ def places_of(options: ZenohOptions, count: int, named: Collection[int], *, reac
     return members
 
 
-def _page_arguments(take: Path | None, port: int | None) -> list[str]:
-    recordings = [] if take is None else ["--recordings", str(take.parent)]
+def _page_arguments(folder: Path, port: int | None) -> list[str]:
+    recordings = ["--recordings", str(folder)]
     return recordings if port is None else [*recordings, "--port", str(port)]
 
 
-def _log_arguments(take: Path | None) -> list[str]:
-    return ["--no-log"] if take is None else ["--output", str(take)]
+def log_arguments(folder: Path, take: Path | None) -> list[str]:
+    """Arguments of the integrator; see `run_rig`."""
+    return ["--recordings", str(folder), *(("--no-log",) if take is None else ("--output", str(take)))]

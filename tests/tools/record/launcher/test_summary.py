@@ -25,6 +25,7 @@ from zenocap.tools.record.launcher import shell
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.shell import DONE, FAILED, INTERRUPTED, LOSS, Supervisor, named_ports, places_of
 
+NO_POSE = "no pose: the body is measured when all viewers see a T-pose\n"
 SERVICES = [("viewer", "1"), ("integrator", "main")]
 
 
@@ -42,27 +43,29 @@ def cut(path: Path) -> None:
     path.write_bytes(content[: int(0.7 * len(content))])
 
 
-def supervised(take: Path | None, bus: LocalBus, status: int | None = DONE) -> tuple[Supervisor, io.StringIO]:
+def supervised(
+    folder: Path, take: Path | None, bus: LocalBus, status: int | None = DONE
+) -> tuple[Supervisor, io.StringIO]:
     """Supervisor of children that have ended, and its console.  status: exit status of the integrator."""
     children = ChildProcesses([], lambda: 0.0)
     children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
     text = io.StringIO()
     console = Console(file=text, width=200)
-    return Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE), text
+    return Supervisor(children, bus, SERVICES, folder, take, console, None, SILHOUETTE), text
 
 
 def summary(
-    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole,
-    interrupted: bool = False,
+    take: Path, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole, interrupted: bool = False,
+    logged: bool = True,
 ) -> tuple[int, str]:  # fmt: skip
     """Exit status and text after the children have ended.
 
     status: exit status of the integrator.  write: writes the takes of the run.  interrupted: by Ctrl-C.
+    logged: whether a take begins with the run.
     """
     bus = LocalNetwork("studio", ManualClock(1)).bus()
-    supervisor, text = supervised(take, bus, status)
-    if take is not None:
-        write(take)
+    supervisor, text = supervised(take.parent, take if logged else None, bus, status)
+    write(take)
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
@@ -167,10 +170,25 @@ def test_ctrl_c_is_the_ordinary_end_of_a_run_that_has_begun(take: Path) -> None:
 
 def test_a_failed_service_is_a_failure(take: Path) -> None:
     assert summary(take, 1)[0] == FAILED
-    assert summary(None, DONE)[0] == DONE
+    assert summary(take, DONE, write=lambda _: None, logged=False) == (DONE, NO_POSE)
 
 
-def test_a_program_that_publishes_without_end_does_not_keep_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_take_that_the_page_has_started_is_named_with_its_loss_where_the_run_has_none(take: Path) -> None:
+    """With --no-log its loss was without a word."""
+    first = health("integrator", "main")
+    last = health("integrator", "main", ended=1, log_messages=180, log_stopped=1, **{"sent.universal_bap": 94})
+    status, text = summary(take, DONE, first, last, logged=False)
+    assert f"take: {take}: 180 messages, 5 lost" in text
+    assert status == LOSS
+    take.unlink()
+    status, text = summary(take, DONE, first, last, logged=False, write=lambda _: None)
+    assert "takes: 95 lost" in text  # its file was removed
+    assert status == LOSS
+
+
+def test_a_program_that_publishes_without_end_does_not_keep_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A replay or an impostor at 10 messages/s kept `up` for ever, also after Ctrl-C."""
     now_s = 0.0
 
@@ -183,7 +201,7 @@ def test_a_program_that_publishes_without_end_does_not_keep_a_run(monkeypatch: p
     bus = LocalNetwork("studio", ManualClock(1)).bus()
     monkeypatch.setattr(bus, "receive", receive)
     monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
-    supervised(None, bus)[0].receive_rest()
+    supervised(tmp_path, None, bus)[0].receive_rest()
     assert now_s == pytest.approx(shell.REST_S, abs=0.05)
 
 

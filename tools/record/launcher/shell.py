@@ -5,7 +5,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Collection
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
@@ -42,6 +42,7 @@ DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the
 REQUIRED = {kind.name for kind in SERVICES if kind.required}
 POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
 REST_S = 1.0  # to receive what was sent before the end; chosen by hand
+LARGE_BYTES = 100_000_000  # of a take, the reading of which is said; chosen by hand
 
 
 def run_rig(
@@ -225,7 +226,7 @@ class Supervisor:
 
     def _print_takes(self) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
-        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports)
+        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading)
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
         if self._take is None and not (takes or unreadable or asked):
@@ -248,6 +249,11 @@ class Supervisor:
             self._print(f"content: zenocap info {longest}")
             self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
         return not (found.complete and whole)
+
+    def _say_reading(self, path: Path) -> None:
+        with suppress(OSError):  # it was removed meanwhile
+            if (size := path.stat().st_size) >= LARGE_BYTES:
+                self._print(f"take: {path} was not closed, or is damaged: reading its {size / 1e9:.1f} GB ...")
 
     def _handle(self, event: Received) -> None:
         if isinstance(event, Envelope | Alive):

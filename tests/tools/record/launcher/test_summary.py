@@ -109,11 +109,16 @@ def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Pa
         take.unlink()
 
 
-def test_a_cut_take_has_the_messages_that_can_be_read(take: Path) -> None:
+def test_a_cut_take_has_the_messages_that_can_be_read(take: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     status, text = summary(take, LOSS, write=cut)
     assert "take.mcap: 0 messages" not in text
     assert "messages, an unknown number lost: see the integrator's output; cut: its integrator did not close it" in text
     assert status == LOSS
+    assert "reading" not in text
+    take.unlink()
+    monkeypatch.setattr(shell, "LARGE_BYTES", 1)  # minutes for a take of an hour
+    text = summary(take, LOSS, write=cut)[1]
+    assert text.index(f"take: {take} was not closed, or is damaged: reading its 0.0 GB ...\n") < text.index(f"take: {take}: ")
 
 
 def test_a_file_that_was_cut_before_its_first_record_is_a_take_of_the_run(take: Path) -> None:

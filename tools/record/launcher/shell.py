@@ -153,8 +153,9 @@ class Supervisor:
     def run(self, seconds: float | None, stopped: Callable[[], bool]) -> None:
         """Run until stopped, the time is over, every viewer has finished, or a required service is not restarted."""
         started_s = time.monotonic()
-        line_s = started_s + LINE_S
         with self._display() as live:
+            period_s = LINE_S if live is None else REFRESH_S
+            shown_s = started_s + period_s
             while not stopped() and not self._is_over():
                 now_s = time.monotonic()
                 if seconds is not None and now_s - started_s >= seconds:
@@ -162,11 +163,13 @@ class Supervisor:
                 self._children.poll()
                 self.print_output()
                 self._receive(now_s - started_s)
+                if now_s < shown_s:
+                    continue
+                shown_s += period_s
                 if live is not None:
                     take = str(self._take or "none")
                     live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))
-                elif now_s >= line_s:
-                    line_s += LINE_S
+                else:
                     self._print(plain_line(self._status, self._services, now_s - started_s))
 
     def print_output(self) -> None:
@@ -272,7 +275,7 @@ class Supervisor:
 
     def _receive(self, elapsed_s: float) -> None:
         """Handle all received events, after a short wait for the first."""
-        until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
+        until_s = time.monotonic() + POLL_S
         while (left_s := until_s - time.monotonic()) > 0:
             if (event := self._bus.receive(left_s)) is not None:
                 self._handle(event)

@@ -44,13 +44,14 @@ def cut(path: Path) -> None:
 
 
 def supervised(
-    folder: Path, take: Path | None, bus: LocalBus, status: int | None = DONE
-) -> tuple[Supervisor, io.StringIO]:
-    """Supervisor of children that have ended, and its console.  status: exit status of the integrator."""
+    folder: Path, take: Path | None, bus: LocalBus, status: int | None = DONE, viewer: int | None = DONE, *,
+    is_terminal: bool = False,
+) -> tuple[Supervisor, io.StringIO]:  # fmt: skip
+    """Supervisor of children, and its console.  status, viewer: exit status of the integrator, and of the viewer."""
     children = ChildProcesses([], lambda: 0.0)
-    children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
+    children.all += [ChildProcess("viewer 1", (), status=viewer), ChildProcess("integrator", (), status=status)]
     text = io.StringIO()
-    console = Console(file=text, width=200)
+    console = Console(file=text, width=200, force_terminal=is_terminal)
     return Supervisor(children, bus, SERVICES, folder, take, console, None, SILHOUETTE), text
 
 
@@ -208,6 +209,23 @@ def test_a_program_that_publishes_without_end_does_not_keep_a_run(
     monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
     supervised(tmp_path, None, bus)[0].receive_rest()
     assert now_s == pytest.approx(shell.REST_S, abs=0.05)
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_an_end_is_noticed_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
+    """In a terminal it was with the next picture of the table."""
+    now_s = 0.0
+
+    def receive(timeout_s: float) -> None:
+        nonlocal now_s
+        now_s += timeout_s
+
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    monkeypatch.setattr(bus, "receive", receive)
+    monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s))
+    supervisor, _ = supervised(tmp_path, None, bus, is_terminal=is_terminal, viewer=None)
+    supervisor.run(None, lambda: now_s > 0.55)
+    assert now_s <= 0.55 + shell.POLL_S
 
 
 def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,7 +103,7 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
 
 def warn_of_others(once: OncePerSource, state: object) -> None:
     """Log the first decision of another program that viewers or tracker may have followed until it is contradicted."""
-    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.contradicted
+    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.repeats > 0
     if rate or (isinstance(state, TimekeeperState) and state.delays.contradicted):
         what = "frame rate" if rate else "delays of cameras"
         once.warn(what, "contradicted", "not this integrator's, of another program or before a cut: its own is sent again")

@@ -22,7 +22,7 @@ from zenocap.common.bus.zenoh_claims import Claims
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
 from zenocap.common.bus.zenoh_query_server import QueryServer
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import Declared, ZenohOptions, close_session, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.closable import Closable
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
@@ -35,14 +35,8 @@ HEARTBEAT_S = 1.0  # longest time until a reader detects that it missed the last
 MAX_RIGS = 64  # listed at a time: a reader of each is opened; chosen by hand
 
 
-class _Declared(Protocol):
-    def undeclare(self) -> None: ...
-
-
-class _Publisher(Protocol):
+class _Publisher(Declared, Protocol):
     def put(self, payload: bytes) -> None: ...
-
-    def undeclare(self) -> None: ...
 
 
 def in_order(on_sample: Callable[[zenoh.Sample], None]) -> "zenoh.handlers.Callback[zenoh.Sample]":
@@ -77,7 +71,7 @@ class ZenohBus(Closable):
         self._recovery = RecoveryStore(session, rig)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
-        self._declared: list[_Declared] = []
+        self._declared: list[Declared] = []
         self._claims: list[Claims] = []
         self._duplicate: DuplicateService | None = None
         self._asked = 0
@@ -282,16 +276,15 @@ class ZenohBus(Closable):
 
     def close(self) -> None:
         self._readers.remove(self._tally)
-        self._recovery.close()
-        declared, self._declared = self._declared, []
-        if not self._owns_session:
-            declared.reverse()  # what was subscribed to last, such as the health in a log, ends first
         self._claims.clear()
+        declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
-        for entity in (*declared, *publishers):
-            entity.undeclare()
-        if self._owns_session and not self._session.is_closed():
-            self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        if self._owns_session:
+            close_session(self._session, (self._recovery, *declared, *publishers))
+            return
+        # What was subscribed to last, such as the health in a log, ends first.
+        for one in (self._recovery, *reversed(declared), *publishers):
+            one.undeclare()
 
 
 def _latched_publisher(session: zenoh.Session, key: str) -> zenoh.ext.AdvancedPublisher:

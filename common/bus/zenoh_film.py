@@ -10,7 +10,7 @@ import zenoh
 from zenocap.common import codec
 from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
 from zenocap.common.bus.zenoh_query_server import Q, QueryServer
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import ZenohOptions, close_session, open_session
 from zenocap.common.closable import Closable
 from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, FilmQuery, FilmReply, Message
 from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
@@ -103,4 +103,4 @@ class FilmSession(Closable):
         return HostServer(self._session, machine, cameras)
 
     def close(self) -> None:
-        self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        close_session(self._session)

@@ -18,6 +18,7 @@ logger = logging.getLogger(__name__)
 
 WAITING = 32  # queries that wait for their answer; more are not answered; chosen by hand
 IDLE_S = 0.25  # between calls of `idle`; chosen by hand
+ANSWER_S = 5.0  # to end an answer, at the end; chosen by hand
 
 Q = TypeVar("Q", bound=Message)
 
@@ -33,7 +34,7 @@ class QueryServer(Generic[Q]):
         idle: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
         self._kind, self._answer, self._idle, self._key = kind, answer, idle, key
-        self._queue: queue.Queue[zenoh.Query] = queue.Queue(WAITING)
+        self._queue: queue.Queue[zenoh.Query | None] = queue.Queue(WAITING)  # None ends a wait
         self._stop = threading.Event()
         self._log_once = OncePerSource(logger)
         self._thread = threading.Thread(target=self._work, name=f"answer {key}", daemon=True)
@@ -43,7 +44,9 @@ class QueryServer(Generic[Q]):
     def undeclare(self) -> None:
         self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
         self._stop.set()
-        self._thread.join(5.0)
+        with suppress(queue.Full):
+            self._queue.put_nowait(None)
+        self._thread.join(ANSWER_S)
 
     def _enqueue(self, query: zenoh.Query) -> None:
         try:
@@ -54,8 +57,12 @@ class QueryServer(Generic[Q]):
     def _work(self) -> None:
         while not self._stop.is_set():
             try:
-                with suppress(queue.Empty), self._queue.get(timeout=IDLE_S) as query:
-                    self._reply(query)
+                with suppress(queue.Empty):
+                    query = self._queue.get(timeout=IDLE_S)
+                    if query is None:
+                        return
+                    with query:
+                        self._reply(query)
                 self._idle()
             except Exception as error:  # one bad query must not end the answers: a film could not be stopped any more
                 self._log_once.warn(self._key, "failed", f"{self._key}: {type(error).__name__}: {error}", trace=True)

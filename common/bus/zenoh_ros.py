@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import zenoh
 
 from zenocap.common.bus.protocol import BusError
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_session import ZenohOptions, close_session, open_session
 from zenocap.common.formats.rmw_zenoh import RosNode, RosTopic, attachment, gid_of
 
 logger = logging.getLogger(__name__)
-
-CLOSE_S = 1.0  # to leave the graph; a router that hangs keeps Zenoh for 7 s; chosen by hand
 
 
 class _Publisher:
@@ -41,7 +39,7 @@ class _Publisher:
             data, attachment=attachment(self._number, sent_ns, self._gid), timestamp=self._session.new_timestamp()
         )
 
-    def close(self) -> None:
+    def undeclare(self) -> None:
         self._token.undeclare()  # type: ignore[no-untyped-call]
         self._publisher.undeclare()  # type: ignore[no-untyped-call]
 
@@ -53,12 +51,6 @@ class _Graph:
     session: zenoh.Session
     token: zenoh.LivelinessToken
     publishers: tuple[_Publisher, ...]
-
-    def close(self) -> None:
-        for publisher in self.publishers:
-            publisher.close()
-        self.token.undeclare()  # type: ignore[no-untyped-call]
-        self.session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
 
 class RosConnection:
@@ -104,9 +96,7 @@ class RosConnection:
             self._closed = True
             graph, self._graph = self._graph, None
         if graph is not None:
-            closing = threading.Thread(target=graph.close, name="close ros", daemon=True)
-            closing.start()
-            closing.join(CLOSE_S)
+            close_session(graph.session, (*graph.publishers, graph.token))
 
     def _open(self) -> None:
         try:
@@ -118,7 +108,7 @@ class RosConnection:
         node = RosNode(self._domain, self._namespace, self._name, str(session.zid()))
         with self._lock:
             if self._closed:
-                session.close()  # type: ignore[no-untyped-call]
+                close_session(session)
                 return
             publishers = tuple(
                 _Publisher(session, node, id, topic, self._digest) for id, topic in enumerate(self._topics, start=1)

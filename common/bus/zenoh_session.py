@@ -5,12 +5,12 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from random import SystemRandom
-from typing import Literal
+from typing import Literal, Protocol
 
 import zenoh
 
@@ -22,6 +22,7 @@ logger = logging.getLogger(__name__)
 Mode = Literal["peer", "client", "router"]
 HOST = "127.0.0.1"
 PORTS = range(20_000, 32_768)  # below those that systems give to connections and to programs that ask for any port
+CLOSE_S = 1.0  # to leave a network; a router that hangs keeps Zenoh for 7 s; chosen by hand
 
 # Chosen for a rig: a frozen machine is detected after 2 s, a restarted router found within 0.5 s, and a service may
 # start before its router.  No message is near 8 MiB.  A lost recovery of LATCHED state delays it by at most 2 s.
@@ -111,6 +112,27 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
         case error:
             listening = f", listen {', '.join(options.listen)}" if options.listen else ""
             raise BusError(f"Zenoh does not open (connect {where}{listening}): {_reason(error)}")
+
+
+class Declared(Protocol):
+    """A declaration on a session."""
+
+    def undeclare(self) -> None: ...
+
+
+def close_session(session: zenoh.Session, declared: Iterable[Declared] = ()) -> None:
+    """Undeclare in this order and close; returns after CLOSE_S at the latest: Zenoh goes on in the background then."""
+
+    def close() -> None:
+        for one in declared:
+            with suppress(zenoh.ZError):  # the session has been closed
+                one.undeclare()
+        if not session.is_closed():
+            session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    closing = threading.Thread(target=close, name="zenoh-close", daemon=True)
+    closing.start()
+    closing.join(CLOSE_S)
 
 
 def _from_file(path: Path) -> zenoh.Config:

@@ -35,11 +35,11 @@ class RecoveryStore:
         self._served: zenoh.Queryable[None] | None = None
 
     def serve(self) -> None:
-        """Reply to queries until closed."""
+        """Reply to queries until `undeclare`."""
         if self._served is None:
             self._served = self._session.declare_queryable(STATE_RECOVERY.format(rig=self._rig, topic="*"), self._answer)
 
-    def close(self) -> None:
+    def undeclare(self) -> None:
         if self._served is not None:
             self._served.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
             self._served = None

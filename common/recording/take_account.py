@@ -1,7 +1,7 @@
 """Account of a take: messages sent by the rig, received by the log, and stored."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,8 +39,10 @@ class TakeAccount:
     complete: bool = True
 
 
-def take_account(path: Path) -> TakeAccount:
+def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None) -> TakeAccount:
     """The account in a take; of a cut or damaged one, and of one without, it is that of the messages that can be read.
+
+    on_reading: called before all messages are read.
 
     Raises UserError when it is no take or cannot be read.
     """
@@ -51,6 +53,7 @@ def take_account(path: Path) -> TakeAccount:
         summary, metadata = None, {}
     account = read_account(metadata[METADATA]) if METADATA in metadata else None
     if summary is None or account is None:
+        on_reading(path)
         return _scanned(path, complete=summary is not None)
     written = {summary.channels[id].topic: count for id, count in summary.counts.items() if id in summary.channels}
     part = metadata.get("part", {})
@@ -110,9 +113,9 @@ def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:
     return +Counter({place: line.seen - found[place] for place, line in account.lines().items()})
 
 
-def readable(path: Path) -> TakeAccount | str:
-    """The account in a take, or why it cannot be read."""
+def readable(path: Path, on_reading: Callable[[Path], None]) -> TakeAccount | str:
+    """The account in a take, or why it cannot be read.  on_reading: see `take_account`."""
     try:
-        return take_account(path)
+        return take_account(path, on_reading)
     except UserError as error:
         return str(error)

@@ -91,6 +91,12 @@ def share_of(message: FrameRate) -> Share:
     return Share(message.keep, message.of) if message.keep <= message.of else FULL
 
 
+def is_too_slow(message: FrameRate, fps: float) -> bool:
+    """Whether a decision leaves fewer than SLOWEST_HZ of `fps` frames/s: it is no integrator's, and not followed."""
+    share = share_of(message)
+    return share != FULL and share.value * fps < 0.99 * SLOWEST_HZ
+
+
 def holds_from_ns(message: FrameRate) -> int:
     """Capture time from which a decision holds; its own time when the one in it is impossible."""
     near = abs(message.from_ns - message.captured_ns) <= FARTHEST_NS
@@ -141,17 +147,15 @@ class FrameChoice:
         return self._grids[2].share
 
     def set_rate(self, message: FrameRate) -> None:
-        """Follow a decision of the integrator, unless it is older than the last, or leaves fewer than SLOWEST_HZ.
+        """Follow a decision of the integrator, unless it is older than the last, or too slow.
 
         One that is older by more than OVERTAKEN_NS is followed: the time of the last was wrong, or forged.
         """
         last_ns = self._message.captured_ns if self._message is not None else 0
-        share = share_of(message)
-        too_slow = share != FULL and share.value * self._fps < 0.99 * SLOWEST_HZ  # no integrator's: forged
-        if too_slow or last_ns - OVERTAKEN_NS <= message.captured_ns < last_ns:
+        if is_too_slow(message, self._fps) or last_ns - OVERTAKEN_NS <= message.captured_ns < last_ns:
             return
         self._message = message
-        self._grids = (self._grids[2], holds_from_ns(message), Grid(share, message.phase_ns))
+        self._grids = (self._grids[2], holds_from_ns(message), Grid(share_of(message), message.phase_ns))
 
     def wants(self, captured_ns: int) -> bool:
         """Whether the next frame of the source is to be processed; a frame that is not is counted.

@@ -304,7 +304,7 @@ def _loop(
             runner.handle(Tick(clock.now_ns()))
             tick_ns = max(tick_ns + service.tick_ns, now_ns)
         wait_s = 0.0 if runner.pending else min(WAIT_S, service.tick_ns / 1e9 or WAIT_S)
-        for event in _receive(bus, wait_s):
+        for event in received(bus, wait_s):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
             elif choice and isinstance(event, Envelope) and isinstance(event.message, FrameRate):
@@ -341,8 +341,8 @@ def _report(
     runner.report(text, offset)
 
 
-def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:
-    """The queued events, after waiting for the first; at most BATCH, so that frames are not delayed."""
+def received(bus: Bus, wait_s: float) -> Iterator[Received]:
+    """The queued events, after waiting for the first; at most BATCH: frames, commands and the end wait for no flood."""
     event = bus.receive(wait_s)
     for _ in range(BATCH):
         if event is None:

@@ -19,6 +19,7 @@ from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.common.runtime.clock import Clock
+from zenocap.common.runtime.service import received
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
 from zenocap.services.animator import parameters
@@ -184,12 +185,10 @@ class TakePlayer:
         next_ns, published = 0, None
         seen: dict[str, tuple[ActorPose, int]] = {}  # latest pose by source, and its shift
         while replay.running:
-            event = bus.receive(parameters.PLAYER_WAIT_S)
-            while event is not None:
+            for event in received(bus, parameters.PLAYER_WAIT_S):
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
                     presence = observed(presence, event, self._clock.elapsed_ns())
-                event = bus.receive(0.0)
             places: list[EncodedUpdate] = []
             status = replay.status
             shift_ns, shift_frames = (0, 0) if status is None else (status.shift_ns, status.shift_frames)

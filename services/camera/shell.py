@@ -5,6 +5,7 @@ import secrets
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -49,6 +50,13 @@ class _Endpoints:
     film: FilmEndpoint
     assigned: AssignedCamera | None
     servers: Sequence[QueryServer[FilmQuery] | QueryServer[AssignQuery]]
+
+    def close(self) -> None:
+        for server in self.servers:
+            server.undeclare()
+        self.film.close()
+        if self.assigned is not None:
+            self.assigned.close()
 
 
 class CameraHostServer:
@@ -130,13 +138,10 @@ class CameraHostServer:
         )  # fmt: skip
 
     def close(self) -> None:
+        """End all films and viewers, all at once."""
         self._server.undeclare()
-        for endpoints in self._endpoints.values():
-            for server in endpoints.servers:
-                server.undeclare()
-            endpoints.film.close()
-            if endpoints.assigned is not None:
-                endpoints.assigned.close()
+        with ThreadPoolExecutor(max(1, len(self._endpoints))) as pool:
+            list(pool.map(_Endpoints.close, self._endpoints.values()))
 
 
 def run_host(

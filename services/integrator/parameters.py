@@ -53,6 +53,9 @@ REMINDER_NS = 2_000_000_000  # ns without partial BAPs of a viewer before the bo
 
 # Frame rate under overload, see `rate_control`
 DECISION_NS = 1_000_000_000  # ns between two decisions; health is published once a second
+# Ticks at which the decision is sent again after a false one: two of them are OVERTAKEN_NS apart, so that one is followed
+# whatever time the false one has (`common.runtime.frame_rate`).
+REPEATS = 3
 # Shares (keep, of) of the frames that may be processed.  A level has 0.75 to 0.9 of the rate of the one before, so that at
 # least 0.75 of what the machine can do comes out; chosen by hand.
 RATE_LEVELS = (

@@ -53,12 +53,18 @@ def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail)
 
     As of a second integrator, in the other part of a network that was cut.
     """
+    decided = state.decided
     match message:
         case FrameRate():
-            own = state.decided is None or _followed(state.decided) == _followed(message)
+            # One of a later time is not own: viewers would ignore the next decision until then.
+            own = decided is None or (
+                _followed(decided) == _followed(message) and message.captured_ns <= decided.captured_ns
+            )
+            repeats = parameters.REPEATS
         case TrackerDetail(share=share):
-            own = state.decided is None or not setup.has_tracker or share == parameters.DETAIL_LEVELS[state.detail.level]
-    return state if own else replace(state, contradicted=True)
+            own = decided is None or not setup.has_tracker or share == parameters.DETAIL_LEVELS[state.detail.level]
+            repeats = 1  # it is followed whatever its time is
+    return state if own else replace(state, repeats=max(repeats, state.repeats))
 
 
 def _followed(message: FrameRate) -> tuple[int, int, int, float]:
@@ -71,7 +77,7 @@ def _repeated(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateStat
     if state.decided is None:
         return state, []
     message = structs.replace(state.decided, frame=state.decided.frame + 1, captured_ns=now_ns, from_ns=now_ns)
-    repeated = _settling(replace(state, decided=message, contradicted=False), now_ns)
+    repeated = _settling(replace(state, decided=message, repeats=state.repeats - 1), now_ns)
     return repeated, [message, *_detail(setup, state, now_ns)]
 
 
@@ -84,7 +90,7 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
         state = replace(state, rate=Ladder(calm_ns=now_ns), detail=Ladder(calm_ns=now_ns))
         state, first = _new_rate(setup, state, now_ns)
         return state, [*first, *_detail(setup, state, now_ns)]
-    if state.contradicted:
+    if state.repeats:
         return _repeated(setup, state, now_ns)
     if now_ns < state.settled_ns or not state.newest:
         return state, []

@@ -46,8 +46,8 @@ class RateState:
     before the first report.  busy: share of its time that a viewer's or the tracker's loop works.
     phases: of the capture times by viewer, ns.
     settled_ns: time before which reports are about the rate before.  suspected: the last reports had losses.
-    ticks: decisions so far.  contradicted: another decision than this integrator's was received since the last one, or a
-    viewer follows another: of two messages of the network it may receive one and this integrator the other.
+    ticks: decisions so far.  repeats: ticks at which the decision is sent again, because another than this integrator's was
+    received, or a viewer follows another: of two messages of the network it may receive one and this integrator the other.
     """
 
     decided: FrameRate | None = None
@@ -64,7 +64,7 @@ class RateState:
     limit: Limit = ""
     limiting: tuple[str, ...] = ()
     ticks: int = 0
-    contradicted: bool = False
+    repeats: int = 0
 
     @property
     def share(self) -> Share:
@@ -104,7 +104,7 @@ def report(setup: RateSetup, state: RateState, health: Health) -> RateState:
     if health.service != "viewer" or health.id not in setup.viewers:
         return state
     if state.decided is not None and health.counts.get(KEPT_PERCENT, state.share.percent) != state.share.percent:
-        state = replace(state, contradicted=True)
+        state = replace(state, repeats=max(1, state.repeats))
     counts_now, before = counts_in(health), state.since.get(health.id)
     restarted = before is None or counts_now.processed < before.processed
     return replace(

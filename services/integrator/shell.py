@@ -103,7 +103,7 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
 
 def warn_of_others(once: OncePerSource, state: object) -> None:
     """Log the first decision of another program that viewers or tracker may have followed until it is contradicted."""
-    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.contradicted
+    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.repeats > 0
     if rate or (isinstance(state, TimekeeperState) and state.delays.contradicted):
         what = "frame rate" if rate else "delays of cameras"
         once.warn(what, "contradicted", "not this integrator's, of another program or before a cut: its own is sent again")
@@ -115,11 +115,12 @@ def setup_of(rig: RecordedRig) -> IntegratorSetup:
 
 
 def run_integrator(
-    rig: Rig, options: ZenohOptions, take: Path | None, stopped: Callable[[], bool], parameters: Parameters, *,
-    must_log: bool = True,
+    rig: Rig, options: ZenohOptions, folder: Path, take: Path | None, stopped: Callable[[], bool], parameters: Parameters,
+    *, must_log: bool = True,
 ) -> int:  # fmt: skip
-    """Run until `stopped`; take: path of the log, None for no log.  Returns the exit status.
+    """Run until `stopped`.  Returns the exit status.
 
+    folder: of takes that are started on request.  take: the one that begins at once; None: none does.
     parameters: of the rig's services, for the log.
     must_log: raise RecordingError when the take cannot be opened; otherwise log the error and track without a take.
     Raises BusError, RecordingError and ValueError before the first frame.
@@ -133,7 +134,6 @@ def run_integrator(
     with loading(stopped):
         service.load()
     clock, warn = RealClock(), partial(warn_of_others, OncePerSource(logging.getLogger(__name__)))
-    folder = rig.base / rig.log.folder if take is None else take.parent  # of takes that are started on request
 
     def log(path: Path, *, must_open: bool) -> Log:
         return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open), whole_rig=True)

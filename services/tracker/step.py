@@ -18,7 +18,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points, silhouette_mask
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
+from zenocap.common.runtime.frame_rate import holds_from_ns, is_too_slow, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker import tracking
@@ -44,7 +44,7 @@ def step(setup: TrackerSetup, state: TrackerState, event: Event) -> Result:
             return _synchronize(state, silhouette), []
         case Envelope(message=m.Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, health), []
-        case Envelope(message=m.FrameRate() as rate):
+        case Envelope(message=m.FrameRate() as rate) if not is_too_slow(rate, 1e9 / setup.frame_ns):
             pairs = with_spacing(state.pairs, share_of(rate).spacing, holds_from_ns(rate))
             return replace(state, pairs=pairs), []
         case Envelope(message=m.TrackerDetail(share=share)):

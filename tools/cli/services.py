@@ -24,6 +24,10 @@ def integrator(
         typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: a new name of rig and time."),
     ] = None,
     no_log: NoLogOption = False,
+    recordings: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of takes that a page starts; default: that of --output, or the rig's."),
+    ] = None,
     *,
     arguments: ServiceArguments,
 ) -> None:
@@ -43,14 +47,16 @@ def integrator(
     with one_line_errors(), arguments.running("integrator") as stopped:
         one = rig_at(rig, files=False)
         options = arguments.options(one, "integrator")
+        folder = take_folder(one, rig, recordings or (None if output is None else output.parent))
         take = None
         if output is not None:
             take = free_name(output) if arguments.with_parent else output
         elif one.log.enabled and not no_log:
-            take = take_path(one.name, take_folder(one, rig, None), time.time_ns())
+            take = take_path(one.name, folder, time.time_ns())
         # A take that was requested must be written; a default one, or the launcher's, must not stop the tracking.
         must_log = output is not None and not arguments.with_parent
-        raise typer.Exit(run_integrator(one, options, take, stopped, service_parameters(one), must_log=must_log))
+        parameters = service_parameters(one)
+        raise typer.Exit(run_integrator(one, options, folder, take, stopped, parameters, must_log=must_log))
 
 
 def tracker(rig: RigPath, *, arguments: ServiceArguments) -> None:

@@ -22,7 +22,7 @@ class RunArguments:
 
     seconds: float | None = option(None, "Running time (s); default: until Ctrl-C.", min=0.1)
     recordings: Path | None = option(
-        None, "Folder of the take; default: the rig's, or recordings for the demo.", metavar="DIR"
+        None, "Folder of the takes; default: the rig's, or recordings for the demo.", metavar="DIR"
     )
     no_log: NoLogOption = False
     no_page: bool = option(False, "Run without the animator and its page.")
@@ -84,10 +84,13 @@ def _run(path: Path, given: RunArguments, zenoh: ZenohArguments) -> NoReturn:
         renew_certificates(rig)
         options = zenoh.options(rig)
         is_logged = rig.log.enabled and not given.no_log
-        take = take_path(rig.name, take_folder(rig, path, given.recordings), time.time_ns()) if is_logged else None
+        folder = take_folder(rig, path, given.recordings)
+        take = take_path(rig.name, folder, time.time_ns()) if is_logged else None
         page, port = not given.no_page, given.port
         with stop_signals() as stopped:
-            raise typer.Exit(run_rig(rig, path, options, take, given.seconds, stopped, Console(), page=page, port=port))
+            raise typer.Exit(
+                run_rig(rig, path, options, folder, take, given.seconds, stopped, Console(), page=page, port=port)
+            )
 
 
 def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:

@@ -1,14 +1,24 @@
-"""Zenoh's configuration: defaults, the user's file and options, errors; free ports."""
+"""Zenoh's configuration: defaults, the user's file and options, errors; end of a session; free ports."""
 
 import json
 import socket
+from collections.abc import Callable
 from pathlib import Path
+from threading import Event
+from unittest.mock import Mock
 
 import pytest
+import zenoh
 
+from tests.support.processes import PATIENCE_S
+from zenocap.common.bus import zenoh_session
 from zenocap.common.bus.protocol import BusError
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_router import router
 from zenocap.common.bus.zenoh_session import HOST, PORTS, ZenohOptions, configuration, free_ports, open_session
+from zenocap.common.closable import Closable
+from zenocap.common.runtime.clock import ManualClock
 
 
 def setting(options: ZenohOptions, key: str) -> object:
@@ -84,6 +94,31 @@ def test_a_router_runs_until_stopped() -> None:
     stop_requested = iter([False] * 20 + [True] * 100)
     options = ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False)
     assert router(lambda _: options, lambda: next(stop_requested)) is None
+
+
+MEMBERS = {"bus": lambda session: ZenohBus(session, "studio", ManualClock(1)), "film": FilmSession}
+
+
+@pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
+def test_a_router_that_hangs_delays_the_end_by_a_limit(
+    monkeypatch: pytest.MonkeyPatch, member: Callable[[object], Closable]
+) -> None:
+    """It kept every service, and the launcher, for 7 s."""
+    monkeypatch.setattr(zenoh_session, "CLOSE_S", 0.05)
+    released, left = Event(), []
+    session = Mock(is_closed=Mock(return_value=False), close=lambda: left.append(released.wait(PATIENCE_S)))
+    with member(session):
+        pass
+    assert left == []
+    released.set()
+
+
+def test_what_was_declared_ends_before_its_session() -> None:
+    session = Mock(is_closed=Mock(return_value=False))
+    declared = [session.first, session.second]
+    session.first.undeclare.side_effect = zenoh.ZError("the session is closed")
+    zenoh_session.close_session(session, declared)
+    assert [call[0] for call in session.mock_calls] == ["first.undeclare", "second.undeclare", "is_closed", "close"]
 
 
 def test_free_ports_differ_and_are_none_that_a_system_gives_away() -> None:

@@ -142,10 +142,11 @@ def test_older_impossible_and_far_decisions_are_not_followed() -> None:
         decision(1, 1000, from_ns=9 * S, captured_ns=9 * S + 1)
     )  # an actor would wait for the frame of 33 s later
     assert choice.share == Share(1, 5)
-    for false_ns in (2**62, 18 * S, 10 * S + 1):  # which the integrator contradicts within a second
+    for false_ns in (2**62, 18 * S, 10 * S + 1, 10 * S, 9 * S + S // 2):  # which the integrator contradicts each second
         choice = FrameChoice(30.0)
         choice.set_rate(decision(1, 6, from_ns=false_ns, captured_ns=false_ns))
-        choice.set_rate(decision(1, 1, from_ns=9 * S, captured_ns=9 * S))
+        for own_ns in (9 * S, 10 * S):
+            choice.set_rate(decision(1, 1, from_ns=own_ns, captured_ns=own_ns))
         assert choice.share == Share()
 
 

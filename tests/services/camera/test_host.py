@@ -1,5 +1,6 @@
 """Announced cameras of a host, names that it refuses, and a second program that answers in its place."""
 
+import threading
 from contextlib import ExitStack
 from pathlib import Path
 from unittest.mock import Mock
@@ -16,7 +17,7 @@ from zenocap.common.rig.sources import Stream
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.v4l2.camera import Mode
 from zenocap.common.video.v4l2.listing import FoundCamera
-from zenocap.services.camera.endpoint import Permission
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.camera.host_cameras import MOST_CAMERAS, named_camera
 from zenocap.services.camera.shell import CameraHostServer
 from zenocap.tools.setup.cameras.hosts import host_data, host_lines
@@ -58,6 +59,14 @@ def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):
     announced = host(tmp_path, [camera(k, 200) for k in range(40)], Mock()).announcement()
     assert len(announced.cameras) == MOST_CAMERAS
     assert codec.decode(codec.encode(announced), type(announced)) == announced
+
+
+def test_all_viewers_end_at_once(tmp_path, monkeypatch):
+    """One after the other, each that hung kept the end of a machine's cameras for 8 s."""
+    both = threading.Barrier(2)
+    monkeypatch.setattr(FilmEndpoint, "close", lambda _: both.wait(5.0))
+    host(tmp_path, [camera(0)], Mock()).close()
+    assert not both.broken
 
 
 @pytest.mark.parametrize("text", ["", "a", "=0", "a=", "../a=0", ".a=0", "a/b=0", "a=film.mp4", "a=actor:demo"])

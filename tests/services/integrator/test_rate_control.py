@@ -9,11 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
+from tests.common.runtime.test_frame_rate import kept
 from tests.support.two_view_run import envelope
 from zenocap.common.bus.protocol import Tick
 from zenocap.common.messages import FrameRate, Health, Message, Phase, TrackerDetail
-from zenocap.common.runtime.frame_rate import SLOWEST_HZ, Share, share_of
-from zenocap.services.integrator.parameters import DETAIL_LEVELS, RATE_LEVELS, RECOVERY_TICKS
+from zenocap.common.runtime.frame_rate import SLOWEST_HZ, FrameChoice, Share, share_of
+from zenocap.services.integrator.parameters import DETAIL_LEVELS, RATE_LEVELS, RECOVERY_TICKS, REPEATS
 from zenocap.services.integrator.rate_control import describe, step
 from zenocap.services.integrator.rate_reports import RateSetup, RateState
 
@@ -229,21 +230,21 @@ def test_a_decision_of_another_rig_is_not_continued() -> None:
 
 
 @pytest.mark.parametrize(
-    "other",
+    ("other", "times"),
     [
-        FrameRate(frame=9, captured_ns=2**62, keep=1, of=30, from_ns=2**62, phase_ns=0, fps=30.0),
-        TrackerDetail(frame=9, captured_ns=0, share=0.1),
+        (FrameRate(frame=9, captured_ns=2**62, keep=1, of=30, from_ns=2**62, phase_ns=0, fps=30.0), REPEATS),
+        (TrackerDetail(frame=9, captured_ns=0, share=0.1), 1),
     ],
 )
-def test_a_decision_of_another_integrator_is_answered_once(other: FrameRate | TrackerDetail) -> None:
+def test_a_decision_of_another_integrator_is_answered(other: FrameRate | TrackerDetail, times: int) -> None:
     """As of the one that ran in the other part of a cut network, and as viewers and tracker would follow it for ever."""
     plant = Plant({"1": 30.0, "2": 30.0}, tracker=30.0).run(10)
     before = len(plant.published)
     for _ in range(20):
         plant.state, answer = step(plant.setup, plant.state, envelope(other))
         assert answer == []  # a flood of them is not answered by a flood
-    plant.run(3)
-    rate, detail = answers = [message for _, message in plant.published[before:]]
+    plant.run(REPEATS + 2)
+    rate, detail, *_ = answers = [message for _, message in plant.published[before:]]
     assert isinstance(rate, FrameRate)
     assert isinstance(detail, TrackerDetail)
     assert share_of(rate) == Share()
@@ -251,7 +252,28 @@ def test_a_decision_of_another_integrator_is_answered_once(other: FrameRate | Tr
     assert detail.share == 1.0
     for message in answers:  # its own, which it hears too
         plant.state, _ = step(plant.setup, plant.state, envelope(message))
-    assert len(plant.run(3).published) == before + 2
+    assert len(plant.run(3).published) == before + 2 * times
+
+
+FALSE = {"phase": {"phase_ns": 20_000_000}, "fewer": {"of": 3}, "all": {"of": 1}, "time": {}}
+
+
+@pytest.mark.parametrize("ahead_s", [0.0, 0.5, 1.0, 1.5, 1.95, 3.0])
+@pytest.mark.parametrize("changed", FALSE.values(), ids=FALSE)
+def test_a_false_decision_of_any_time_holds_for_two_seconds_at_most(ahead_s: float, changed: dict[str, int]) -> None:
+    """The one answer was older than a decision with a time ahead: where only the phase was false, that held for ever."""
+    plant, viewer, clean = Plant({"1": 15.0, "2": 40.0}).run(10), FrameChoice(FPS), FrameChoice(FPS)
+    own = plant.state.decided
+    assert own is not None
+    false = structs.replace(own, captured_ns=plant.now_s * S + round(ahead_s * S), **changed)
+    before = len(plant.published)
+    plant.state, _ = step(plant.setup, plant.state, envelope(false))
+    for message in (own, false, *(message for _, message in plant.run(2).published[before:])):
+        viewer.set_rate(message)
+    clean.set_rate(own)
+    later = [20 * S + k * S // 30 for k in range(60)]
+    assert kept(viewer, later) == kept(clean, later)
+    assert len(plant.run(20).published) == before + REPEATS
 
 
 def test_a_viewer_that_follows_another_decision_gets_this_one_again() -> None:

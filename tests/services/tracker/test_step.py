@@ -59,6 +59,12 @@ def test_silhouettes_are_paired_within_half_of_the_reduced_period() -> None:
         assert (state.pairs.complete > 0) == (complete > 0)
 
 
+def test_a_false_rate_that_no_viewer_follows_is_none_of_the_tracker() -> None:
+    """It paired silhouettes that are 11 frame periods apart."""
+    state, _ = pass_to(SETUP, None, [m.FrameRate(frame=0, captured_ns=1, keep=1, of=22, from_ns=1, phase_ns=0, fps=15.0)])
+    assert state.pairs.spacing == 1
+
+
 def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
     late = VIEWERS[-1]
     following, delayed = replace(SETUP, follow_delays=True), [delays(2 * FRAME_NS / 1e6)]

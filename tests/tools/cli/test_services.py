@@ -1,12 +1,16 @@
-"""The command `recognizer`: model and commands of its rigs; the port of the demo."""
+"""Commands of services: takes of the integrator, model and commands of the recognizer; the port of the demo."""
 
 import socket
+from pathlib import Path
+from unittest.mock import MagicMock, Mock
 
 import pytest
+import typer
 
-from zenocap.common.rig.rig import demo_rig
-from zenocap.tools.cli import up
+from zenocap.common.rig.rig import demo_rig, demo_rig_file
+from zenocap.tools.cli import services, up
 from zenocap.tools.cli.services import with_recognizer
+from zenocap.tools.record.launcher.shell import log_arguments
 
 
 @pytest.mark.parametrize("model", [None, "fifteen"])
@@ -33,3 +37,17 @@ def test_the_demo_takes_a_free_port_where_the_usual_one_is_taken(monkeypatch: py
         up.demo(given=up.RunArguments())
         up.demo(given=up.RunArguments(port=8090))
     assert [one.port for one in given] == [0, 8090]
+
+
+@pytest.mark.parametrize(("output", "recordings", "folder"), [(None, "given", "given"), ("own/a.mcap", None, "own")])
+def test_takes_of_the_page_go_into_the_folder_of_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, output: str | None, recordings: str | None, folder: str
+) -> None:
+    """Without a first take they went into the folder of the rig file, which for the demo is in the package."""
+    run = Mock(return_value=0)
+    monkeypatch.setattr("zenocap.services.integrator.shell.run_integrator", run)
+    take, given = (None if name is None else tmp_path / name for name in (output, recordings))
+    with pytest.raises(typer.Exit):
+        services.integrator(demo_rig_file(), take, take is None, given, arguments=MagicMock(with_parent=True))
+    assert run.call_args.args[2:4] == (tmp_path / folder, take)
+    assert log_arguments(tmp_path, None) == ["--recordings", str(tmp_path), "--no-log"]

@@ -13,12 +13,13 @@ from typing import IO, Protocol
 
 from zenocap.common.runtime.signals import STACKS
 
-FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
-SETTLED_PAUSE_S = 0.1  # after a run of SETTLED_S; chosen by hand
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0  # after the second short run, and at most
+SHORT_PAUSE_S = 0.1  # after a run of SETTLED_S, and after the first short one; chosen by hand
 SETTLED_S = 10.0  # run time after which a start counts as successful
 HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
 STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
+READ_AT_STOP_S = 1.0  # for the last lines of an ended process; at another time SHORT_PAUSE_S; chosen by hand
 WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
 FAILED = 1  # status of a process that ended without a failure of its own, although it was to run on
 
@@ -148,7 +149,7 @@ class ChildProcesses:
             child.status = 0 if status == -signal.SIGTERM else status
             child.process = None
             if child.reader is not None:
-                child.reader.join(1.0)
+                child.reader.join(READ_AT_STOP_S)
         return left
 
     def _start(self, child: ChildProcess) -> None:
@@ -174,7 +175,7 @@ class ChildProcesses:
     def _ended(self, child: ChildProcess, status: int) -> None:
         child.process = None
         if child.reader is not None:
-            child.reader.join(1.0)
+            child.reader.join(SHORT_PAUSE_S)
         if status == 0 and child.name in self._finishing:
             child.status = 0
             self._lines.put(f"{child.name}: finished")
@@ -194,9 +195,9 @@ class ChildProcesses:
             child.due_s = None
             self._lines.put(f"{child.name}: {what}{f' after {runtime_s:.1f} s' if runtime_s else ''}; not started again")
             return
-        pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 1), LONGEST_PAUSE_S)
-        if not child.quick_failures:
-            pause_s = SETTLED_PAUSE_S
+        pause_s = SHORT_PAUSE_S
+        if child.quick_failures > 1:
+            pause_s = min(FIRST_PAUSE_S * 2 ** (child.quick_failures - 2), LONGEST_PAUSE_S)
         child.due_s = self._clock() + pause_s
         self._lines.put(f"{child.name}: {what}; starting it again in {pause_s:g} s")
 

@@ -5,7 +5,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Collection
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
@@ -41,12 +41,15 @@ from zenocap.tools.service_arguments import arguments_of, words
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
 REQUIRED = {kind.name for kind in SERVICES if kind.required}
 POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
+REST_S = 1.0  # to receive what was sent before the end; chosen by hand
+LARGE_BYTES = 100_000_000  # of a take, the reading of which is said; chosen by hand
 
 
 def run_rig(
     rig: Rig,
     rig_argument: Path,
     options: ZenohOptions,
+    folder: Path,
     take: Path | None,
     seconds: float | None,
     stopped: Callable[[], bool],
@@ -56,8 +59,8 @@ def run_rig(
 ) -> int:
     """Run every service of a rig as a separate process; return the exit status.
 
-    take: path of the take, None for none.  seconds: run time from the start of the processes.  page: whether to run the
-    animator.  port: of the page, None for the rig's own.
+    folder: of the takes that the page starts.  take: the one that begins with the rig; None: none does.  seconds: run time
+    from the start of the processes.  page: whether to run the animator.  port: of the page, None for the rig's own.
     Raises BusError.
     """
     if console.is_terminal:
@@ -77,7 +80,7 @@ def run_rig(
     places = places_of(options, len(starting) + 2, named_ports(rig, options, port), reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
-        own = {"integrator": _log_arguments(take), "animator": _page_arguments(take, port)}.get(name, [])
+        own = {"integrator": log_arguments(folder, take), "animator": _page_arguments(folder, port)}.get(name, [])
         commands.append((title((name, id)), words((name, id), rig_argument, arguments_of(place), *own)))
     names = {name for name, _ in starting}
     # Loaded once: two viewers would take as long at the start, and one that is started again would load them again.
@@ -100,7 +103,7 @@ def run_rig(
                 FilmSession.open(places[-2], stopped), elsewhere, lambda id: assignment(rig, id, clock.now_ns())
             )
             stack.callback(hosted.close)
-        supervisor = Supervisor(children, bus, services, take, console, hosted, method_of(rig.method).sends[0])
+        supervisor = Supervisor(children, bus, services, folder, take, console, hosted, method_of(rig.method).sends[0])
         try:
             children.start()
             if hosted is not None:
@@ -124,19 +127,23 @@ class Supervisor:
         children: ChildProcesses,
         bus: Bus,
         services: list[ServiceKey],
+        folder: Path,
         take: Path | None,
         console: Console,
         hosted: HostedViewers | None,
         frames: Topic,
     ) -> None:
-        """hosted: viewers that other machines run.  frames: topic that a viewer sends with every frame."""
+        """folder, take: see `run_rig`.  hosted: viewers that other machines run.
+
+        frames: topic that a viewer sends with every frame.
+        """
         self._hosted = hosted
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(RigView(bus.rig, tuple(services)))
         self._reports = Account()
         self._frames = frames
-        self._takes_before = set() if take is None else set(take.parent.glob("*.mcap"))
+        self._folder, self._takes_before = folder, set(folder.glob("*.mcap"))
         self._first_s: float | None = None
         bus.subscribe(HEALTH, every=True)
         for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
@@ -146,8 +153,9 @@ class Supervisor:
     def run(self, seconds: float | None, stopped: Callable[[], bool]) -> None:
         """Run until stopped, the time is over, every viewer has finished, or a required service is not restarted."""
         started_s = time.monotonic()
-        line_s = started_s + LINE_S
         with self._display() as live:
+            period_s = LINE_S if live is None else REFRESH_S
+            shown_s = started_s + period_s
             while not stopped() and not self._is_over():
                 now_s = time.monotonic()
                 if seconds is not None and now_s - started_s >= seconds:
@@ -155,11 +163,13 @@ class Supervisor:
                 self._children.poll()
                 self.print_output()
                 self._receive(now_s - started_s)
+                if now_s < shown_s:
+                    continue
+                shown_s += period_s
                 if live is not None:
                     take = str(self._take or "none")
                     live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))
-                elif now_s >= line_s:
-                    line_s += LINE_S
+                else:
                     self._print(plain_line(self._status, self._services, now_s - started_s))
 
     def print_output(self) -> None:
@@ -188,7 +198,7 @@ class Supervisor:
             self._print(f"postures: {counts}")
         for line in frame_lines(self._status.services, self._frames):
             self._print(line)
-        incomplete = self._take is not None and self._print_takes(self._take)
+        incomplete = self._print_takes()
         broken = [child for child in failed if not (child is self._integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
@@ -200,8 +210,12 @@ class Supervisor:
         return LOSS if failed or incomplete else INTERRUPTED if interrupted and not self._has_begun else DONE
 
     def receive_rest(self) -> None:
-        """Handle what the services published until they ended, such as the integrator's last health."""
-        while (event := self._bus.receive(POLL_S)) is not None:
+        """Handle what the services published until they ended, such as the integrator's last health.
+
+        For REST_S at most: another program may publish on the rig without end.
+        """
+        end_s = time.monotonic() + REST_S
+        while (left_s := end_s - time.monotonic()) > 0 and (event := self._bus.receive(min(POLL_S, left_s))) is not None:
             self._handle(event)
 
     @property
@@ -213,13 +227,16 @@ class Supervisor:
         """Whether the integrator, which begins the take, was there."""
         return (TIMEKEEPER, MAIN) in self._status.services.services
 
-    def _print_takes(self, take: Path) -> bool:
+    def _print_takes(self) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
-        takes, unreadable = new_takes(take.parent, self._takes_before, self._bus.rig, self._reports)
+        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading)
+        integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
+        asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
+        if self._take is None and not (takes or unreadable or asked):
+            return False
         if not (takes or unreadable or self._has_begun):
             self._print("take: none, the end came before its beginning")
             return False
-        integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         whole = integrator is None or not (integrator.total("log_stopped") or integrator.total("log_removed"))
         whole = whole and self._integrator.status is not None  # else it had ended before the others were stopped
         whole = whole and bool(takes) and not unreadable and all(one.complete for one in takes)
@@ -235,6 +252,11 @@ class Supervisor:
             self._print(f"content: zenocap info {longest}")
             self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
         return not (found.complete and whole)
+
+    def _say_reading(self, path: Path) -> None:
+        with suppress(OSError):  # it was removed meanwhile
+            if (size := path.stat().st_size) >= LARGE_BYTES:
+                self._print(f"take: {path} was not closed, or is damaged: reading its {size / 1e9:.1f} GB ...")
 
     def _handle(self, event: Received) -> None:
         if isinstance(event, Envelope | Alive):
@@ -253,7 +275,7 @@ class Supervisor:
 
     def _receive(self, elapsed_s: float) -> None:
         """Handle all received events, after a short wait for the first."""
-        until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
+        until_s = time.monotonic() + POLL_S
         while (left_s := until_s - time.monotonic()) > 0:
             if (event := self._bus.receive(left_s)) is not None:
                 self._handle(event)
@@ -294,10 +316,11 @@ def places_of(options: ZenohOptions, count: int, named: Collection[int], *, reac
     return members
 
 
-def _page_arguments(take: Path | None, port: int | None) -> list[str]:
-    recordings = [] if take is None else ["--recordings", str(take.parent)]
+def _page_arguments(folder: Path, port: int | None) -> list[str]:
+    recordings = ["--recordings", str(folder)]
     return recordings if port is None else [*recordings, "--port", str(port)]
 
 
-def _log_arguments(take: Path | None) -> list[str]:
-    return ["--no-log"] if take is None else ["--output", str(take)]
+def log_arguments(folder: Path, take: Path | None) -> list[str]:
+    """Arguments of the integrator; see `run_rig`."""
+    return ["--recordings", str(folder), *(("--no-log",) if take is None else ("--output", str(take)))]

@@ -1,6 +1,6 @@
 """Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -179,10 +179,12 @@ def _added(terms: Mapping[str, int]) -> str:
     return " + ".join(f"{count} {name}" for name, count in terms.items())
 
 
-def new_takes(folder: Path, known: Collection[Path], rig: str, reports: Account) -> tuple[list[TakeAccount], list[str]]:
+def new_takes(
+    folder: Path, known: Collection[Path], rig: str, reports: Account, on_reading: Callable[[Path], None] = lambda _: None
+) -> tuple[list[TakeAccount], list[str]]:
     """Takes of a rig in `folder` besides the known ones, in order; and why others cannot be read.
 
-    reports: see `statement`.
+    reports: see `statement`.  on_reading: see `take_account`.
     """
 
     def is_own(take: TakeAccount) -> bool:
@@ -194,7 +196,7 @@ def new_takes(folder: Path, known: Collection[Path], rig: str, reports: Account)
         )
 
     paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
-    found = [readable(path) for path in paths]
+    found = [readable(path, on_reading) for path in paths]
     takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
     takes.sort(key=lambda take: take.start_ns)
     order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}

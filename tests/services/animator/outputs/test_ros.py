@@ -17,7 +17,7 @@ from tests.support.ros_listener import STORE, Received, RosListener, ros_network
 from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
 from zenocap.common.arrays import Floats
 from zenocap.common.body.kinematics import part_frames
-from zenocap.common.bus import zenoh_ros
+from zenocap.common.bus import zenoh_session
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
 from zenocap.common.formats.trajectories import convert
 from zenocap.common.rig.animator import RosTable
@@ -220,9 +220,10 @@ def test_a_missing_router_neither_blocks_nor_fails(clock: ManualClock) -> None:
 
 
 def test_a_router_that_hangs_delays_the_end_by_a_limit(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
-    monkeypatch.setattr(zenoh_ros, "CLOSE_S", 0.05)
+    monkeypatch.setattr(zenoh_session, "CLOSE_S", 0.05)
     output, released, left = RosOutput(RosTable(connect="tcp/127.0.0.1:1"), "studio", clock), Event(), []
-    output._connection._graph = Mock(close=lambda: left.append(released.wait(PATIENCE_S)))
+    token = Mock(undeclare=lambda: left.append(released.wait(PATIENCE_S)))
+    output._connection._graph = Mock(publishers=(), token=token)
     output.close()
     assert left == []
     released.set()

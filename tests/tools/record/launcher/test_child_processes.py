@@ -9,11 +9,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
+from unittest.mock import Mock
 
 import pytest
 
 from tests.support.live_cameras import until
-from zenocap.tools.record.launcher.child_processes import QUICK_FAILURES, SETTLED_S, ChildProcesses, spawn
+from zenocap.tools.record.launcher.child_processes import QUICK_FAILURES, SETTLED_S, SHORT_PAUSE_S, ChildProcesses, spawn
 
 
 class FakeProcess:
@@ -81,7 +82,7 @@ def test_a_machine_that_starts_no_process_is_tried_again_or_named_at_once() -> N
     harness.end_newest(-9, SETTLED_S)
     harness.refused = full
     harness.pass_time(0.2)
-    assert "cannot be started: Too many open files; starting it again in 0.5 s" in "\n".join(harness.children.lines())
+    assert "cannot be started: Too many open files; starting it again in 0.1 s" in "\n".join(harness.children.lines())
     harness.refused = None
     harness.pass_time(0.6)
     assert len(harness.started) == 2
@@ -90,13 +91,20 @@ def test_a_machine_that_starts_no_process_is_tried_again_or_named_at_once() -> N
 
 def test_killed_process_is_restarted_after_a_pause() -> None:
     harness = Harness()
-    assert "died (SIGKILL); starting it again in 0.5 s" in harness.end_newest(-9, 1.0)
-    harness.pass_time(0.4)
+    assert "died (SIGKILL); starting it again in 0.1 s" in harness.end_newest(-9, 1.0)
+    harness.pass_time(0.05)
     assert len(harness.started) == 1
-    harness.pass_time(0.2)
+    harness.pass_time(0.06)
     assert len(harness.started) == 2
     assert harness.children.restarts() == 1
     assert any("started again" in line for line in harness.children.lines())
+
+
+def test_output_that_another_process_holds_open_delays_no_restart() -> None:
+    harness, waits = Harness(), list[float]()
+    harness.children.all[0].reader = Mock(join=waits.append)
+    harness.end_newest(-9, 1.0)
+    assert waits == [SHORT_PAUSE_S]
 
 
 def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
@@ -105,7 +113,7 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     for _ in range(3):
         pauses.append(harness.end_newest(-9, 1.0).rpartition(" in ")[2])
         harness.pass_time(10.0)
-    assert pauses == ["0.5 s", "1 s", "2 s"]
+    assert pauses == ["0.1 s", "1 s", "2 s"]
     assert " in 0.1 s" in harness.end_newest(-9, SETTLED_S + 1)
 
 
@@ -114,8 +122,8 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
     [
         (1, 2.0, "failed (exit status 1) after 2.0 s; not started again", 1, ["viewer 1"]),
         (1, SETTLED_S + 1, "starting it again", 2, []),
-        (0, 1.0, "ended, although it was to run on (exit status 0); starting it again in 0.5 s", 2, []),
-        (3, 1.0, "ended, although it was to run on (exit status 3); starting it again in 0.5 s", 2, []),
+        (0, 1.0, "ended, although it was to run on (exit status 0); starting it again in 0.1 s", 2, []),
+        (3, 1.0, "ended, although it was to run on (exit status 3); starting it again in 0.1 s", 2, []),
     ],
     ids=["failed-at-its-first-start", "failed-after-a-long-run", "stopped", "stopped-with-loss"],
 )
@@ -155,7 +163,7 @@ def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
         pauses.append(harness.end_newest(1, 0.5).rpartition(" in ")[2])
     assert not harness.children.given_up
     assert len(harness.started) == 4 * QUICK_FAILURES + 1
-    assert (pauses[0], pauses[-1]) == ("0.5 s", "60 s")
+    assert (*pauses[:2], pauses[-1]) == ("0.1 s", "1 s", "60 s")
     harness.children.stop()
     assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
 

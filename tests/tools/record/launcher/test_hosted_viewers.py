@@ -1,5 +1,6 @@
 """Viewers that other machines run: assigned, and every likely mistake named with what to type where."""
 
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -77,6 +78,20 @@ def test_viewers_are_assigned_again_and_again_and_released(session, tmp_path):
         ("zenocap-cameras/lab0/assign/cam", "assign"), ("zenocap-cameras/lab1/assign/cam", "assign"),
     ]  # fmt: skip
     assert [(query.what, query.rig) for _, query in session.asked[-2:]] == [("release", "studio")] * 2
+
+
+def test_all_cameras_are_given_back_at_once(session, tmp_path):
+    """One after the other, each of a machine that is frozen kept the end for 10 s."""
+    both = threading.Barrier(2)
+
+    def reply(_: str) -> AssignReply:
+        if session.asked[-1][1].what == "release":
+            both.wait(5.0)
+        return session.good()
+
+    session.reply = reply
+    news_of(viewers(session, tmp_path))
+    assert not both.broken
 
 
 @pytest.mark.parametrize(

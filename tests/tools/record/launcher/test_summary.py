@@ -4,6 +4,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rich.console import Console
@@ -12,7 +13,7 @@ from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
 from tests.support.built_messages import built
 from zenocap.common import messages as m
-from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.writer import Recording
@@ -20,9 +21,11 @@ from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, OutputTabl
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import HEALTH, SILHOUETTE, UNIVERSAL_BAP
+from zenocap.tools.record.launcher import shell
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.record.launcher.shell import DONE, FAILED, INTERRUPTED, LOSS, Supervisor, named_ports, places_of
 
+NO_POSE = "no pose: the body is measured when all viewers see a T-pose\n"
 SERVICES = [("viewer", "1"), ("integrator", "main")]
 
 
@@ -40,25 +43,34 @@ def cut(path: Path) -> None:
     path.write_bytes(content[: int(0.7 * len(content))])
 
 
+def supervised(
+    folder: Path, take: Path | None, bus: LocalBus, status: int | None = DONE, viewer: int | None = DONE, *,
+    is_terminal: bool = False,
+) -> tuple[Supervisor, io.StringIO]:  # fmt: skip
+    """Supervisor of children, and its console.  status, viewer: exit status of the integrator, and of the viewer."""
+    children = ChildProcesses([], lambda: 0.0)
+    children.all += [ChildProcess("viewer 1", (), status=viewer), ChildProcess("integrator", (), status=status)]
+    text = io.StringIO()
+    console = Console(file=text, width=200, force_terminal=is_terminal)
+    return Supervisor(children, bus, SERVICES, folder, take, console, None, SILHOUETTE), text
+
+
 def summary(
-    take: Path | None, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole,
-    interrupted: bool = False,
+    take: Path, status: int | None, *healths: m.Health, write: Callable[[Path], None] = whole, interrupted: bool = False,
+    logged: bool = True,
 ) -> tuple[int, str]:  # fmt: skip
     """Exit status and text after the children have ended.
 
     status: exit status of the integrator.  write: writes the takes of the run.  interrupted: by Ctrl-C.
+    logged: whether a take begins with the run.
     """
     bus = LocalNetwork("studio", ManualClock(1)).bus()
-    children = ChildProcesses([], lambda: 0.0)
-    children.all += [ChildProcess("viewer 1", (), status=0), ChildProcess("integrator", (), status=status)]
-    console = Console(file=io.StringIO(), width=200)
-    supervisor = Supervisor(children, bus, SERVICES, take, console, None, SILHOUETTE)
-    if take is not None:
-        write(take)
+    supervisor, text = supervised(take.parent, take if logged else None, bus, status)
+    write(take)
     for one in healths:
         bus.publish(HEALTH, one)
     supervisor.receive_rest()
-    return supervisor.summary(interrupted=interrupted), console.file.getvalue()
+    return supervisor.summary(interrupted=interrupted), text.getvalue()
 
 
 @pytest.fixture
@@ -98,11 +110,16 @@ def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Pa
         take.unlink()
 
 
-def test_a_cut_take_has_the_messages_that_can_be_read(take: Path) -> None:
+def test_a_cut_take_has_the_messages_that_can_be_read(take: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     status, text = summary(take, LOSS, write=cut)
     assert "take.mcap: 0 messages" not in text
     assert "messages, an unknown number lost: see the integrator's output; cut: its integrator did not close it" in text
     assert status == LOSS
+    assert "reading" not in text
+    take.unlink()
+    monkeypatch.setattr(shell, "LARGE_BYTES", 1)  # minutes for a take of an hour
+    text = summary(take, LOSS, write=cut)[1]
+    assert text.index(f"take: {take} was not closed, or is damaged: reading its 0.0 GB ...\n") < text.index(f"take: {take}: ")
 
 
 def test_a_file_that_was_cut_before_its_first_record_is_a_take_of_the_run(take: Path) -> None:
@@ -159,7 +176,56 @@ def test_ctrl_c_is_the_ordinary_end_of_a_run_that_has_begun(take: Path) -> None:
 
 def test_a_failed_service_is_a_failure(take: Path) -> None:
     assert summary(take, 1)[0] == FAILED
-    assert summary(None, DONE)[0] == DONE
+    assert summary(take, DONE, write=lambda _: None, logged=False) == (DONE, NO_POSE)
+
+
+def test_a_take_that_the_page_has_started_is_named_with_its_loss_where_the_run_has_none(take: Path) -> None:
+    """With --no-log its loss was without a word."""
+    first = health("integrator", "main")
+    last = health("integrator", "main", ended=1, log_messages=180, log_stopped=1, **{"sent.universal_bap": 94})
+    status, text = summary(take, DONE, first, last, logged=False)
+    assert f"take: {take}: 180 messages, 5 lost" in text
+    assert status == LOSS
+    take.unlink()
+    status, text = summary(take, DONE, first, last, logged=False, write=lambda _: None)
+    assert "takes: 95 lost" in text  # its file was removed
+    assert status == LOSS
+
+
+def test_a_program_that_publishes_without_end_does_not_keep_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A replay or an impostor at 10 messages/s kept `up` for ever, also after Ctrl-C."""
+    now_s = 0.0
+
+    def receive(_: float) -> Envelope:
+        nonlocal now_s
+        now_s += 0.03
+        assert now_s < 60.0
+        return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(1), 1)
+
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    monkeypatch.setattr(bus, "receive", receive)
+    monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
+    supervised(tmp_path, None, bus)[0].receive_rest()
+    assert now_s == pytest.approx(shell.REST_S, abs=0.05)
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_an_end_is_noticed_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
+    """In a terminal it was with the next picture of the table."""
+    now_s = 0.0
+
+    def receive(timeout_s: float) -> None:
+        nonlocal now_s
+        now_s += timeout_s
+
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    monkeypatch.setattr(bus, "receive", receive)
+    monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s))
+    supervisor, _ = supervised(tmp_path, None, bus, is_terminal=is_terminal, viewer=None)
+    supervisor.run(None, lambda: now_s > 0.55)
+    assert now_s <= 0.55 + shell.POLL_S
 
 
 def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:

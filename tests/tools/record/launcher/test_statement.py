@@ -389,16 +389,37 @@ def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
     assert found.terms["dropped by the queue of the log"] == 33 + 2 - QUEUED
 
 
-def test_frames_are_processed_dropped_or_left_out() -> None:
+def frames_of(processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0) -> list[str]:
+    """Lines on the frames of one viewer.  processes: by number, processed frames at each health.
+
+    lost: frames of each process that are in no count.  unsent: processed ones of which no message was sent.
+    """
     view = RigView("studio")
-    for frames, process in ((10, 1), (20, 1), (5, 2)):  # the viewer is started again
-        meter = Meter(*VIEWER, process=process)
-        meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
-        bus = Counters(0, {}, {}, sent={"silhouette": frames - 4})
-        health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
-        view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
-    assert list(frame_lines(view, SILHOUETTE)) == [
+    for process, reports in processes.items():
+        for frames in reports:
+            meter = Meter(*VIEWER, process=process)
+            meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
+            meter.counts["captured_frames"] = frames + 6 + lost
+            bus = Counters(0, {}, {}, sent={"silhouette": frames - 4 - unsent})
+            health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
+            view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
+    return list(frame_lines(view, SILHOUETTE))
+
+
+def test_frames_are_processed_dropped_or_left_out() -> None:
+    assert frames_of({1: [10, 20], 2: [5]}) == [
         "frames: 37 captured = 25 processed + 2 failed + 4 dropped + 6 skipped under overload; "
         "25 processed = 17 sent + 8 for the background + 0 not sendable"
-    ]
+    ]  # the viewer was started again
     assert list(frame_lines(RigView("studio"), SILHOUETTE)) == []
+
+
+def test_frames_that_are_in_no_count_are_a_term() -> None:
+    """The number of captured frames was the sum of the others."""
+    assert frames_of({1: [10]}, lost=2) == [
+        "frames: 18 captured = 10 processed + 1 failed + 2 dropped + 3 skipped under overload + 2 not accounted for; "
+        "10 processed = 6 sent + 4 for the background + 0 not sendable"
+    ]
+    assert frames_of({1: [10]}, unsent=1)[0].endswith(
+        "; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for"
+    )

@@ -140,7 +140,9 @@ def statement(
     account, shares = Account(), list[TakeShare]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
         before = shares[-1].take if shares else None
-        gap = None if before is None or not _ended_with_its_integrator(before) else (before.account.end_ns, take.start_ns)
+        gap = None
+        if before is not None and _ended_with_its_integrator(before):
+            gap = (before.account.end_ns or before.start_ns, take.start_ns)
         all = joined(account, take.account, continued=bool(take.previous) or gap is not None)
         own = missing(take.account)
         refused = sum(count for (service, _), count in take.refused.items() if service in services)

@@ -70,6 +70,8 @@ class World:
     full: bool = False
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
     created: list[Path] = field(default_factory=list)  # takes, in order
+    begun: list[Path] = field(default_factory=list)  # of them the first of each log
+    cut: list[Path] = field(default_factory=list)  # of them those whose integrator was killed
 
     def __post_init__(self) -> None:
         self.network = LocalNetwork("studio", self.clock)
@@ -110,9 +112,11 @@ class World:
                 deliver(key, data)
 
         self.log_bus.deliver = lossy  # type: ignore[method-assign]
+        number = len(self.created)
         self.parts = Parts(open_part, path, self.clock.now_ns(), PartLimits(bytes=PART_BYTES), must_open=False)
         self.log = Log(self.log_bus, self.parts, whole_rig=True)
         self.log.subscribe()
+        self.begun += self.created[number : number + 1]
 
     def publish(self, process: Process, message: Message) -> None:
         self.clock.advance(1_000_000)
@@ -181,6 +185,7 @@ class World:
         if (process := self.processes.pop(key, None)) is None:
             return
         if key == INTEGRATOR and self.log is not None:
+            self.cut.append(self.created[-1])
             files = {path: path.read_bytes() for path in self.folder.glob("*.mcap")}
             self.log.close()
             for path in self.folder.glob("*.mcap"):
@@ -303,9 +308,18 @@ RESTARTS = st.one_of(
 @example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
 @given(st.lists(RESTARTS, max_size=25))
 def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
-    """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written"."""
-    found = check(faults)[1]
+    """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written".
+
+    Each time between two integrators is named, and each take that was cut by a kill.
+    """
+    world, found = check(faults)
     assert {place: line.unlogged for place, line in found.lines.items() if place[0] == VIEWER and line.unlogged} == {}
+    assert [one.take.path for one in found.takes if one.gap is not None] == world.begun[1:]
+    assert all(START_NS <= one.gap[0] <= one.gap[1] <= world.clock.now_ns() for one in found.takes if one.gap is not None)
+    named = list(found.take_text())
+    cut = [line for line in named if line.endswith("; cut: its integrator did not close it")]
+    assert [line.split(": ")[1] for line in cut] == [str(path) for path in world.cut]
+    assert sum(line.startswith("take: none from ") for line in named) == len(world.begun[1:])
 
 
 def test_an_integrator_that_something_else_stops_leaves_a_gap() -> None:
@@ -372,8 +386,26 @@ def test_a_killed_log_loses_what_the_next_one_does_not_have() -> None:
     found = check([*killed, ("start", INTEGRATOR), ("second",), ("send", VIEWER, 2)])[1]
     assert found.lines[VIEWER, "sighting"] == Line(14, 7, 7, 0, ())
     assert list(found.unknown) == [INTEGRATOR]
+    first, second = found.takes
+    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 7, 0)
+    assert list(found.take_text()) == [
+        f"take: {first.take.path}: 11 messages, 0 lost; cut: its integrator did not close it",
+        "take: none from 22:13:21.0 UTC to 22:13:21.0 UTC, between take.mcap and take-2.mcap: the integrator was started "
+        "again, 7 lost",
+        f"take: {second.take.path}: 10 messages, 0 lost",
+        "takes: 7 lost, and an unknown number in 0.0 s",
+    ]
     assert any(line.startswith("not counted: what integrator sent from ") for line in found.text())
     assert not found.complete
+
+
+def test_a_killed_log_that_no_other_follows_is_named_as_cut() -> None:
+    found = check([("send", VIEWER, 5), ("second",), ("send", VIEWER, 4), ("kill", INTEGRATOR), ("send", VIEWER, 3)])[1]
+    (only,) = found.takes
+    assert (only.gap, found.complete) == (None, False)
+    assert list(found.take_text()) == [
+        f"take: {only.take.path}: 9 messages, 7 lost, and an unknown number in 0.0 s; cut: its integrator did not close it"
+    ]
 
 
 @pytest.mark.parametrize("fault", ["full", "delete"])

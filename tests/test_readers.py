@@ -1,13 +1,18 @@
 """Readers of files that users give: of damaged content a UserError, and no other exception."""
 
+import ast
 import random
+import re
+import sys
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
+from inspect import isfunction
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -15,6 +20,7 @@ import typer
 
 from tests.common.rig.test_hosted import STREAM
 from tests.common.rig.test_hosted import rig as hosted_studio
+from tests.measures.house import PACKAGE, sources
 from tests.support.board_pictures import before, picture_of, plain_camera
 from tests.support.marker_files import acted_centres, write_points
 from tests.support.opensim_models import write_model as write_osim
@@ -25,6 +31,7 @@ from tests.support.prior_cases import known_prior
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.video_file import Sound, write_video
 from tests.support.videos import grey_frames
+from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.access import Member
 from zenocap.common.bus.revocations import read_revocations
 from zenocap.common.camera.calibration_files import read_calibration, write_layout
@@ -42,6 +49,7 @@ from zenocap.common.formats.trc import write_trc
 from zenocap.common.recording.mcap_records import Attachment
 from zenocap.common.recording.reader import items_of
 from zenocap.common.recording.setup_file import read_parameters, read_setup
+from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.folder import read_offsets
 from zenocap.common.rig.hosted import assignment
 from zenocap.common.rig.rig import load_rig
@@ -49,14 +57,17 @@ from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader, until_cut
 from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.adaptive.saved import Owner, packed, read
+from zenocap.services.animator import comparison_reader
 from zenocap.services.camera.assigned import AssignedCamera
 from zenocap.services.camera.saved import SavedAssignment, saved_rig, write_saved
 from zenocap.services.recognizer.model_file import read_model, write_model
+from zenocap.services.recognizer.training.example_files import read_features
 from zenocap.services.recognizer.training.example_store import read_stored, store_path, write_examples
 from zenocap.services.recognizer.training.examples import TrainingSettings
 from zenocap.services.recognizer.training.label_table import read_spans
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.services.tracker.prior.file import read_prior, write_prior
+from zenocap.services.tracker.prior.motions import read_motion
 from zenocap.services.viewer.sources import rendered
 from zenocap.tools.cli.options import one_line_errors
 from zenocap.tools.measure.unit_costs import COSTS, read_costs, write_costs
@@ -72,6 +83,7 @@ from zenocap.tools.setup.certificates.folder import certify, revoke
 from zenocap.tools.setup.models.wheel import INSIDE, from_file
 from zenocap.tools.setup.state import CAMERAS, read_cameras
 from zenocap.tools.setup.sync.sound import read_sound
+from zenocap.tools.takes.render.caption import read_labels
 from zenocap.tools.takes.take_videos import SeekableVideo
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
@@ -134,6 +146,10 @@ def easymocap(path: Path) -> None:
     cameras("easymocap")(path.with_name("extri.yml"))
     if path.name == "lens.yml":
         path.write_bytes(path.with_name("intri.yml").read_bytes())
+
+
+def motion_trc(path: Path) -> None:
+    write_trc(path, moving(6).trajectories())
 
 
 def angles(path: Path) -> object:
@@ -258,17 +274,22 @@ KINDS: Mapping[str, Kind] = {
         Kind("qualisys.qca.txt", cameras("qualisys"), lambda path: read_calibration(path, "z")),
         Kind("cam01.yaml", cameras("ros", "."), read_lenses),
         Kind("motion.bvh", lambda path: write_bvh(path, moving(6)), lambda path: (read_centres(path), angles(path))),
-        Kind("motion.trc", lambda path: write_trc(path, moving(6).trajectories()), read_centres),
+        Kind("motion.trc", motion_trc, read_centres),
         Kind("motion.c3d", lambda path: write_points(path, acted_centres()), read_centres),
         Kind("motion.mot", lambda path: write_mot(path, *coordinates_of(moving(6))), angles),
         Kind("body.osim", write_osim, read_osim),
         Kind("joints.toml", of_text, read_joint_map),
         Kind("take.mcap", take, read_poses),
+        Kind("beside.mcap", take, comparison_reader.read_track),
+        Kind("labels.mcap", take, read_labels),
+        Kind("summary.mcap", take, read_summary),
         Kind("setup.json", attached("setup.json"), lambda path: read_setup(path, path.read_bytes())),
         Kind("parameters.json", attached("parameters.json"), lambda path: read_parameters(path, path.read_bytes())),
         Kind("sync.toml", film_folder, lambda path: (read_offsets(path, ["cam01", "cam02"]), film_of(path))),
         Kind("clip.toml", film_folder, film_of),
         Kind("calibration.toml", film_folder, film_of),
+        Kind("posture.bvh", lambda path: write_bvh(path, moving(6)), lambda path: read_features(path, "directions")),
+        Kind("prior.trc", motion_trc, lambda path: read_motion(path, TEN_PARTS)),
         Kind("labels.csv", of_text, read_spans),
         Kind("examples.csv", manifest, read_manifest),
         Kind("some.postures", posture_model, read_model),
@@ -300,6 +321,81 @@ KINDS: Mapping[str, Kind] = {
         Kind("costs.json", lambda path: write_costs(path, COSTS), read_costs),
     )
 }
+
+
+REACHED: Mapping[str, tuple[str, ...]] = {  # by kind: readers that are called for it
+    "demo.toml": ("common.toml_file.read_toml",),
+    "calibration.toml": ("common.camera.anipose.read_anipose",),
+    "extri.yml": ("common.camera.opencv_storage.read_opencv",),
+    "qualisys.qca.txt": ("common.camera.qualisys.read_qualisys",),
+    "cam01.yaml": ("common.camera.ros_camera_info.read_ros_info",),
+    "motion.bvh": ("common.formats.bvh_reader.read_bvh", "common.formats.bvh_joint_names.read_bvh_centres"),
+    "motion.trc": ("common.formats.trc.read_trc", "common.formats.text_file.read_text"),
+    "motion.c3d": ("common.formats.c3d_reader.read_c3d", "common.formats.text_file.read_apart"),
+    "motion.mot": ("common.formats.mot.read_mot",),
+    "posture.bvh": (
+        "common.formats.motion_files.read_poses_for",
+        "services.recognizer.training.example_files.read_track",
+    ),
+    "labels.csv": ("services.recognizer.training.label_table.read_table",),
+    "assigned.json": ("services.camera.saved.read_saved",),
+}
+WITHOUT: Mapping[str, str] = {  # readers without a kind: why
+    "common.cache.read_entry": "zenocap's own files with a digest, and a damaged one is none",
+    "tools.measure.recorded_messages.read_messages": "made by the load test that reads it",
+    "tools.cli.posture.tracked_sources.read_examples": "read_manifest, and read_features of each row",
+    "tools.cli.posture.stream_report.read_streams": "read_manifest, and read_features of each row",
+}
+
+
+def readers_of_the_package() -> Iterator[str]:
+    """Public functions `read`, `load`, `read_...` and `load_...` of modules that take a path."""
+    for path in sources(ROOT, *PACKAGE):
+        content = path.read_text(encoding="utf-8")
+        if not re.search(r"^def (read|load)(_\w+)?\(", content, re.MULTILINE):
+            continue
+        for node in ast.parse(content).body:
+            if isinstance(node, ast.FunctionDef) and re.fullmatch(r"(read|load)(_\w+)?", node.name):
+                types = [each.annotation for each in (*node.args.posonlyargs, *node.args.args) if each.annotation]
+                if any(isinstance(one, ast.Name) and one.id == "Path" for each in types for one in ast.walk(each)):
+                    yield ".".join((*path.relative_to(ROOT).with_suffix("").parts, node.name))
+
+
+def named_in(read: Callable[[Path], object]) -> Iterator[str]:
+    """Functions of the package that the reader of a kind names."""
+    if read.__module__ != __name__:
+        yield f"{read.__module__}.{read.__name__}".removeprefix("zenocap.")
+    elif isfunction(read):
+        for name in read.__code__.co_names:
+            if isfunction(one := globals().get(name)):
+                yield from named_in(one)
+
+
+def test_every_reader_of_the_package_has_a_kind_of_damaged_file() -> None:
+    named = {name for kind in KINDS.values() for name in named_in(kind.read)}
+    reached = {name for names in REACHED.values() for name in names}
+    found = set(readers_of_the_package())
+    assert found - named - reached == set(WITHOUT)
+    assert len(found) > 35
+    assert (reached - found, set(REACHED) - set(KINDS)) == (set(), set())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", REACHED)
+def test_the_reader_of_a_kind_calls_the_readers_that_it_stands_for(tmp_path: Path, name: str) -> None:
+    path, called = tmp_path / name, set[str]()
+    KINDS[name].write(path)
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call":
+            called.add(f"{frame.f_globals.get('__name__', '')}.{frame.f_code.co_name}".removeprefix("zenocap."))
+
+    sys.setprofile(note)
+    try:
+        KINDS[name].read(path)
+    finally:
+        sys.setprofile(None)
+    assert set(REACHED[name]) <= called
 
 
 def mutated(content: bytes, seed: int) -> bytes:

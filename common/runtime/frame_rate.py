@@ -15,8 +15,8 @@ from zenocap.common.messages import FrameRate, Health
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
 
 # Counts of a viewer's health.
-PROCESSED, DROPPED, SKIPPED, OVERRUN, KEPT_PERCENT, PHASE_US = (
-    "frames", "dropped_frames", "skipped_frames", "overrun_frames", "kept_percent", "phase_us",
+PROCESSED, DROPPED, SKIPPED, OVERRUN, KEPT_PERCENT, PHASE_US, CAPTURED = (
+    "frames", "dropped_frames", "skipped_frames", "overrun_frames", "kept_percent", "phase_us", "captured_frames",
 )  # fmt: skip
 FARTHEST_NS = 10_000_000_000  # ns between a decision and the time from which it holds, at most; chosen by hand
 SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them; chosen by hand

@@ -24,7 +24,7 @@ class NewestFrame(Generic[F]):
         self._announce = announce
         self._lock = threading.Lock()
         self._waiting: F | None = None
-        self._dropped = 0
+        self._given = self._dropped = 0
         self._ended = False
         self._stop = threading.Event()
         self.failure: Exception | None = None
@@ -41,6 +41,11 @@ class NewestFrame(Generic[F]):
     @property
     def dropped(self) -> int:
         return self._dropped
+
+    def counts(self) -> tuple[int, int]:
+        """Frames that the source gave, without one that still waits, and those of them that were dropped."""
+        with self._lock:
+            return self._given - (self._waiting is not None), self._dropped
 
     @property
     def ended(self) -> bool:
@@ -63,6 +68,7 @@ class NewestFrame(Generic[F]):
                 if self._stop.is_set():
                     break
                 with self._lock:
+                    self._given += 1
                     self._dropped += self._waiting is not None
                     self._waiting = frame
                 self._announce()

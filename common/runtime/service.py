@@ -14,7 +14,7 @@ from zenocap.common.messages import ENDED, FrameRate, Message, Phase
 from zenocap.common.rig.methods import Method
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
-from zenocap.common.runtime.frame_rate import FrameChoice
+from zenocap.common.runtime.frame_rate import CAPTURED, DROPPED, SKIPPED, FrameChoice
 from zenocap.common.runtime.health import Meter
 from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
@@ -330,14 +330,16 @@ def _report(
     runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, choice: FrameChoice | None, offset: Offset | None
 ) -> None:
     """Publish the health, with what became of the frames.  offset: of this clock to the integrator's."""
-    if frames:
-        runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
     text = runner.service.describe(runner.state)
     if choice:
         choice.set_clock_offset(offset)
         runner.set_counts(choice.counts())
         if reduced := choice.describe():
             text = f"{text}; {reduced}"
+    if frames:
+        (given, dropped), late = frames.counts(), choice.late if choice else 0
+        skipped = runner.meter.counts[SKIPPED]  # as in this health: the source goes on
+        runner.set_counts({DROPPED: dropped + late, CAPTURED: given + late + skipped})
     runner.report(text, offset)
 
 

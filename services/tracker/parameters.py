@@ -11,7 +11,8 @@ from collections.abc import Mapping
 
 # Step: frame sets and messages.
 MIN_VIEWS = 2  # views of a frame set that is tracked; fewer give no visual hull
-MAX_QUEUED_FRAME_SETS = 2  # waiting for a Tick; then the oldest is dropped
+MAX_QUEUED_FRAME_SETS = 2  # waiting for a Tick, against jitter; then the oldest is dropped
+BEHIND_FRAME_SETS = 60  # without a drop, until a second one waits again: a tracker 2 % too slow drops one of 50
 MISSING_FRAMES = 2  # frame sets without a viewer after which health names it
 POINTS_PERIOD_NS = 100_000_000  # between published scene points, which are for display only
 CAMERA_TOLERANCE = 1e-6  # relative: calibrations that differ by less are the same

@@ -1,7 +1,9 @@
 """Step of the tracker: silhouettes in; the body once, and poses, out.  [Hybrid II]
 
 Silhouettes are synchronized on arrival.  A frame set is tracked on the next Tick, which arrives when the input queue is
-empty.  An overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
+empty.  An overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.  Two may
+wait, so that jitter drops none.  Under overload both places would always be taken, and every pose late by another period:
+then only the newest waits.
 """
 
 from collections.abc import Mapping
@@ -18,7 +20,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points, silhouette_mask
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_rate import holds_from_ns, is_too_slow, share_of
+from zenocap.common.runtime.frame_rate import FULL, holds_from_ns, is_too_slow, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker import tracking
@@ -39,14 +41,15 @@ def step(setup: TrackerSetup, state: TrackerState, event: Event) -> Result:
     """Process one event: (state, messages).  Pure: the result depends only on the arguments."""
     match event:
         case Tick() if state.ready:
-            return _track(setup, replace(state, ready=state.ready[1:]), state.ready[0])
+            later = replace(state, ready=state.ready[1:], behind=max(0, state.behind - 1))
+            return _track(setup, later, state.ready[0])
         case Envelope(message=m.Silhouette() as silhouette):
             return _synchronize(state, silhouette), []
         case Envelope(message=m.Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=m.FrameRate() as rate) if not is_too_slow(rate, 1e9 / setup.frame_ns):
             pairs = with_spacing(state.pairs, share_of(rate).spacing, holds_from_ns(rate))
-            return replace(state, pairs=pairs), []
+            return replace(state, pairs=pairs, reduced=share_of(rate) != FULL), []
         case Envelope(message=m.TrackerDetail(share=share)):
             return replace(state, detail=share), []
         case Envelope(message=m.CameraDelays(applied_ms=applied)) if setup.follow_delays:
@@ -138,9 +141,10 @@ def _synchronize(state: TrackerState, silhouette: m.Silhouette) -> TrackerState:
     state = replace(state, pairs=pairs)
     enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= p.MIN_VIEWS]
     state = _count(state, "alone", len(frame_sets) - len(enough))
-    ready = (*state.ready, *enough)
-    state = _count(state, "dropped_instants", max(0, len(ready) - p.MAX_QUEUED_FRAME_SETS))
-    return replace(state, ready=ready[-p.MAX_QUEUED_FRAME_SETS :])
+    places = 1 if state.behind or state.reduced or state.detail < 1 else p.MAX_QUEUED_FRAME_SETS
+    ready, dropped = (*state.ready, *enough), max(0, len(state.ready) + len(enough) - places)
+    behind = p.BEHIND_FRAME_SETS if dropped else state.behind
+    return replace(_count(state, "dropped_instants", dropped), ready=ready[-places:], behind=behind)
 
 
 def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[m.Silhouette]) -> Result:

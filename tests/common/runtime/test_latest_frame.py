@@ -25,8 +25,10 @@ def test_the_newest_frame_is_kept_and_replaced_frames_are_counted() -> None:
     read_all(frames)
     assert len(calls) == 6
     assert not frames.ended
+    assert frames.counts() == (4, 4)
     assert frames.take() == Image(4)
     assert frames.take() is None
+    assert frames.counts() == (5, 4)
     assert frames.dropped == 4
     assert frames.ended
 

@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from threading import Semaphore
 from time import monotonic
 from typing import TypeVar
 from unittest.mock import Mock
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common import messages as m
@@ -220,6 +223,59 @@ def test_the_last_health_has_the_number_of_all_messages_before_it(network: Local
     sent = {name: count for name, count in last.items() if name.startswith("sent.")}
     assert sent == {"sent.sighting": 3, "sent.health": 1, "sent.handled": sent["sent.handled"]}
     assert (last["frames"], last["learning_frames"], last.get("failed_frames", 0)) == (3, 2, 0)
+
+
+STEPS = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(1, 4), st.booleans()), max_size=12)
+
+
+@settings(max_examples=60)
+@given(STEPS, st.integers(1, 14))
+def test_every_frame_of_a_source_is_processed_failed_dropped_or_left_out(
+    plan: list[tuple[int, int, int, bool]], stop_after: int
+) -> None:
+    """plan, by step: frames that the source leaves out, that are late, and that it gives meanwhile; whether the step fails.
+
+    `captured_frames` is counted at the source, the others by the loop.
+    """
+    go, gave, steps, begun = Semaphore(0), Semaphore(0), iter(plan), 0
+    network, choice = LocalNetwork("studio", RealClock()), FrameChoice(15.0)
+    reader = network.bus()
+    reader.subscribe(HEALTH, every=True)
+
+    def source() -> Iterator[Image]:
+        yield Image(0, 0)
+        for skipped, late, frames, _ in plan:
+            go.acquire(timeout=60.0)
+            choice.skipped += skipped
+            choice.late += late
+            for _ in range(frames):
+                yield Image(0, 0)
+            gave.release()
+
+    def slow(setup: Setup, state: RecordedEvents, event: Event[Image]) -> tuple[RecordedEvents, Sequence[m.Message]]:
+        nonlocal begun
+        if isinstance(event, Image):
+            begun += 1
+            one = next(steps, None)
+            if one is not None:
+                go.release()
+                gave.acquire(timeout=60.0)
+                if one[3]:
+                    raise RuntimeError("no person")
+        return step(setup, state, event)
+
+    def stopped() -> bool:
+        if begun >= stop_after:
+            go.release(1 + len(plan))  # the source is not waited for
+        return begun >= stop_after
+
+    failing = viewer(step=slow, max_failures=1 + len(plan))
+    assert run(failing, network.bus(), OneSecondClock(), source(), stopped, choice=choice) == 0
+    reports = [health.counts for health in messages_on(reader, m.Health)]
+    terms = ("frames", "failed_frames", "dropped_frames", "skipped_frames")
+    assert [one["captured_frames"] for one in reports] == [sum(one.get(name, 0) for name in terms) for one in reports]
+    if stop_after > len(plan):
+        assert reports[-1]["captured_frames"] == 1 + sum(sum(one[:3]) for one in plan)
 
 
 @pytest.mark.slow

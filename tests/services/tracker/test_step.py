@@ -1,8 +1,8 @@
 """The tracker's step around a stand-in core: frame sets passed to it, and messages published."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import msgspec
 import numpy as np
@@ -22,7 +22,7 @@ from zenocap.common.codec import decode, encode
 from zenocap.common.conversion import angles_of, bdp_of, points_of
 from zenocap.common.synchronizer import GONE_AFTER
 from zenocap.services.tracker import step as tracker
-from zenocap.services.tracker.parameters import MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
+from zenocap.services.tracker.parameters import BEHIND_FRAME_SETS, MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
 from zenocap.services.tracker.states import TrackerState, with_detail
 
 SETUP = tracker_setup()
@@ -195,11 +195,66 @@ def test_single_view_is_counted_without_a_pose() -> None:
 
 
 def test_overload_drops_the_oldest_frame_sets() -> None:
-    count = 10
-    state, _ = pass_to(SETUP, None, instants(range(count)))
+    state, _ = pass_to(SETUP, None, instants(range(MAX_QUEUED_FRAME_SETS)))
+    assert losses(state) == {}
+    state, _ = pass_to(SETUP, state, instants(range(MAX_QUEUED_FRAME_SETS, 10)))
     state, published = track_queued(SETUP, state)
-    assert frames(published) == list(range(count - MAX_QUEUED_FRAME_SETS, count))
-    assert losses(state) == {"dropped_instants": count - MAX_QUEUED_FRAME_SETS}
+    assert frames(published) == [9]
+    assert losses(state) == {"dropped_instants": 9}
+
+
+def ages(state: TrackerState, durations: Sequence[float], offered: range) -> tuple[TrackerState, list[float]]:
+    """Age of each pose when it is published, in periods of the frame sets, of which one arrives in every period.
+
+    durations: of the tracker for one frame set, in turn; it takes what has arrived when it is done with the one before.
+    """
+    now, arriving, each, found = float(offered.start), list(offered), cycle(durations), list[float]()
+    while arriving:
+        while arriving and arriving[0] <= now:
+            state, _ = pass_to(SETUP, state, instant(arriving.pop(0)))
+        if tracker.pending(state):
+            state, published = tracker.step(SETUP, state, Tick(1))
+            now += next(each)
+            found += [now - frame for frame in frames(published)]
+        elif arriving:
+            now = float(arriving[0])
+    return state, found
+
+
+OVERLOADS = {
+    "twice": (1.95,), "three times": (2.95,), "a fiftieth more": (1.02,), "all, with jitter": (0.4, 1.9, 0.6, 1.2)
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("durations", OVERLOADS.values(), ids=OVERLOADS)
+def test_under_overload_a_pose_is_late_by_its_own_time_and_one_period_at_most(durations: tuple[float, ...]) -> None:
+    """It was one period later: the older of two that waited was tracked."""
+    state, found = ages(tracker.initial_state(SETUP), durations, range(300))
+    assert tracker.counts(state)["dropped_instants"] > 0
+    assert max(found[60:]) <= 1.0 + max(durations)
+    assert len(found) >= 0.8 * 300 / max(1.0, np.mean(durations))
+
+
+def test_only_the_newest_frame_set_waits_while_the_rig_leaves_out_frames_or_points() -> None:
+    """At a rate that a tracker can just keep up with, two would wait again and again without a drop."""
+    rate = m.FrameRate(frame=0, captured_ns=1, keep=5, of=6, from_ns=1, phase_ns=0, fps=15.0)
+    reduced, _ = pass_to(SETUP, None, [rate])
+    thinned, _ = pass_to(SETUP, None, [m.TrackerDetail(frame=0, captured_ns=1, share=0.5)])
+    full, _ = pass_to(SETUP, reduced, [msgspec.structs.replace(rate, keep=1, of=1)])
+    waiting = [len(pass_to(SETUP, state, instants(range(2)))[0].ready) for state in (reduced, thinned, full)]
+    assert waiting == [1, 1, MAX_QUEUED_FRAME_SETS]
+
+
+def test_jitter_drops_no_frame_set_and_none_either_once_an_overload_is_over() -> None:
+    jitter = (2.4, *[0.3] * 5)
+    state, _ = ages(tracker.initial_state(SETUP), jitter, range(60))
+    assert losses(state) == {}
+    state, _ = ages(state, (1.95,), range(60, 80))
+    behind, dropped = state.behind, losses(state)
+    state, _ = ages(state, (0.3,), range(80, 85 + BEHIND_FRAME_SETS))
+    assert (behind > 0, state.behind) == (True, 0)
+    state, _ = ages(state, jitter, range(85 + BEHIND_FRAME_SETS, 150 + BEHIND_FRAME_SETS))
+    assert losses(state) == dropped
 
 
 def test_damaged_silhouettes_exclude_their_view() -> None:

@@ -140,7 +140,9 @@ def statement(
     account, shares = Account(), list[TakeShare]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
         before = shares[-1].take if shares else None
-        gap = None if before is None or not _ended_with_its_integrator(before) else (before.account.end_ns, take.start_ns)
+        gap = None
+        if before is not None and _ended_with_its_integrator(before):
+            gap = (before.account.end_ns or before.start_ns, take.start_ns)
         all = joined(account, take.account, continued=bool(take.previous) or gap is not None)
         own = missing(take.account)
         refused = sum(count for (service, _), count in take.refused.items() if service in services)
@@ -160,19 +162,25 @@ def _ended_with_its_integrator(take: TakeAccount) -> bool:
 
 
 def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
-    """What became of the frames of all viewers.  topic: of the message that a viewer sends with every frame."""
+    """What became of the frames that all viewers' sources gave.  topic: of the message that is sent with every frame."""
     viewers = [one for (service, _), one in view.services.items() if service == "viewer"]
 
     def total(name: str) -> int:
         return sum(one.total(name) for one in viewers)
 
-    processed = total("frames")
+    captured, processed = total("captured_frames"), total("frames")
     terms = {"processed": processed, "failed": total("failed_frames"), "dropped": total("dropped_frames")}
     terms["skipped under overload"] = total("skipped_frames")
     uses = {"sent": total(SENT + topic.name), "for the background": total("learning_frames")}
     uses["not sendable"] = total("unsendable")
-    if captured := sum(terms.values()):
-        yield f"frames: {captured} captured = {_added(terms)}; {processed} processed = {_added(uses)}"
+    if captured or any(terms.values()):
+        yield f"frames: {_equation(captured, 'captured', terms)}; {_equation(processed, 'processed', uses)}"
+
+
+def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
+    """A count and its parts, with a further one for what they do not explain."""
+    rest = whole - sum(terms.values())
+    return f"{whole} {name} = {_added({**terms, 'not accounted for': rest} if rest else terms)}"
 
 
 def _added(terms: Mapping[str, int]) -> str:

@@ -70,6 +70,8 @@ class World:
     full: bool = False
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
     created: list[Path] = field(default_factory=list)  # takes, in order
+    begun: list[Path] = field(default_factory=list)  # of them the first of each log
+    cut: list[Path] = field(default_factory=list)  # of them those whose integrator was killed
 
     def __post_init__(self) -> None:
         self.network = LocalNetwork("studio", self.clock)
@@ -110,9 +112,11 @@ class World:
                 deliver(key, data)
 
         self.log_bus.deliver = lossy  # type: ignore[method-assign]
+        number = len(self.created)
         self.parts = Parts(open_part, path, self.clock.now_ns(), PartLimits(bytes=PART_BYTES), must_open=False)
         self.log = Log(self.log_bus, self.parts, whole_rig=True)
         self.log.subscribe()
+        self.begun += self.created[number : number + 1]
 
     def publish(self, process: Process, message: Message) -> None:
         self.clock.advance(1_000_000)
@@ -181,6 +185,7 @@ class World:
         if (process := self.processes.pop(key, None)) is None:
             return
         if key == INTEGRATOR and self.log is not None:
+            self.cut.append(self.created[-1])
             files = {path: path.read_bytes() for path in self.folder.glob("*.mcap")}
             self.log.close()
             for path in self.folder.glob("*.mcap"):
@@ -303,9 +308,18 @@ RESTARTS = st.one_of(
 @example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
 @given(st.lists(RESTARTS, max_size=25))
 def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
-    """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written"."""
-    found = check(faults)[1]
+    """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written".
+
+    Each time between two integrators is named, and each take that was cut by a kill.
+    """
+    world, found = check(faults)
     assert {place: line.unlogged for place, line in found.lines.items() if place[0] == VIEWER and line.unlogged} == {}
+    assert [one.take.path for one in found.takes if one.gap is not None] == world.begun[1:]
+    assert all(START_NS <= one.gap[0] <= one.gap[1] <= world.clock.now_ns() for one in found.takes if one.gap is not None)
+    named = list(found.take_text())
+    cut = [line for line in named if line.endswith("; cut: its integrator did not close it")]
+    assert [line.split(": ")[1] for line in cut] == [str(path) for path in world.cut]
+    assert sum(line.startswith("take: none from ") for line in named) == len(world.begun[1:])
 
 
 def test_an_integrator_that_something_else_stops_leaves_a_gap() -> None:
@@ -372,8 +386,26 @@ def test_a_killed_log_loses_what_the_next_one_does_not_have() -> None:
     found = check([*killed, ("start", INTEGRATOR), ("second",), ("send", VIEWER, 2)])[1]
     assert found.lines[VIEWER, "sighting"] == Line(14, 7, 7, 0, ())
     assert list(found.unknown) == [INTEGRATOR]
+    first, second = found.takes
+    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 7, 0)
+    assert list(found.take_text()) == [
+        f"take: {first.take.path}: 11 messages, 0 lost; cut: its integrator did not close it",
+        "take: none from 22:13:21.0 UTC to 22:13:21.0 UTC, between take.mcap and take-2.mcap: the integrator was started "
+        "again, 7 lost",
+        f"take: {second.take.path}: 10 messages, 0 lost",
+        "takes: 7 lost, and an unknown number in 0.0 s",
+    ]
     assert any(line.startswith("not counted: what integrator sent from ") for line in found.text())
     assert not found.complete
+
+
+def test_a_killed_log_that_no_other_follows_is_named_as_cut() -> None:
+    found = check([("send", VIEWER, 5), ("second",), ("send", VIEWER, 4), ("kill", INTEGRATOR), ("send", VIEWER, 3)])[1]
+    (only,) = found.takes
+    assert (only.gap, found.complete) == (None, False)
+    assert list(found.take_text()) == [
+        f"take: {only.take.path}: 9 messages, 7 lost, and an unknown number in 0.0 s; cut: its integrator did not close it"
+    ]
 
 
 @pytest.mark.parametrize("fault", ["full", "delete"])
@@ -389,16 +421,37 @@ def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
     assert found.terms["dropped by the queue of the log"] == 33 + 2 - QUEUED
 
 
-def test_frames_are_processed_dropped_or_left_out() -> None:
+def frames_of(processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0) -> list[str]:
+    """Lines on the frames of one viewer.  processes: by number, processed frames at each health.
+
+    lost: frames of each process that are in no count.  unsent: processed ones of which no message was sent.
+    """
     view = RigView("studio")
-    for frames, process in ((10, 1), (20, 1), (5, 2)):  # the viewer is started again
-        meter = Meter(*VIEWER, process=process)
-        meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
-        bus = Counters(0, {}, {}, sent={"silhouette": frames - 4})
-        health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
-        view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
-    assert list(frame_lines(view, SILHOUETTE)) == [
+    for process, reports in processes.items():
+        for frames in reports:
+            meter = Meter(*VIEWER, process=process)
+            meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
+            meter.counts["captured_frames"] = frames + 6 + lost
+            bus = Counters(0, {}, {}, sent={"silhouette": frames - 4 - unsent})
+            health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
+            view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
+    return list(frame_lines(view, SILHOUETTE))
+
+
+def test_frames_are_processed_dropped_or_left_out() -> None:
+    assert frames_of({1: [10, 20], 2: [5]}) == [
         "frames: 37 captured = 25 processed + 2 failed + 4 dropped + 6 skipped under overload; "
         "25 processed = 17 sent + 8 for the background + 0 not sendable"
-    ]
+    ]  # the viewer was started again
     assert list(frame_lines(RigView("studio"), SILHOUETTE)) == []
+
+
+def test_frames_that_are_in_no_count_are_a_term() -> None:
+    """The number of captured frames was the sum of the others."""
+    assert frames_of({1: [10]}, lost=2) == [
+        "frames: 18 captured = 10 processed + 1 failed + 2 dropped + 3 skipped under overload + 2 not accounted for; "
+        "10 processed = 6 sent + 4 for the background + 0 not sendable"
+    ]
+    assert frames_of({1: [10]}, unsent=1)[0].endswith(
+        "; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for"
+    )

@@ -1,0 +1,88 @@
+"""Attacks of the table in docs/machines.md and the tests of each.
+
+`python -m tests.test_attacks` runs them all.
+"""
+
+import re
+import sys
+from collections.abc import Mapping
+
+from tests.support.places import ROOT
+from tests.test_strangers import exists, run
+
+SECURED, ENDPOINT = "system/test_secured.py", "services/camera/test_endpoint.py"
+TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first column
+    "invalid messages on any key": (
+        "system/test_hostile.py::test_hostile_bytes_stop_no_service_and_do_not_fill_the_memory",
+        f"{SECURED}::test_members_publish_only_on_their_own_keys",
+    ),
+    "valid messages in the name of a service": (
+        "system/test_hostile.py::test_valid_but_inconsistent_messages_stop_no_service",
+        "services/viewer/two_view/test_step.py::test_a_false_assignment_interrupts_tracking_for_one_frame",
+        "common/bus/test_zenoh_state_recovery.py::test_a_false_body_of_one_session_does_not_outvote_the_subscribers",
+        "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
+        f"{SECURED}::test_members_publish_only_on_their_own_keys",
+        f"{SECURED}::test_only_trusted_members_return_the_body_of_a_restarted_integrator",
+    ),
+    "a false frame rate below 5 frames/s": (
+        "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
+    ),
+    "another false frame rate, or delay of a camera": (
+        "services/integrator/test_rate_control.py::test_a_decision_of_another_integrator_is_answered_once",
+        "services/integrator/test_step.py::test_a_frame_rate_of_another_integrator_is_answered",
+        "services/integrator/test_camera_delays.py::test_a_correction_of_another_program_is_answered_with_the_own_one",
+    ),
+    "answers in place of a camera that is filmed": (
+        "services/camera/test_host.py::test_a_second_program_that_answers_for_a_camera_is_found",
+        "tools/record/film/test_remote.py::test_a_false_machine_gets_no_more_of_the_disk_than_it_announced",
+    ),
+    "films of a camera": (
+        f"{ENDPOINT}::test_nothing_is_obeyed_without_permission",
+        "system/test_film_machines.py::test_a_running_rig_without_permission_is_not_filmed",
+        f"{SECURED}::test_only_the_operator_films_and_copies_pictures",
+    ),
+    "copies of films": (
+        f"{ENDPOINT}::test_pictures_stay_without_permission_to_read",
+        f"{ENDPOINT}::test_pictures_that_everybody_may_take_are_warned_of",
+        "system/test_film_machines.py::test_pictures_stay_where_they_are_without_permission",
+        "system/test_film_machines.py::test_messages_of_a_stranger_write_nothing_elsewhere",
+        f"{SECURED}::test_only_the_operator_films_and_copies_pictures",
+    ),
+    "a flood of messages of megabytes": (
+        "common/bus/test_inbox.py::test_a_queue_is_limited_in_bytes",
+        "common/bus/test_inbox.py::test_an_unread_queue_is_bounded",
+        "tools/record/launcher/test_statement.py::test_what_the_queue_drops_and_what_never_arrives_are_terms",
+        "system/test_chaos.py::test_a_rig_survives_a_minute_of_chaos",
+    ),
+    "bodies and poses at the ends of their ranges": (
+        "services/animator/outputs/test_output_group.py::"
+        "test_values_at_the_ends_of_the_bus_ranges_reach_receivers_as_numbers",
+    ),
+    "a flood of commands, or one that fails, from an open page": (
+        "common/web/test_page.py::test_a_flood_of_commands_delays_neither_a_turn_nor_the_end",
+        "common/web/test_page.py::test_commands_beyond_the_maximum_are_refused_with_a_reason",
+        "common/web/test_page.py::test_a_command_that_fails_is_said_and_the_page_goes_on",
+    ),
+    "a camera that answers ONVIF with nonsense": (
+        "tools/setup/cameras/test_onvif.py::test_a_device_with_an_odd_answer_is_named_and_the_others_are_asked",
+        "tools/setup/cameras/test_onvif.py::test_answers_that_are_none_are_ignored",
+    ),
+    "a ROS router, or a collector of traces, that hangs": (
+        "services/animator/outputs/test_ros.py::test_a_router_that_hangs_delays_the_end_by_a_limit",
+        "tools/operate/traces/test_export.py::test_a_collector_that_never_answers_is_left",
+        "tools/operate/traces/test_export.py::"
+        "test_a_collector_whose_answer_has_no_end_delays_no_end_and_has_taken_the_spans",
+    ),
+}
+
+
+def test_each_row_of_the_table_has_its_tests() -> None:
+    page = (ROOT / "docs" / "machines.md").read_text(encoding="utf-8")
+    _, table = page.split("\n| attack | without certificates | with certificates |\n|---|---|---|\n")
+    rows = re.findall(r"^\| (.*?) \|.*\n", table.partition("\n\n")[0] + "\n", re.MULTILINE)
+    assert list(TESTS) == rows
+    assert [test for tests in TESTS.values() for test in tests if not exists(test)] == []
+
+
+if __name__ == "__main__":
+    sys.exit(run(TESTS))

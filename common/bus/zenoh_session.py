@@ -1,12 +1,13 @@
 """Zenoh sessions: options, configuration, free ports."""
 
+import errno
 import json
 import logging
 import socket
 import threading
 import time
 from collections.abc import Callable, Collection
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from random import SystemRandom
@@ -86,12 +87,12 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
     """
     config = configuration(options)
     where = ", ".join(options.connect) or "any address"
-    outcome: list[zenoh.Session | zenoh.ZError] = []
+    outcome: list[zenoh.Session | BaseException] = []
 
     def open_blocking() -> None:
         try:
             outcome.append(zenoh.open(config))
-        except zenoh.ZError as error:
+        except BaseException as error:  # a panic in Rust is no Exception
             outcome.append(error)
 
     # In a thread, because a signal cannot end zenoh.open while a client waits for its router.
@@ -105,7 +106,7 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
         if not warned and time.monotonic() - started_s > 2.0:
             warned = True
             logger.warning("waiting for a Zenoh router at %s", where)
-    match outcome[0] if outcome else None:
+    match outcome[0]:
         case zenoh.Session() as session:
             return session
         case error:
@@ -146,9 +147,12 @@ def free_ports(count: int, named: Collection[int] = ()) -> list[int]:
     with ExitStack() as stack:
         for port in SystemRandom().sample(PORTS, len(PORTS)):
             if len(found) < count and port not in named:
-                with suppress(OSError):  # in use
+                try:
                     stack.enter_context(socket.create_server((HOST, port)))
                     found.append(port)
+                except OSError as error:  # in use
+                    if error.errno in (errno.EMFILE, errno.ENFILE):
+                        raise BusError(f"{count} free TCP ports: {error.strerror}: allowed: a higher limit: ulimit -n") from error
     if len(found) < count:
         raise BusError(f"{count} free TCP ports: {len(found)} found from {PORTS[0]} to {PORTS[-1]}")
     return found

@@ -1,10 +1,12 @@
 """Zenoh's configuration: defaults, the user's file and options, errors; free ports."""
 
+import errno
 import json
 import socket
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_router import router
@@ -62,6 +64,19 @@ def test_an_invalid_mode_and_an_unknown_protocol_raise_an_error() -> None:
         open_session(ZenohOptions("peer", listen=("carrier/pigeon:1",), multicast_scouting=False))
 
 
+class Panic(BaseException):
+    """That of Rust, which is no Exception."""
+
+
+def test_a_panic_of_zenoh_is_an_error_with_its_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    def panic(config: zenoh.Config) -> zenoh.Session:
+        raise Panic("no file descriptors")
+
+    monkeypatch.setattr(zenoh, "open", panic)
+    with pytest.raises(BusError, match="Zenoh does not open .*: no file descriptors$"):
+        open_session(ZenohOptions("peer", multicast_scouting=False))
+
+
 @pytest.mark.core
 def test_an_address_in_use_raises_an_error() -> None:
     with socket.socket() as occupied:
@@ -93,6 +108,18 @@ def test_free_ports_differ_and_are_none_that_a_system_gives_away() -> None:
     with socket.socket() as any_port:
         any_port.bind((HOST, 0))
         assert any_port.getsockname()[1] not in PORTS
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE])
+def test_a_full_table_of_open_files_is_not_taken_for_ports_in_use(
+    monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    def full(address: tuple[str, int]) -> socket.socket:
+        raise OSError(number, "Too many open files")
+
+    monkeypatch.setattr(socket, "create_server", full)
+    with pytest.raises(BusError, match="^8 free TCP ports: Too many open files: allowed: a higher limit: ulimit -n$"):
+        free_ports(8)
 
 
 def test_ports_in_use_and_named_ones_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,11 +3,14 @@
 import errno
 import json
 import socket
+import threading
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 import zenoh
 
+from tests.support.live_cameras import until
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_router import router
 from zenocap.common.bus.zenoh_session import HOST, PORTS, ZenohOptions, configuration, free_ports, open_session
@@ -132,3 +135,93 @@ def test_ports_in_use_and_named_ones_are_left_out(monkeypatch: pytest.MonkeyPatc
         user.bind((HOST, one))
         with pytest.raises(BusError, match="0 found"):
             free_ports(1)
+
+
+class SlowZenoh:
+    """`zenoh.open` that waits for `there`, and the sessions that it has opened."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.there, self.calls, self.sessions = threading.Event(), 0, list[Mock]()
+        self._before = set(threading.enumerate())
+        monkeypatch.setattr(zenoh, "open", self._open)
+
+    @property
+    def waiting(self) -> int:
+        """Number of threads that wait."""
+        return len([one for one in threading.enumerate() if one.name == "zenoh-open" and one not in self._before])
+
+    def _open(self, config: zenoh.Config) -> Mock:
+        self.calls += 1
+        self.there.wait(60.0)
+        self.sessions.append(Mock())
+        return self.sessions[-1]
+
+
+def left(options: ZenohOptions) -> None:
+    """Begin to open a session, and stop."""
+    with pytest.raises(BusError, match="stopped while waiting"):
+        open_session(options, lambda: True)
+
+
+HERE, ELSEWHERE = (ZenohOptions("client", (f"tcp/{HOST}:{port}",), multicast_scouting=False) for port in (2, 3))
+
+
+def test_what_waits_for_a_router_and_was_left_ends_without_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each click on Try of the teaching page left a thread, and a runtime of Zenoh, for ever."""
+    slow = SlowZenoh(monkeypatch)
+    for options in (HERE, HERE, ELSEWHERE, HERE):
+        left(options)
+    assert (slow.waiting, slow.calls) == (2, 2)
+    slow.there.set()
+    until(lambda: not slow.waiting, "a thread still waits")
+    assert [session.close.call_count for session in slow.sessions] == [1, 1]
+
+
+def test_the_next_session_with_the_same_options_waits_for_what_was_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = SlowZenoh(monkeypatch)
+    left(HERE)
+    asked = iter([False, False])
+
+    def stopped() -> bool:
+        if next(asked, None) is None:
+            slow.there.set()
+        return False
+
+    session = open_session(HERE, stopped)
+    assert (slow.calls, session) == (1, slow.sessions[0])
+    session.close.assert_not_called()
+    assert open_session(HERE) is not session  # it has left the list
+
+
+def test_two_sessions_with_the_same_options_wait_each_for_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow, found = SlowZenoh(monkeypatch), list[object]()
+    threads = [threading.Thread(target=lambda: found.append(open_session(HERE))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    until(lambda: slow.calls == 2, "one waits for the session of the other")
+    slow.there.set()
+    for thread in threads:
+        thread.join()
+    assert len({id(one) for one in found}) == 2
+
+
+@pytest.mark.core
+def test_a_router_that_comes_later_keeps_no_session_that_was_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened, really_open = list[zenoh.Session](), zenoh.open
+
+    def recorded(config: zenoh.Config) -> zenoh.Session:
+        opened.append(really_open(config))
+        return opened[-1]
+
+    monkeypatch.setattr(zenoh, "open", recorded)
+    before, endpoint = set(threading.enumerate()), f"tcp/{HOST}:{free_ports(1)[0]}"
+
+    def waiting() -> int:
+        return len([one for one in threading.enumerate() if one.name == "zenoh-open" and one not in before])
+
+    for _ in range(3):
+        left(ZenohOptions("client", (endpoint,), multicast_scouting=False))
+    assert waiting() == 1
+    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+        until(lambda: not waiting(), "a thread still waits")
+        assert [session.is_closed() for session in opened] == [False, True]

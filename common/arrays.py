@@ -13,6 +13,8 @@ Bytes = NDArray[np.uint8]
 Image = NDArray[np.uint8]
 """(height, width, 3) blue, green, red, or (height, width) grey."""
 
+LARGEST_PX = 1 << 26  # of an image in a file, so that none fills the memory; above 8K, and cameras of 60 MP; by hand
+
 Mask = NDArray[np.uint8]
 """(height, width), 0 where the background is, any other value where the person is."""
 

@@ -6,7 +6,7 @@ import re
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from inspect import isfunction
@@ -14,6 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
 
+import cv2
 import numpy as np
 import pytest
 import typer
@@ -52,7 +53,8 @@ from zenocap.common.recording.setup_file import read_parameters, read_setup
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.folder import read_offsets
 from zenocap.common.rig.hosted import assignment
-from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.common.rig.sources import BackgroundImage, Images
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader, until_cut
 from zenocap.common.vision.adaptive.model import start
@@ -68,13 +70,18 @@ from zenocap.services.recognizer.training.label_table import read_spans
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.services.tracker.prior.file import read_prior, write_prior
 from zenocap.services.tracker.prior.motions import read_motion
+from zenocap.services.viewer.shell import plate_of
 from zenocap.services.viewer.sources import rendered
+from zenocap.services.viewer.sources.images import image_frames
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.resize import Fit
 from zenocap.tools.cli.options import one_line_errors
 from zenocap.tools.measure.unit_costs import COSTS, read_costs, write_costs
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.corners_file import packed as packed_corners
 from zenocap.tools.setup.calibration.corners_file import read_corners
 from zenocap.tools.setup.calibration.detection import detected
+from zenocap.tools.setup.calibration.film_search import probes
 from zenocap.tools.setup.calibration.lines_file import read_measurements
 from zenocap.tools.setup.calibration.scene_file import read_scene
 from zenocap.tools.setup.cameras.away import AWAY, require_copied, write_away
@@ -244,6 +251,25 @@ def attached(name: str) -> Callable[[Path], None]:
     return write
 
 
+def still(path: Path) -> None:
+    picture = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
+    assert cv2.imwrite(str(path), picture)
+
+
+def plate(path: Path) -> object:
+    viewer = replace(demo_rig().viewers[0], background=BackgroundImage(path))
+    return plate_of(viewer, viewer.background)
+
+
+def folder_of_pictures(path: Path) -> object:
+    source = Images(path.parent, f"*{path.suffix}")
+    return list(image_frames(source, 10.0, Fit(SIZE, SIZE), Playback(0, ManualClock(), live=False)))
+
+
+def probes_of_pictures(path: Path) -> object:
+    return probes(path.parent)
+
+
 def pictures(path: Path) -> None:
     np.save(path, np.stack(grey_frames(3)))
 
@@ -310,6 +336,9 @@ KINDS: Mapping[str, Kind] = {
         Kind("video.mp4", video, lambda path: (played(path), sought(path))),
         Kind("video.mkv", video, lambda path: (played(path), sought(path))),
         Kind("sound.mkv", video, lambda path: read_sound(path, 2.0)),
+        Kind("empty.png", still, plate),
+        Kind("1.jpg", still, folder_of_pictures),
+        Kind("board.bmp", still, probes_of_pictures),
         Kind("pictures.npy", pictures, rendered.opened),
         Kind(
             AWAY,

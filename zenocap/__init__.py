@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING
 
 # Matrices here are small; several BLAS threads per matrix would only wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is first imported
+# A picture above LARGEST_PX of `common.arrays` is refused by its header, before memory is taken.
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(1 << 26))  # read when OpenCV is first imported
 
 if TYPE_CHECKING:
     from zenocap.common.errors import UserError

@@ -1,5 +1,6 @@
 """Zenoh sessions: options, configuration, free ports."""
 
+import errno
 import json
 import logging
 import socket
@@ -10,7 +11,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from random import SystemRandom
-from typing import Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import zenoh
 
@@ -85,33 +86,80 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
 
     Raises BusError when the configuration is rejected, an address cannot be listened on, or `stopped` is true first.
     """
-    config = configuration(options)
     where = ", ".join(options.connect) or "any address"
-    outcome: list[zenoh.Session | zenoh.ZError] = []
-
-    def open_blocking() -> None:
-        try:
-            outcome.append(zenoh.open(config))
-        except zenoh.ZError as error:
-            outcome.append(error)
-
-    # In a thread, because a signal cannot end zenoh.open while a client waits for its router.
-    opener = threading.Thread(target=open_blocking, name="zenoh-open", daemon=True)
-    opener.start()
+    opening = _Opening.of(options)
     warned, started_s = False, time.monotonic()
-    while opener.is_alive():
-        opener.join(0.05)
-        if opener.is_alive() and stopped():
-            raise BusError(f"stopped while waiting for a Zenoh router at {where}")
-        if not warned and time.monotonic() - started_s > 2.0:
-            warned = True
-            logger.warning("waiting for a Zenoh router at %s", where)
-    match outcome[0] if outcome else None:
-        case zenoh.Session() as session:
-            return session
-        case error:
-            listening = f", listen {', '.join(options.listen)}" if options.listen else ""
-            raise BusError(f"Zenoh does not open (connect {where}{listening}): {_reason(error)}")
+    try:
+        while not opening.ended(0.05):
+            if stopped():
+                raise BusError(f"stopped while waiting for a Zenoh router at {where}")
+            if not warned and time.monotonic() - started_s > 2.0:
+                warned = True
+                logger.warning("waiting for a Zenoh router at %s", where)
+    except BaseException:
+        opening.leave()
+        raise
+    if isinstance(opening.outcome, BaseException):
+        listening = f", listen {', '.join(options.listen)}" if options.listen else ""
+        raise BusError(f"Zenoh does not open (connect {where}{listening}): {_reason(opening.outcome)}")
+    return opening.outcome
+
+
+class _Opening:
+    """`zenoh.open` in a thread, because a signal cannot end it while a client waits for its router.
+
+    One that is left waits on, and is what the next session with the same options waits for; a session that it opens before is
+    closed.  outcome: once it has ended.
+    """
+
+    _left: ClassVar[list["_Opening"]] = []
+    _lock: ClassVar[threading.Lock] = threading.Lock()
+
+    outcome: zenoh.Session | BaseException
+
+    def __init__(self, options: ZenohOptions, config: zenoh.Config) -> None:
+        self._config, self._ended = config, threading.Event()
+        self._of = options, str(config)
+        threading.Thread(target=self._run, name="zenoh-open", daemon=True).start()
+
+    @classmethod
+    def of(cls, options: ZenohOptions) -> "_Opening":
+        """The one that was left with these options and files, or else a new one.  Raises BusError."""
+        config = configuration(options)
+        with cls._lock:
+            for one in cls._left:
+                if one._of == (options, str(config)):
+                    cls._left.remove(one)
+                    return one
+        return cls(options, config)
+
+    def ended(self, wait_s: float) -> bool:
+        """Whether it has ended, after at most this time."""
+        return self._ended.wait(wait_s)
+
+    def leave(self) -> None:
+        """Wait for it no longer."""
+        with self._lock:
+            if not self._ended.is_set():
+                self._left.append(self)
+                return
+        self._close()
+
+    def _run(self) -> None:
+        try:
+            self.outcome = zenoh.open(self._config)
+        except BaseException as error:  # a panic in Rust is no Exception
+            self.outcome = error
+        with self._lock:
+            self._ended.set()
+            if self not in self._left:
+                return
+            self._left.remove(self)
+        self._close()
+
+    def _close(self) -> None:
+        if not isinstance(self.outcome, BaseException):
+            close_session(self.outcome)
 
 
 class Declared(Protocol):
@@ -168,9 +216,12 @@ def free_ports(count: int, named: Collection[int] = ()) -> list[int]:
     with ExitStack() as stack:
         for port in SystemRandom().sample(PORTS, len(PORTS)):
             if len(found) < count and port not in named:
-                with suppress(OSError):  # in use
+                try:
                     stack.enter_context(socket.create_server((HOST, port)))
                     found.append(port)
+                except OSError as error:  # in use
+                    if error.errno in (errno.EMFILE, errno.ENFILE):
+                        raise BusError(f"{count} free TCP ports: {error.strerror}: allowed: a higher limit: ulimit -n") from error
     if len(found) < count:
         raise BusError(f"{count} free TCP ports: {len(found)} found from {PORTS[0]} to {PORTS[-1]}")
     return found

@@ -57,10 +57,24 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     return ""
 
 
-def write_calibration(path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> None:
-    """Write the anipose layout atomically.  Raises UserError, OSError."""
-    for file, text in anipose_texts(Path(path), cameras, up_axis, error_px).items():
-        write_atomically(file, text.encode())
+def write_calibration(
+    path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float = 0.0, *, new: bool = False
+) -> None:
+    """Write the anipose layout atomically.  new: no file is replaced.  Raises UserError, OSError."""
+    _write(anipose_texts(Path(path), cameras, up_axis, error_px), new=new)
+
+
+def _write(files: dict[Path, str], *, new: bool) -> None:
+    """Write the texts of files; with `new` none of them where one exists."""
+    written: list[Path] = []
+    try:
+        for file, text in files.items():
+            write_atomically(file, text.encode(), new=new)
+            written.append(file)
+    except FileExistsError:
+        for file in written if new else ():
+            file.unlink(missing_ok=True)
+        raise
 
 
 def camera_named(cameras: dict[str, Camera], name: str, path: Path | str) -> Camera:
@@ -70,14 +84,17 @@ def camera_named(cameras: dict[str, Camera], name: str, path: Path | str) -> Cam
     raise UserError(f"{path}: no camera {name!r}; there are: {', '.join(cameras) or 'none'}{did_you_mean(name, cameras)}")
 
 
-def write_layout(path: Path | str, cameras: dict[str, Camera], layout: str, up_axis: str = "y") -> list[Path]:
-    """Write cameras of the Y-up world in a layout, see `LAYOUTS`; returns the files.  up_axis: of the world in the files.
+def write_layout(
+    path: Path | str, cameras: dict[str, Camera], layout: str, up_axis: str = "y", *, new: bool = False
+) -> list[Path]:
+    """Write cameras of the Y-up world in a layout, see `LAYOUTS`; returns the files.
+
+    up_axis: of the world in the files.  new: no file is replaced.
 
     Raises UserError, OSError.
     """
     path = Path(path)
     checked_up_axis(path, up_axis)
     files = LAYOUTS.row(layout).texts(path, cameras, up_axis)
-    for file, text in files.items():
-        write_atomically(file, text.encode())
+    _write(files, new=new)
     return list(files)

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from zenocap.common.atomic_write import new_file
 from zenocap.common.errors import UserError
 from zenocap.common.table import Table, attribute
 
@@ -70,12 +71,16 @@ class ExportFormat:
     empty: str = "blank"
     needs: tuple[str, str, str] | None = None
 
-    def written(self, output: Path, request: ExportRequest) -> Sequence[str]:
-        """Write the file.  Raises UserError for a package that is missing, and OSError."""
+    def written(self, output: Path, request: ExportRequest, *, new: bool = False) -> Sequence[str]:
+        """Write the file.  new: none is replaced.  Raises UserError for a package that is missing, and OSError."""
         if self.needs is not None and find_spec(self.needs[0]) is None:
             _, package, extra = self.needs
             raise UserError(f"{output}: {self.name} needs the package {package}: pip install 'zenocap[{extra}]'")
-        return cast("Callable[[Path, ExportRequest], Sequence[str] | None]", attribute(self.write))(output, request) or ()
+        write = cast("Callable[[Path, ExportRequest], Sequence[str] | None]", attribute(self.write))
+        if not (new and self.suffixes):  # a folder replaces none but an empty one
+            return write(output, request) or ()
+        with new_file(output) as unfinished:
+            return write(unfinished, request) or ()
 
 
 TRC = ExportFormat("trc", "zenocap.common.formats.trc:export", (".trc",), points=True, confidence=True)

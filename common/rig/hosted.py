@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import LARGEST_PX, Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
@@ -31,7 +31,7 @@ from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.rig.two_view import ADDITIONS
 from zenocap.common.rig.viewers import SAME_SHAPE
 
-LARGEST_PX = 1 << 25  # of an image that is assigned, so that no assignment fills a machine's memory; above 8K; by hand
+LARGEST_ASSIGNED_PX = LARGEST_PX // 2  # of an image; above 8K; its background takes many times the memory; by hand
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ def check_sizes(one: HostedViewer) -> None:
     """
     (width, height), (full_width, full_height) = one.size, one.calibrated_size
     for size in (one.size, one.calibrated_size):
-        if size[0] * size[1] > LARGEST_PX:
-            raise UserError(f"assignment: size = {list(size)}: allowed: {LARGEST_PX} pixels at most")
+        if size[0] * size[1] > LARGEST_ASSIGNED_PX:
+            raise UserError(f"assignment: size = {list(size)}: allowed: {LARGEST_ASSIGNED_PX} pixels at most")
     if abs(width * full_height / (height * full_width) - 1.0) > SAME_SHAPE:
         raise UserError(
             f"assignment: size = {[width, height]}: allowed: the shape of the calibrated {full_width} x {full_height} px"

@@ -19,7 +19,7 @@ from av.sidedata.sidedata import SideData
 from av.sidedata.sidedata import Type as SideDataType
 from av.video.stream import VideoStream
 
-from zenocap.common.arrays import Image
+from zenocap.common.arrays import LARGEST_PX, Image
 from zenocap.common.closable import Closable
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.video.frame_times import FrameTimes, Timing, timing_of
@@ -75,6 +75,24 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
 def is_known(stream: VideoStream) -> bool:
     """Whether FFmpeg knows the codec; without one PyAV's streams have no context, of which its stub says nothing."""
     return getattr(stream, "codec_context", None) is not None
+
+
+def video_stream(path: Path, container: InputContainer) -> VideoStream:
+    """The first video stream, of which nothing is decoded yet.
+
+    Raises OpenError, with the container closed, without one, for an unknown codec, and for images above LARGEST_PX.
+    """
+    stream = next(iter(container.streams.video), None)
+    if stream is None:
+        problem = "has no video stream: allowed: a video file"
+    elif not is_known(stream):
+        problem = "a codec that this FFmpeg does not know: allowed: a video in another codec"
+    elif (width := stream.codec_context.width) * (height := stream.codec_context.height) > LARGEST_PX:
+        problem = f"images of {width} x {height} px: allowed: at most {LARGEST_PX} pixels"
+    else:
+        return stream
+    container.close()
+    raise OpenError(f"{path}: {problem}")
 
 
 def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
@@ -159,13 +177,7 @@ class VideoReader(Closable):
             self._container, self._software = opened(path) if hardware else (_open(path), "")
         except (FFmpegError, ValueError) as error:
             raise OpenError(f"{path}: not a video that can be decoded: the file is damaged or no video") from error
-        if not self._container.streams.video:
-            self.close()
-            raise OpenError(f"{path}: has no video stream: allowed: a video file")
-        self._stream = self._container.streams.video[0]
-        if not is_known(self._stream):
-            self.close()
-            raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
+        self._stream = video_stream(path, self._container)
         self._stream.thread_type = "AUTO"
         self._stream.codec_context.thread_count = min(THREADS, os.cpu_count() or 1)
         self._bare = self._stream.time_base == RAW_TIME_BASE

@@ -6,7 +6,6 @@ file is moved to a name that is not taken yet, so that no file is ever replaced.
 
 import logging
 import os
-import shutil
 import subprocess
 import tempfile
 import threading
@@ -16,6 +15,7 @@ from pathlib import Path
 
 import msgspec
 
+from zenocap.common.atomic_write import free_names, rename_new
 from zenocap.common.errors import UserError
 from zenocap.services.animator.page.save_messages import SaveTake, SavingUpdate
 from zenocap.services.animator.parameters import MAX_SAVED_LINES, MAX_SAVED_NAMES, SAVING_END_S
@@ -136,16 +136,8 @@ def moved(file: Path, folder: Path) -> Path:
 
     Raises OSError, and UserError when MAX_SAVED_NAMES names are taken.
     """
-    for number in range(1, MAX_SAVED_NAMES + 1):
-        target = folder / (file.name if number == 1 else f"{file.stem}-{number}{file.suffix}")
-        try:
-            target.touch(exist_ok=False)  # takes the name, so that two programs never have the same one
-        except FileExistsError:
-            continue
-        try:
-            shutil.move(file, target)
-        except OSError:
-            target.unlink()
-            raise
-        return target
+    for target in free_names(folder / file.name, MAX_SAVED_NAMES):
+        with suppress(FileExistsError):
+            rename_new(file, target)
+            return target
     raise UserError(f"{folder / file.name}: {MAX_SAVED_NAMES} files of this name exist: move some of them away")

@@ -6,13 +6,9 @@ from contextlib import ExitStack
 from functools import partial
 from typing import TypeAlias, cast
 
-import cv2
-import numpy as np
-
 from zenocap.common.arrays import Image
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
@@ -31,6 +27,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
+from zenocap.services.viewer.sources.images import read_picture
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import fit_of
 from zenocap.services.viewer.sources.source import open_source
@@ -59,7 +56,7 @@ def silhouette_service(
     kept: background of an earlier run, see `kept_background`; None: it is learnt.
 
     With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
-    Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
+    Raises SourceError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
     used = viewer.background_in_use
     setup = ViewerSetup(viewer.id, viewer.camera, used, viewer.preview, plate_of(viewer, used), people, kept)
@@ -88,17 +85,14 @@ def people_of(viewer: Viewer, *, threaded: bool) -> PeopleSegmenter | None:
 def plate_of(viewer: Viewer, used: Background) -> Image | None:
     """Plate of an image background at the working size; None for other backgrounds.  used: background in use.
 
-    Raises OpenError, SizeMismatch and SourceError.
+    Raises SourceError.
     """
     if not isinstance(used, BackgroundImage):
         return None
     fit = fit_of(viewer).named(used.path)
     if used is not viewer.background:  # the median of a video
         return median_picture(used.path, fit, hardware=used.hardware)
-    image = cv2.imread(str(used.path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise OpenError(f"{used.path}: not a picture that can be decoded")
-    return fit(np.asarray(image, dtype=np.uint8))
+    return fit(read_picture(used.path))
 
 
 def run_viewer(

@@ -6,6 +6,7 @@ service to the first health of the next process, beside the load of the machine.
 """
 
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -27,7 +28,7 @@ STOPS = 20
 
 @dataclass(frozen=True)
 class Stop:
-    """service, again_s: the one that was killed, and the time until the next process worked.
+    """service, again_s: the one that was ended, and the time until the next process worked.  text: output of the rig.
 
     hung: number of services that were killed at the stop.  load: of the machine.
     """
@@ -38,6 +39,7 @@ class Stop:
     hung: int
     status: int | None
     load: float
+    text: str
 
 
 def stops(count: int, folder: Path, settled_s: float = SETTLED_S) -> Iterator[Stop]:
@@ -45,10 +47,11 @@ def stops(count: int, folder: Path, settled_s: float = SETTLED_S) -> Iterator[St
     for number in range(count):
         place = folder / str(number)
         place.mkdir()
-        yield _stop(SERVICES[number % len(SERVICES)], place, settled_s)
+        yield stop_after(SERVICES[number % len(SERVICES)], place, settled_s)
 
 
-def _stop(service: str, folder: Path, settled_s: float) -> Stop:
+def stop_after(service: str, folder: Path, settled_s: float, ended_by: signal.Signals = signal.SIGKILL) -> Stop:
+    """Start a rig, end a service, and stop the rig when it works again.  Raises RuntimeError when it does not."""
     with RunningRig(folder, folder / "takes", rig_file(folder, RIG, SIZE, FPS, 0)) as rig:
         observer = Observer(rig.endpoint, RIG, [], SERVICES)
         observer.start()
@@ -57,7 +60,7 @@ def _stop(service: str, folder: Path, settled_s: float) -> Stop:
             time.sleep(settled_s)
             known = {one.health.counts.get(PROCESS) for one in observer.health}
             begin_s = time.monotonic()
-            rig.kill(service)
+            rig.signal(rig.pid(service), ended_by)
 
             def works() -> bool:
                 return any(
@@ -70,7 +73,7 @@ def _stop(service: str, folder: Path, settled_s: float) -> Stop:
             observer.close()
         rig.stop()
         text = rig.log_text() + rig.output()
-        return Stop(service, again_s, rig.stop_s, text.count("and was killed"), rig.status, os.getloadavg()[0])
+        return Stop(service, again_s, rig.stop_s, text.count("and was killed"), rig.status, os.getloadavg()[0], text)
 
 
 def _until(rig: RunningRig, condition: Callable[[], bool]) -> None:

@@ -122,13 +122,13 @@ def export(
 
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
-    output = beside(take, given.to) if output is None else output
+    new, output = output is None, output or beside(take, given.to)
     form = chosen_format(output, given.to)
     options = _options(form, given, span, expert)
     with one_line_errors(), progress(f"exporting {take}", remote=expert.remote):
         from zenocap.tools.takes.export import export as run_export
 
-        written = run_export(checked_take(take), output, options)
+        written = run_export(checked_take(take), output, options, new=new)
     axes = "opensim" if form.model else given.axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"

@@ -76,8 +76,11 @@ class Exported:
     off_s: float = 0.0
 
 
-def export(take: Path, output: Path, options: ExportOptions) -> Exported:
-    """Write the poses of `take` to `output`, replaced by the complete file or not at all.  Raises UserError."""
+def export(take: Path, output: Path, options: ExportOptions, *, new: bool = False) -> Exported:
+    """Write the poses of `take` to `output`, replaced by the complete file or not at all.  new: no file is replaced.
+
+    Raises UserError.
+    """
     if options.joints not in CONVENTIONS:
         raise UserError(f"{output}: joints {options.joints!r}: allowed: {', '.join(CONVENTIONS)}")
     to = FORMATS.row(options.to)
@@ -100,8 +103,10 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
         options.model, filtered, take.name,
     )  # fmt: skip
     try:
-        lacking = to.written(output, request)
+        lacking = to.written(output, request, new=new)
     except OSError as error:
+        if new and isinstance(error, FileExistsError):
+            raise UserError(f"{output} is there since a moment ago: allowed: -o FILE, which may replace it") from error
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])

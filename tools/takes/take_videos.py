@@ -14,7 +14,7 @@ from zenocap.common.errors import OpenError, UserError
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
-from zenocap.common.video.reader import display_turn, is_known, turned_picture
+from zenocap.common.video.reader import display_turn, turned_picture, video_stream
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
@@ -27,12 +27,9 @@ class SeekableVideo:
         self._path = path
         try:
             self._container = av.open(str(path), metadata_errors="replace")
-            self._stream = self._container.streams.video[0]
-        except (FFmpegError, ValueError, OSError, IndexError) as error:
+        except (FFmpegError, ValueError, OSError) as error:
             raise OpenError(f"{path}: not a video that can be decoded") from error
-        if not is_known(self._stream):
-            self._container.close()
-            raise OpenError(f"{path}: a codec that this FFmpeg does not know: allowed: a video in another codec")
+        self._stream = video_stream(path, self._container)
         self._stream.thread_type = "AUTO"
         self._base = self._stream.time_base or Fraction(1, 1000)
         self._start = self._stream.start_time or 0

@@ -75,7 +75,10 @@ class MjpegCapture:
         return len(self._data) == size
 
     def retrieve(self) -> tuple[bool, object]:
-        image = cv2.imdecode(np.frombuffer(self._data, np.uint8), cv2.IMREAD_COLOR)
+        try:
+            image = cv2.imdecode(np.frombuffer(self._data, np.uint8), cv2.IMREAD_COLOR)
+        except cv2.error:  # too many pixels
+            return False, None
         return image is not None, image
 
     def get(self, propId: int) -> float:

@@ -1,18 +1,45 @@
-"""Numbered picture files as a source: `images/*.png`."""
+"""Picture files: one as an image; numbered ones as a source, `images/*.png`."""
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from zenocap.common.arrays import LARGEST_PX, Image
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.rig.sources import Images
 from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, fit_of
+
+LARGEST_BYTES = 4 * LARGEST_PX  # of a picture file, which may be without compression
+
+
+def read_picture(path: Path, flags: int = cv2.IMREAD_COLOR) -> Image:
+    """Image of a picture file, (height, width, 3); (height, width) with cv2.IMREAD_GRAYSCALE.
+
+    Raises OpenError and AccessDenied, also for a file above LARGEST_BYTES and an image above LARGEST_PX.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_BYTES + 1)
+    except PermissionError as error:
+        raise AccessDenied(f"{path}: no permission to read this picture") from error
+    except OSError as error:
+        raise OpenError(f"{path}: cannot be read: {error.strerror}") from error
+    if len(content) > LARGEST_BYTES:
+        raise OpenError(f"{path}: a picture file of more than {LARGEST_BYTES >> 20} MiB: allowed: a smaller one")
+    picture: cv2.typing.MatLike | None = None
+    with suppress(cv2.error):  # nothing in it, or more pixels than OpenCV reads
+        picture = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), flags)
+    if picture is None or picture.shape[0] * picture.shape[1] > LARGEST_PX:
+        allowed = f"PNG, JPEG or BMP of at most {LARGEST_PX} pixels"
+        raise OpenError(f"{path}: not a picture that can be decoded: allowed: {allowed}")
+    return np.asarray(picture, dtype=np.uint8)
 
 
 def numbered(path: Path) -> tuple[tuple[int, str], ...]:
@@ -45,16 +72,11 @@ def image_frames(source: Images, fps: float, fit: Fit, playback: Playback) -> It
                     continue
                 playback.wait_until(captured_ns)
             try:
-                content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-            except PermissionError as error:
-                raise AccessDenied(f"{path}: no permission to read this picture") from error
-            except OSError as error:
-                raise EndedEarly(f"{path}: cannot be read: {error.strerror}") from error
-            image = cv2.imdecode(content, cv2.IMREAD_COLOR) if content.size else None
-            if image is None:
-                raise EndedEarly(f"{path}: picture {number} of {len(paths)} cannot be decoded")
+                image = read_picture(path)
+            except OpenError as error:
+                raise EndedEarly(f"{error}; it is picture {number} of {len(paths)}") from error
             begun = True
-            yield Frame(first + number, captured_ns, fit.named(path)(np.asarray(image, dtype=np.uint8)))
+            yield Frame(first + number, captured_ns, fit.named(path)(image))
         if not playback.loop:
             return
         first += len(paths)

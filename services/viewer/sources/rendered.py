@@ -6,7 +6,7 @@ from tokenize import TokenError
 
 import numpy as np
 
-from zenocap.common.arrays import Bytes
+from zenocap.common.arrays import LARGEST_PX, Bytes
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Rendered
 from zenocap.common.rig.viewers import Viewer
@@ -56,4 +56,7 @@ def opened(path: Path) -> Bytes:
         raise OpenError(f"{path}: no NumPy file of pictures: {error}") from error
     if pictures.ndim != 4 or pictures.shape[3] != 3 or pictures.dtype != np.uint8 or not len(pictures):
         raise OpenError(f"{path}: {pictures.dtype} {pictures.shape}: allowed: uint8 (count, height, width, 3)")
+    _, height, width, _ = pictures.shape
+    if width * height > LARGEST_PX:
+        raise OpenError(f"{path}: pictures of {width} x {height} px: allowed: at most {LARGEST_PX} pixels")
     return pictures

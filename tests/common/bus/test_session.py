@@ -1,7 +1,9 @@
 """Zenoh's configuration: defaults, the user's file and options, errors; end of a session; free ports."""
 
+import errno
 import json
 import socket
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event
@@ -10,6 +12,7 @@ from unittest.mock import Mock
 import pytest
 import zenoh
 
+from tests.support.live_cameras import until
 from tests.support.processes import PATIENCE_S
 from zenocap.common.bus import zenoh_session
 from zenocap.common.bus.protocol import BusError
@@ -72,6 +75,19 @@ def test_an_invalid_mode_and_an_unknown_protocol_raise_an_error() -> None:
         open_session(ZenohOptions("peer", listen=("carrier/pigeon:1",), multicast_scouting=False))
 
 
+class Panic(BaseException):
+    """That of Rust, which is no Exception."""
+
+
+def test_a_panic_of_zenoh_is_an_error_with_its_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    def panic(config: zenoh.Config) -> zenoh.Session:
+        raise Panic("no file descriptors")
+
+    monkeypatch.setattr(zenoh, "open", panic)
+    with pytest.raises(BusError, match="Zenoh does not open .*: no file descriptors$"):
+        open_session(ZenohOptions("peer", multicast_scouting=False))
+
+
 @pytest.mark.core
 def test_an_address_in_use_raises_an_error() -> None:
     with socket.socket() as occupied:
@@ -130,6 +146,18 @@ def test_free_ports_differ_and_are_none_that_a_system_gives_away() -> None:
         assert any_port.getsockname()[1] not in PORTS
 
 
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE])
+def test_a_full_table_of_open_files_is_not_taken_for_ports_in_use(
+    monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    def full(address: tuple[str, int]) -> socket.socket:
+        raise OSError(number, "Too many open files")
+
+    monkeypatch.setattr(socket, "create_server", full)
+    with pytest.raises(BusError, match="^8 free TCP ports: Too many open files: allowed: a higher limit: ulimit -n$"):
+        free_ports(8)
+
+
 def test_ports_in_use_and_named_ones_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     (one,) = free_ports(1)
     monkeypatch.setattr("zenocap.common.bus.zenoh_session.PORTS", range(one, one + 1))
@@ -140,3 +168,93 @@ def test_ports_in_use_and_named_ones_are_left_out(monkeypatch: pytest.MonkeyPatc
         user.bind((HOST, one))
         with pytest.raises(BusError, match="0 found"):
             free_ports(1)
+
+
+class SlowZenoh:
+    """`zenoh.open` that waits for `there`, and the sessions that it has opened."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.there, self.calls, self.sessions = threading.Event(), 0, list[Mock]()
+        self._before = set(threading.enumerate())
+        monkeypatch.setattr(zenoh, "open", self._open)
+
+    @property
+    def waiting(self) -> int:
+        """Number of threads that wait."""
+        return len([one for one in threading.enumerate() if one.name == "zenoh-open" and one not in self._before])
+
+    def _open(self, config: zenoh.Config) -> Mock:
+        self.calls += 1
+        self.there.wait(60.0)
+        self.sessions.append(Mock())
+        return self.sessions[-1]
+
+
+def left(options: ZenohOptions) -> None:
+    """Begin to open a session, and stop."""
+    with pytest.raises(BusError, match="stopped while waiting"):
+        open_session(options, lambda: True)
+
+
+HERE, ELSEWHERE = (ZenohOptions("client", (f"tcp/{HOST}:{port}",), multicast_scouting=False) for port in (2, 3))
+
+
+def test_what_waits_for_a_router_and_was_left_ends_without_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each click on Try of the teaching page left a thread, and a runtime of Zenoh, for ever."""
+    slow = SlowZenoh(monkeypatch)
+    for options in (HERE, HERE, ELSEWHERE, HERE):
+        left(options)
+    assert (slow.waiting, slow.calls) == (2, 2)
+    slow.there.set()
+    until(lambda: not slow.waiting, "a thread still waits")
+    assert [session.close.call_count for session in slow.sessions] == [1, 1]
+
+
+def test_the_next_session_with_the_same_options_waits_for_what_was_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = SlowZenoh(monkeypatch)
+    left(HERE)
+    asked = iter([False, False])
+
+    def stopped() -> bool:
+        if next(asked, None) is None:
+            slow.there.set()
+        return False
+
+    session = open_session(HERE, stopped)
+    assert (slow.calls, session) == (1, slow.sessions[0])
+    session.close.assert_not_called()
+    assert open_session(HERE) is not session  # it has left the list
+
+
+def test_two_sessions_with_the_same_options_wait_each_for_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow, found = SlowZenoh(monkeypatch), list[object]()
+    threads = [threading.Thread(target=lambda: found.append(open_session(HERE))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    until(lambda: slow.calls == 2, "one waits for the session of the other")
+    slow.there.set()
+    for thread in threads:
+        thread.join()
+    assert len({id(one) for one in found}) == 2
+
+
+@pytest.mark.core
+def test_a_router_that_comes_later_keeps_no_session_that_was_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened, really_open = list[zenoh.Session](), zenoh.open
+
+    def recorded(config: zenoh.Config) -> zenoh.Session:
+        opened.append(really_open(config))
+        return opened[-1]
+
+    monkeypatch.setattr(zenoh, "open", recorded)
+    before, endpoint = set(threading.enumerate()), f"tcp/{HOST}:{free_ports(1)[0]}"
+
+    def waiting() -> int:
+        return len([one for one in threading.enumerate() if one.name == "zenoh-open" and one not in before])
+
+    for _ in range(3):
+        left(ZenohOptions("client", (endpoint,), multicast_scouting=False))
+    assert waiting() == 1
+    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+        until(lambda: not waiting(), "a thread still waits")
+        assert [session.is_closed() for session in opened] == [False, True]

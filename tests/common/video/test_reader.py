@@ -1,7 +1,7 @@
 """Reading of video files: times of their containers, formats, rotation, damage."""
 
 import wave
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from unittest.mock import Mock
@@ -14,6 +14,7 @@ from tests.support.video_file import ask_for_turn, copied, write_video
 from tests.support.videos import GREY_STEP, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
+from zenocap.tools.takes.take_videos import SeekableVideo
 
 
 def read(path: Path, *, hardware: bool = False) -> tuple[list[VideoFrame], VideoSummary]:
@@ -236,6 +237,17 @@ def test_sound_alone_is_refused(tmp_path: Path) -> None:
         sound.writeframes(bytes(16000))
     with pytest.raises(OpenError, match=r"a\.wav: has no video stream"):
         VideoReader(tmp_path / "a.wav")
+
+
+@pytest.mark.parametrize("opened", [VideoReader, SeekableVideo])
+def test_too_large_images_are_refused_before_one_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: Callable[[Path], object]
+) -> None:
+    path = write_video(tmp_path / "a.mp4", grey_frames(2))
+    monkeypatch.setattr("zenocap.common.video.reader.LARGEST_PX", 64 * 48 - 1)
+    monkeypatch.setattr(VideoReader, "_first", Mock(side_effect=AssertionError("decoded")))
+    with pytest.raises(OpenError, match=r"a\.mp4: images of 64 x 48 px: allowed: at most 3071 pixels"):
+        opened(path)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
 from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_tables import read_csv
 from tests.common.formats.test_take_poses import messages_of_track, write_take
-from tests.support.command import zenocap
+from tests.support.command import refused, zenocap
 from tests.support.export_takes import COUNT, FIRST, MISSING
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
@@ -24,7 +24,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS
-from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.formats.take_poses import TakePoses, read_poses
 from zenocap.common.formats.trajectories import PER_METRE
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.rig.rig import load_rig
@@ -67,6 +67,23 @@ def test_without_output_a_file_is_written_beside_the_take_and_named(two_view: Pa
         status, _, problems = zenocap("export", take, *options)
         assert (status, problem in " ".join(problems.replace("│", " ").split())) == (2, True)
     assert beside(take, "opensim") == tmp_path / "walk-opensim"
+
+
+def test_a_file_that_was_made_meanwhile_is_not_replaced_where_none_was_named(
+    two_view: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    take, output = tmp_path / "walk.mcap", tmp_path / "walk.trc"
+    take.write_bytes(two_view.read_bytes())
+
+    def slow(path: Path, *, raw: bool) -> TakePoses:
+        output.write_text("mine")
+        return read_poses(path, raw=raw)
+
+    monkeypatch.setattr("zenocap.tools.takes.export.read_poses", slow)
+    text = refused("export", take, "--to", "trc")
+    assert text == f"error: {output} is there since a moment ago: allowed: -o FILE, which may replace it\n"
+    assert output.read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.mcap", "walk.trc"]
 
 
 @pytest.mark.nightly

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,16 @@ import typer
 
 from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
-from zenocap.tools.cli.calibrate.output import POOR, CalibrationOption, ForceOption, check_new, finish, show, writing
+from zenocap.tools.cli.calibrate.output import (
+    POOR,
+    CalibrationOption,
+    ForceOption,
+    check_new,
+    finish,
+    show,
+    write_result,
+    writing,
+)
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -89,11 +99,11 @@ def board(
         if given.live:
             if given.floor:
                 raise UserError("--floor: allowed: without --live, whose page has a button for it")
-            raise typer.Exit(_live(films or [], images, page.table(), described, known, output, delays=expert.delays))
+            raise typer.Exit(_live(films or [], images, page.table(), described, known, given, delays=expert.delays))
         if not films:
             raise UserError("no videos: allowed: a folder with videos, the videos, or --live")
         result = _calibrated(films, described, known, given.floor or (), delays=expert.delays)
-        write(result, output)
+        write_result(output, given.force, partial(write, result))
     data = report_data(result) if given.as_json else None
     finish(output, [*report(result), f"written: {output}"], verdict(result), data)
 
@@ -114,28 +124,29 @@ def _calibrated(
         return calibrated_rig(seen_board, seen, lenses, floor, delays, lambda step: shown.update(0, note=step))
 
 
-def write(found: BoardCalibration, output: Path) -> None:
-    """Write the calibration file.  Raises UserError."""
+def write(found: BoardCalibration, path: Path, new: bool) -> None:
+    """Write the calibration file.  Raises as `write_calibration`."""
     from zenocap.common.camera.calibration_files import write_calibration
 
-    with writing(output):
-        write_calibration(
-            output,
-            {one.camera.name: one.camera for one in found.cameras},
-            error_px=max(one.residual_px for one in found.cameras),
-        )
+    cameras = {one.camera.name: one.camera for one in found.cameras}
+    write_calibration(path, cameras, error_px=max(one.residual_px for one in found.cameras), new=new)
 
 
 def _live(
     texts: Sequence[str], images: ImageArguments, table: PageTable, described: Board, lenses: Mapping[str, Lens] | None,
-    output: Path, *, delays: bool,
+    given: BoardCalibrationArguments, *, delays: bool,
 ) -> int:  # fmt: skip
     """Guide and calibrate on a page; returns the exit status, FAILED without a calibration.  Raises UserError."""
     from zenocap.tools.setup.calibration.board_report import report, verdict
     from zenocap.tools.setup.page.board_mode import BoardMode
 
+    output, replaced = given.output, given.force
+
     def written(found: BoardCalibration) -> str:
-        write(found, output)
+        nonlocal replaced
+        with writing(output):
+            write(found, output, not replaced)
+        replaced = True  # that of this page
         show([*report(found), f"written: {output}"], verdict(found))
         return str(output)
 

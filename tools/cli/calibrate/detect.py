@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, write_result
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
@@ -66,7 +66,7 @@ def detect(
         paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]
         for path in paths:
             check_new(path, given.force)
-        written = [_detected(described, film, path, given.as_json) for film, path in zip(found, paths, strict=True)]
+        written = [_detected(described, film, path, given) for film, path in zip(found, paths, strict=True)]
     if given.as_json:
         typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
     else:
@@ -75,7 +75,7 @@ def detect(
         )
 
 
-def _detected(described: Board, film: BoardFilm, path: Path, as_json: bool) -> dict[str, object]:
+def _detected(described: Board, film: BoardFilm, path: Path, given: DetectArguments) -> dict[str, object]:
     """Search the board in a film, and write the corners; a description of them, which is also printed.
 
     Raises UserError.
@@ -85,10 +85,9 @@ def _detected(described: Board, film: BoardFilm, path: Path, as_json: bool) -> d
 
     with progress("searching the board") as shown:
         one = detected(described, film.path, film.name, lambda done, total, name: shown.update(done, total or None, name))
-    with writing(path):
-        write_corners(path, one)
+    write_result(path, given.force, lambda target, new: write_corners(target, one, new=new))
     most = one.most
-    if not as_json:
+    if not given.as_json:
         share = f"in {most.coverage:.0%} of the image"
         typer.echo(f"{film.name}: {len(most.views)} of {one.looks} images show the board, {share}")
         typer.echo(f"  written: {path}, {path.stat().st_size / 1e6:.1f} MB")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, write_result, writing
 from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.option_groups import option
 
@@ -56,7 +56,7 @@ def convert(
         if not (layout == "ros" and output.is_dir() and not any(output.iterdir())):
             check_new(output, force)
         with writing(output):
-            files = write_layout(output, cameras, layout, output_up_axis)
+            files = write_layout(output, cameras, layout, output_up_axis, new=not force)
     for written in files:
         typer.echo(f"written: {written}")
     if layout == "ros":
@@ -107,8 +107,8 @@ def drift(take: TakePath, *, given: DriftArguments) -> None:
             check_new(output, given.force)
         found, recorded = take_drift(take, messages_of(take))
         if output is not None and found.moved:
-            with writing(output):
-                write_calibration(output, corrected(found, recorded, known), given.up_axis if known is not None else "y")
+            now, up_axis = corrected(found, recorded, known), given.up_axis if known is not None else "y"
+            write_result(output, given.force, lambda path, new: write_calibration(path, now, up_axis, new=new))
     if given.as_json:
         typer.echo(json.dumps(drift_data(found) | {"written": str(output) if output and found.moved else None}, indent=2))
     else:

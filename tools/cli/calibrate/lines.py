@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, show, write_result
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
 from zenocap.tools.cli.live_page import FpsOption, ImageArguments, PageArguments
 from zenocap.tools.cli.options import one_line_errors
@@ -126,8 +126,8 @@ def lines(
             _live(measurements, given, page, typed)
         measured = _measured(measurements, typed)
         solved = calibrate_lines(measured)
-        with writing(output):
-            write_calibration(output, {one.camera.name: one.camera for one in solved})
+        cameras = {one.camera.name: one.camera for one in solved}
+        write_result(output, given.force, lambda path, new: write_calibration(path, cameras, new=new))
     found = [sensitivity(measured, number, camera) for number, camera in enumerate(solved, start=1)]
     report = [line for camera, effects in zip(solved, found, strict=True) for line in solution_report(camera, effects)]
     raise typer.Exit(show([*report, f"written: {output}"], verdict(measured, solved, found)))
@@ -153,4 +153,5 @@ def _live(texts: Sequence[str] | None, given: LinesArguments, page: PageArgument
         raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(typed.given)}")
     path, sources = file_and_cameras(texts, "lines.toml")
     images, program = ImageArguments(given.live_size, given.fps), "zenocap calibrate lines --live"
-    run_points(sources, images, page, program, lambda names: LinePoints(names, path, given.output), given.output)
+    output, force = given.output, given.force
+    run_points(sources, images, page, program, lambda names: LinePoints(names, path, output, force), output)

@@ -1,17 +1,19 @@
 """Output of the commands of `zenocap calibrate` that write a file."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 
+from zenocap.common.atomic_write import free_names
 from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import DONE
 
 POOR = 3  # exit status of a calibration with remarks
+MOST_NAMES = 1000  # tried for a result whose name another file has taken; by hand
 
 CalibrationOption = Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")]
 LensesOption = Annotated[
@@ -27,7 +29,7 @@ ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existin
 def check_new(output: Path, force: bool) -> None:
     """Refuse to overwrite a file without `force`: a calibration that is replaced is lost.  Raises UserError."""
     if output.exists() and not force:
-        raise UserError(f"{output}: exists already: allowed: another name, or --force")
+        raise _exists(output)
 
 
 @contextmanager
@@ -35,8 +37,33 @@ def writing(output: Path) -> Iterator[None]:
     """Turn an OSError of writing `output` into a UserError."""
     try:
         yield
+    except FileExistsError as error:
+        raise _exists(error.filename or output) from error
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror}") from error
+
+
+def write_result(output: Path, force: bool, write: Callable[[Path, bool], object]) -> None:
+    """Write what was computed since `check_new`.  write: is called with a path, and whether it must be new.
+
+    A file that another program has made meanwhile stays: the result is beside it, and the UserError says where.
+    """
+    with writing(output):
+        for path in free_names(output, MOST_NAMES):
+            try:
+                write(path, not force)
+            except FileExistsError:
+                if force:
+                    raise
+                continue
+            if path != output:
+                raise UserError(f"{output}: exists since a moment ago, and stays: the result is in {path}")
+            return
+    raise _exists(output)
+
+
+def _exists(path: Path | str) -> UserError:
+    return UserError(f"{path}: exists already: allowed: another name, or --force")
 
 
 def show(lines: Sequence[str], verdict: tuple[str, Sequence[str]]) -> int:

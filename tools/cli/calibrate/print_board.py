@@ -29,6 +29,7 @@ def print_board(
     pattern: PatternArguments,
 ) -> None:
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
+    from zenocap.common.atomic_write import write_atomically
     from zenocap.tools.setup.calibration.board_print import board_pdf, default_square
 
     with one_line_errors():
@@ -39,7 +40,7 @@ def print_board(
         content = board_pdf(board, paper)
         check_new(output, force)
         with writing(output):
-            output.write_bytes(content)
+            write_atomically(output, content, new=not force)
     typer.echo(f"written: {output}: {board}, paper {paper}")
     piece = "tag" if pattern.kind == "aprilgrid" else "square"
     typer.echo(f"print at 100 %, not 'fit to page'; then measure a {piece}, and give its side to --square")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, finish, show, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, check_new, finish, show, write_result
 from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
 from zenocap.tools.cli.live_page import ImageArguments, PageArguments
 from zenocap.tools.cli.options import JsonOption, one_line_errors
@@ -91,8 +91,8 @@ def scene(
         file = one_file(points, "give a TOML of points; --example prints one")
         check_new(output, given.force)
         placed = placed_cameras(read_scene(file), given.known())
-        with writing(output):
-            write_calibration(output, {one.camera.name: one.camera for one in placed})
+        cameras = {one.camera.name: one.camera for one in placed}
+        write_result(output, given.force, lambda path, new: write_calibration(path, cameras, new=new))
     if given.as_json:
         finish(output, (), scene_verdict(placed), scene_data(placed))
     report = [line for one in placed for line in scene_report(one)]
@@ -108,4 +108,5 @@ def _live(texts: Sequence[str] | None, given: SceneArguments, images: ImageArgum
     if given.as_json:
         raise typer.BadParameter("--json: allowed: without --live")
     (path, sources), program = file_and_cameras(texts, "points.toml"), "zenocap calibrate scene --live"
-    run_points(sources, images, page, program, lambda names: ScenePointTask(names, path, given.output, known), given.output)
+    output, force = given.output, given.force
+    run_points(sources, images, page, program, lambda names: ScenePointTask(names, path, output, known, force), output)

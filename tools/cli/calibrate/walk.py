@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, writing
+from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, write_result
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
@@ -71,8 +71,10 @@ def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, li
     for note in films.notes:
         typer.echo(f"note: {note}", err=True)
     cameras = {one.camera.name: one.camera for one in found.cameras}
-    with writing(output):
-        write_calibration(output, cameras, error_px=max(one.off_px for one in found.cameras))
+    error_px = max(one.off_px for one in found.cameras)
+    write_result(
+        output, given.force, lambda path, new: write_calibration(path, cameras, error_px=error_px, new=new)
+    )
     late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
     is_late = any(one.is_certain for one in found.delays.values())
     return found, sync_lines(folder, late, given.force) if is_late else []

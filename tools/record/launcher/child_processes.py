@@ -6,11 +6,13 @@ A child's standard input is a pipe from this process, so that it ends with this 
 import queue
 import signal
 import subprocess
+import sys
 import threading
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
+from zenocap.common.errors import UserError
 from zenocap.common.runtime.signals import STACKS
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0  # after the second short run, and at most
@@ -22,6 +24,8 @@ QUICK_FAILURES = 5  # in a row, before giving up a process that has never run fo
 READ_AT_STOP_S = 1.0  # for the last lines of an ended process; at another time SHORT_PAUSE_S; chosen by hand
 WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
 FAILED = 1  # status of a process that ended without a failure of its own, although it was to run on
+WANTED_FILES = 4096  # open ones of each process; more than any rig has needed; chosen by hand
+NEEDED_FILES = 256  # of the animator: 64 pages, 128 connections without a handshake, and its own; chosen by hand
 
 
 class Process(Protocol):
@@ -43,6 +47,23 @@ class Process(Protocol):
 
 
 Spawn = Callable[[Sequence[str]], Process]  # raises InterruptedError when it is to start no more
+
+
+def allow_files() -> None:
+    """Raise the limit of open files of this process and of its children to WANTED_FILES, or as far as is allowed.
+
+    Raises UserError where that is too low for a rig.
+    """
+    if sys.platform == "win32":  # which has no such limit
+        return
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    soft, hard = (sys.maxsize if limit == resource.RLIM_INFINITY else limit for limit in limits)
+    if hard < NEEDED_FILES:
+        raise UserError(f"open files = {hard}: allowed: at least {NEEDED_FILES}: ulimit -n {WANTED_FILES}")
+    if soft < min(WANTED_FILES, hard):
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(WANTED_FILES, hard), limits[1]))
 
 
 def spawn(arguments: Sequence[str]) -> Process:

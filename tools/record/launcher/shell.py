@@ -29,7 +29,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, Topic
 from zenocap.tools.operate.warmup.processes import compile_parts
-from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses, allow_files
 from zenocap.tools.record.launcher.display import plain_line, table
 from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
@@ -61,8 +61,9 @@ def run_rig(
 
     folder: of the takes that the page starts.  take: the one that begins with the rig; None: none does.  seconds: run time
     from the start of the processes.  page: whether to run the animator.  port: of the page, None for the rig's own.
-    Raises BusError.
+    Raises UserError.
     """
+    allow_files()
     if console.is_terminal:
         logging.getLogger().handlers[:] = [logs.terminal_handler(console)]
     else:

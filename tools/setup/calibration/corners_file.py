@@ -85,11 +85,14 @@ class _CornersFile(Struct, forbid_unknown_fields=True):
     variants: Annotated[list[_Variant], Meta(min_length=1, max_length=4)]
 
 
-def write_corners(path: Path, detection: Detection) -> None:
-    """Write a file atomically, whose folder is created.  Raises OSError, and UserError for values that it cannot have."""
+def write_corners(path: Path, detection: Detection, *, new: bool = False) -> None:
+    """Write a file atomically, whose folder is created.  new: none is replaced.
+
+    Raises OSError, and UserError for values that it cannot have.
+    """
     data = packed(path, detection)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, data)
+    write_atomically(path, data, new=new)
 
 
 def packed(path: Path, detection: Detection) -> bytes:

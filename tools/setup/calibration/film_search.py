@@ -11,6 +11,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import IMAGE_SUFFIXES, with_suffix
 from zenocap.common.video.reader import VideoReader, until_cut
+from zenocap.services.viewer.sources.images import read_picture
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import BoardDetector
 from zenocap.tools.setup.calibration.board_views import View
@@ -58,13 +59,6 @@ def searched(boards: Sequence[Board], path: Path, name: str, on_progress: OnProg
     return Searched(size, period_s, looks, tuple(tuple(one) for one in views))
 
 
-def _still(path: Path) -> Image:
-    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if picture is None:
-        raise UserError(f"{path}: not an image that can be read: allowed: {', '.join(IMAGE_SUFFIXES)}")
-    return np.asarray(picture, dtype=np.uint8)
-
-
 def _images(path: Path, wanted: Callable[[float, float], bool]) -> Iterator[tuple[float, Image | None, int]]:
     """Times (s from its beginning), grey images or None where not `wanted`(time, duration), and the declared number.
 
@@ -74,7 +68,7 @@ def _images(path: Path, wanted: Callable[[float, float], bool]) -> Iterator[tupl
     if path.is_dir():
         files = with_suffix(path, IMAGE_SUFFIXES)
         for k, file in enumerate(files):
-            picture = _still(file)
+            picture = read_picture(file, cv2.IMREAD_GRAYSCALE)
             size = _checked_size(file, picture, size)
             yield float(k), picture, len(files)
         return
@@ -103,7 +97,7 @@ def probes(path: Path) -> list[Image]:
     """A few images, evenly spread."""
     if path.is_dir():
         files = with_suffix(path, IMAGE_SUFFIXES)
-        return [_still(file) for file in files[:: max(1, len(files) // PROBED_FRAMES)]]
+        return [read_picture(file, cv2.IMREAD_GRAYSCALE) for file in files[:: max(1, len(files) // PROBED_FRAMES)]]
     next_s = 0.0
 
     def wanted(time_s: float, duration_s: float) -> bool:

@@ -34,10 +34,12 @@ class LinePoints:
     editable = False
     centre_lines = True
 
-    def __init__(self, cameras: Sequence[str], measurements_file: Path, output: Path) -> None:
+    def __init__(self, cameras: Sequence[str], measurements_file: Path, output: Path, force: bool = False) -> None:
+        """force: whether a file at `output` that is not the page's is replaced."""
         if len(cameras) != 2:
             raise UserError(f"{len(cameras)} cameras: allowed: two, camera 1 on +Z that looks to -Z, camera 2 on -X")
         self._names, self._path, self._output = (cameras[0], cameras[1]), measurements_file, output
+        self._new = not force
         self._read = read_measurements(measurements_file) if measurements_file.exists() else None
 
     def start(self) -> Placed:
@@ -89,7 +91,8 @@ class LinePoints:
         both = replace(self._measured(placed, 1), camera2=self._measured(placed, 2).camera2)
         try:
             write_measurements(self._path, both)
-            write_calibration(self._output, dict(solution.cameras))
+            write_calibration(self._output, dict(solution.cameras), new=self._new)
+            self._new = False
         except OSError as error:
             raise UserError(f"{error.filename or self._output}: cannot be written: {error.strerror}") from error
         return [str(self._path), str(self._output)]

@@ -33,11 +33,14 @@ class ScenePointTask:
     centre_lines = False
 
     def __init__(
-        self, cameras: Sequence[str], points_file: Path, output: Path, lenses: Mapping[str, Lens] | None = None
-    ) -> None:
+        self, cameras: Sequence[str], points_file: Path, output: Path, lenses: Mapping[str, Lens] | None = None,
+        force: bool = False,
+    ) -> None:  # fmt: skip
+        """force: whether a file at `output` that is not the page's is replaced."""
         if wrong := [name for name in cameras if name in RESERVED]:
             raise UserError(f"camera {wrong[0]}: allowed: any name but {' and '.join(RESERVED)}")
         self._names, self._path, self._output, self._lenses = tuple(cameras), points_file, output, lenses
+        self._new = not force
         self._scene = read_scene(points_file) if points_file.exists() else PickedPoints(points_file, None, {}, {})
         if self._scene.picked and not any(name in self._scene.picked for name in cameras):
             there = ", ".join(self._scene.picked)
@@ -87,7 +90,8 @@ class ScenePointTask:
         scene = PickedPoints(self._path, common, points, {**placed.picks, **kept}, own)
         try:
             write_scene(scene)
-            write_calibration(self._output, dict(solution.cameras))
+            write_calibration(self._output, dict(solution.cameras), new=self._new)
+            self._new = False
         except OSError as error:
             raise UserError(f"{error.filename or self._output}: cannot be written: {error.strerror}") from error
         return [str(self._path), str(self._output)]

@@ -1,5 +1,9 @@
 """Frames of videos, pictures and cameras: numbers, times, live playback, errors."""
 
+import os
+import struct
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
@@ -17,15 +21,16 @@ from tests.common.vision import test_empty_scene as empty_scene
 from tests.support import video_file
 from tests.support.places import CLIPS, ROOT
 from tests.support.videos import GREY_STEP, grey_frames
+from zenocap.common.arrays import LARGEST_PX
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources import device, source, video
+from zenocap.services.viewer.sources import device, images, source, video
 from zenocap.services.viewer.sources.device import camera_frames
-from zenocap.services.viewer.sources.images import image_frames
+from zenocap.services.viewer.sources.images import image_frames, read_picture
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
@@ -35,6 +40,16 @@ from zenocap.services.viewer.sources.video import Thinning, median_picture, vide
 SIZE, WORKING = (64, 48), (32, 24)
 FIT = Fit(SIZE, WORKING)
 S = 1_000_000_000
+READ = """
+import os, sys
+import zenocap
+import cv2, numpy
+print(os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"])
+try:
+    cv2.imdecode(numpy.fromfile(sys.argv[1], dtype=numpy.uint8), cv2.IMREAD_COLOR)
+except cv2.error:
+    print("refused")
+"""
 
 
 @dataclass
@@ -226,11 +241,46 @@ def test_unreadable_pictures_are_refused(tmp_path, monkeypatch):
     with pytest.raises(OpenError, match=r"\*\.png: no file matches"):
         next(pictures(tmp_path, offline()))
     (tmp_path / "1.png").write_bytes(b"")
-    with pytest.raises(EndedEarly, match=r"1\.png: picture 0 of 1 cannot be decoded"):
+    with pytest.raises(EndedEarly, match=r"1\.png: not a picture that can be decoded: allowed: .*; it is picture 0 of 1"):
         next(pictures(tmp_path, offline()))
-    monkeypatch.setattr(Path, "read_bytes", Mock(side_effect=PermissionError(13, "Permission denied")))
+    monkeypatch.setattr(Path, "open", Mock(side_effect=PermissionError(13, "Permission denied")))
     with pytest.raises(AccessDenied, match=r"1\.png: no permission to read this picture"):
         next(pictures(tmp_path, offline()))
+
+
+def square_of(path: Path, side: int) -> Path:
+    """A picture file with a header alone."""
+    path.write_bytes(struct.pack("<2sIHHIIiiHHIIiiII", b"BM", 54, 0, 0, 54, 40, side, side, 1, 24, 0, 0, 0, 0, 0, 0))
+    return path
+
+
+def test_too_large_pictures_are_refused(tmp_path, monkeypatch):
+    with pytest.raises(OpenError, match=r"2\.bmp: not a picture"):  # an error of OpenCV
+        read_picture(square_of(tmp_path / "2.bmp", 40_000))
+    path = tmp_path / "1.png"
+    cv2.imwrite(str(path), grey_frames(1)[0])
+    assert read_picture(path, cv2.IMREAD_GRAYSCALE).shape == (48, 64)
+    monkeypatch.setattr(images, "LARGEST_PX", 64 * 48 - 1)
+    with pytest.raises(OpenError, match=r"1\.png: not a picture .*: allowed: PNG, JPEG or BMP of at most 3071 pixels"):
+        read_picture(path)
+    monkeypatch.setattr(images, "LARGEST_BYTES", path.stat().st_size - 1)
+    with pytest.raises(OpenError, match=r"1\.png: a picture file of more than 0 MiB: allowed: a smaller one"):
+        read_picture(path)
+
+
+@pytest.mark.parametrize("side", [8193, 40_000])
+def test_a_picture_of_too_many_pixels_is_refused_by_its_header(tmp_path, side):
+    """OpenCV takes memory for up to 2^30 pixels, and raises an error of its own above.
+
+    In a process of its own: the limit counts when OpenCV is first imported.
+    """
+    path = square_of(tmp_path / "large.bmp", side)
+    environment = {name: value for name, value in os.environ.items() if name != "OPENCV_IO_MAX_IMAGE_PIXELS"}
+    done = subprocess.run(
+        [sys.executable, "-c", READ, path], env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.stdout.splitlines() == [str(LARGEST_PX), "refused"], done.stderr
 
 
 class FakeCamera:

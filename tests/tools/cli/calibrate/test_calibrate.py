@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.command import printed
 from tests.support.places import ROOT
+from zenocap.common.camera import line_calibration
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.tools.cli.calibrate.lines import EXAMPLE
 
@@ -119,3 +120,21 @@ def test_check_suggests_the_other_up_axis_and_reports_errors(tmp_path):
     path.write_text(DEMO.read_text().split("[cam_02]")[0])
     assert "cam01" in check(path)
     assert "up_axis = 'x': allowed: 'y' or 'z'" in check(path, "--up-axis", "x", status=1)
+
+
+def test_a_file_that_was_made_while_it_calibrated_stays_and_the_result_is_beside_it(tmp_path, monkeypatch):
+    path, solve = tmp_path / "a.toml", line_calibration.calibrate_lines
+
+    def slow(measured):
+        path.write_text("mine")
+        return solve(measured)
+
+    monkeypatch.setattr(line_calibration, "calibrate_lines", slow)
+    for name in ("a-2.toml", "a-3.toml"):
+        path.unlink(missing_ok=True)
+        output = lines(*OPTIONS, "-o", path, status=1)
+        assert output == f"error: {path}: exists since a moment ago, and stays: the result is in {tmp_path / name}\n"
+        assert path.read_text() == "mine"
+        assert set(read_calibration(tmp_path / name)) == {"cam01", "cam02"}
+    lines(*OPTIONS, "-o", path, "--force")
+    assert set(read_calibration(path)) == {"cam01", "cam02"}

@@ -139,6 +139,17 @@ def test_nothing_is_overwritten_unless_wanted(tmp_path):
     assert len(read_calibration(target)) > 1
 
 
+def test_a_file_beside_the_output_is_not_overwritten_either(tmp_path):
+    (tmp_path / "intri.yml").write_text("mine")
+    options = ("-o", tmp_path / "extri.yml", "--layout", "easymocap")
+    assert f"{tmp_path / 'intri.yml'}: exists already: allowed: another name, or --force" in convert(
+        RING, *options, status=1
+    )
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("intri.yml", "mine")]
+    convert(RING, *options, "--force")
+    assert len(read_calibration(tmp_path / "extri.yml")) > 1
+
+
 @pytest.mark.parametrize(
     ("layout", "name", "text"),
     [

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import resource
 import signal
 import subprocess
 import sys
@@ -14,7 +15,17 @@ from unittest.mock import Mock
 import pytest
 
 from tests.support.live_cameras import until
-from zenocap.tools.record.launcher.child_processes import QUICK_FAILURES, SETTLED_S, SHORT_PAUSE_S, ChildProcesses, spawn
+from tests.support.processes import ENVIRONMENT, ZENOCAP
+from zenocap.common.errors import UserError
+from zenocap.tools.record.launcher.child_processes import (
+    QUICK_FAILURES,
+    SETTLED_S,
+    SHORT_PAUSE_S,
+    WANTED_FILES,
+    ChildProcesses,
+    allow_files,
+    spawn,
+)
 
 
 class FakeProcess:
@@ -247,3 +258,40 @@ def is_running(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+@pytest.mark.parametrize(
+    ("limits", "soft"),
+    [
+        ((1024, 20_000), WANTED_FILES),
+        ((256, 1024), 1024),
+        ((256, resource.RLIM_INFINITY), WANTED_FILES),
+        ((1024, 1024), None),
+        ((20_000, 20_000), None),
+        ((resource.RLIM_INFINITY, resource.RLIM_INFINITY), None),
+    ],
+)
+def test_a_rig_may_open_as_many_files_as_the_system_allows(monkeypatch, limits, soft):
+    """Of macOS and many shells a process may open 256 files or 1024, and raise that itself."""
+    raised: list[tuple[int, int]] = []
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: limits)
+    monkeypatch.setattr(resource, "setrlimit", lambda kind, values: raised.append(values))
+    allow_files()
+    assert raised == ([] if soft is None else [(soft, limits[1])])
+
+
+def test_too_few_open_files_are_an_error_with_the_command_that_allows_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (64, 255))
+    with pytest.raises(UserError, match="^open files = 255: allowed: at least 256: ulimit -n 4096$"):
+        allow_files()
+
+
+@pytest.mark.slow
+def test_a_rig_that_may_open_too_few_files_ends_at_once_with_one_line(tmp_path: Path) -> None:
+    """It was the free ports of the machine that were said to be too few."""
+    limited = ["sh", "-c", 'ulimit -n 64; exec "$@"', "sh", *ZENOCAP, "demo", "--seconds", "1", "--port", "0"]
+    done = subprocess.run(
+        limited, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "error: open files = 64: allowed: at least 256: ulimit -n 4096\n"

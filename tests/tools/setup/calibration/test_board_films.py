@@ -188,7 +188,7 @@ def test_an_image_that_cannot_be_read_or_has_another_size_is_named(tmp_path, pic
     picture_folder(tmp_path / "a", pictures[:3])
     other_size = cv2.imencode(".png", pictures[1][:200])[1].tobytes()
     for content, message in (
-        (b"no image", "not an image that can be read: allowed: .png, .jpg, .jpeg, .bmp"),
+        (b"no image", "not a picture that can be decoded: allowed: PNG, JPEG or BMP of at most 67108864 pixels"),
         (other_size, "the size of the images changes from 320 x 240 to 320 x 200 px: allowed: one size"),
     ):
         (tmp_path / "a" / "001.png").write_bytes(content)

@@ -90,3 +90,14 @@ def test_other_numbers_of_cameras_are_refused(tmp_path):
     for names in (("cam01",), ("cam01", "cam02", "cam03")):
         with pytest.raises(UserError, match=f"{len(names)} cameras: allowed: two, camera 1 on"):
             LinePoints(names, tmp_path / "lines.toml", tmp_path / "room.toml")
+
+
+def test_a_calibration_that_another_program_has_made_stays(task, tmp_path):
+    (tmp_path / "room.toml").write_text("mine")
+    solution = task.solve(placed(task))
+    with pytest.raises(UserError, match=r"room\.toml: cannot be written: File exists"):
+        task.write(placed(task), solution)
+    assert (tmp_path / "room.toml").read_text() == "mine"
+    (tmp_path / "room.toml").unlink()
+    for _ in range(2):  # its own is replaced
+        task.write(placed(task), solution)

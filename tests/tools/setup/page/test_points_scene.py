@@ -116,3 +116,14 @@ def test_a_file_without_sizes_is_saved_and_names_of_points_are_read_again(name, 
     task.write(unchanged, task.solve(unchanged))
     scene = read_scene(tmp_path / "points.toml")
     assert (scene.points, scene.size) == (named, SIZES["cam01"])
+
+
+def test_a_calibration_that_another_program_has_made_stays(task, tmp_path):
+    (tmp_path / "room.toml").write_text("mine")
+    solution = task.solve(placed())
+    with pytest.raises(UserError, match=r"room\.toml: cannot be written: File exists"):
+        task.write(placed(), solution)
+    assert (tmp_path / "room.toml").read_text() == "mine"
+    (tmp_path / "room.toml").unlink()
+    for _ in range(2):  # its own is replaced
+        task.write(placed(), solution)

@@ -162,8 +162,8 @@ LIMB_SUPPORT_DECAY = 0.002  # per frame, of a limb's usual support
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
 
 # Confidence, see `filter/confidence.py`.  Coefficients fitted to simulated people until commit
-# eb05fad, by the program of that commit; `python -m benchmarks confidence` checks them on others.
-LIMB_ERROR_M = 0.15  # of a joint of a limb, within which the limb is right
+# eb05fad, by the program of that commit: a limb is right whose joints are within 0.15 m; `python -m benchmarks confidence`
+# checks them on others.
 ARM_CONFIDENCE = (-2.02, 1.64, -0.06, 1.57, -11.46)  # of FEATURES, in the logarithm of the odds
 LEG_CONFIDENCE = (-4.47, 2.17, -0.28, 2.74, -14.01)
 HEADING_CONFIDENCE = (-0.52, 159.0)  # of a constant, and of the feet's reach forward (statures)

@@ -157,8 +157,7 @@ ACTOR_PREROLL = 30  # frames of empty scene when the background does not define 
 RECONNECT_FIRST_S = 0.5  # s before the first reconnection of a device, doubled each time; chosen by hand
 RECONNECT_LONGEST_S = 10.0  # s, longest wait; chosen by hand
 STREAM_TIMEOUT_MS = 5000  # ms to open or read a stream; chosen by hand
-EARLY_FRAME = 0.25  # of a frame period, greatest lead of a frame; chosen by hand
-MISCOUNTED_FRAMES = 0.01  # greatest relative error of a container's frame count; chosen by hand
+EARLY_FRAME = 0.25  # of a frame period, greatest lead of a frame that is still the next; chosen by hand
 LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped; chosen by hand
 LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
 

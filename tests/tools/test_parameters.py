@@ -1,8 +1,12 @@
 """Parameters of a rig's services, as stored in its takes."""
 
+import ast
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
+from tests.support.places import ROOT
 from zenocap.common.recording.setup_file import read_parameters, write_parameters
 from zenocap.common.rig.rig import demo_rig
 from zenocap.tools.parameters import OF_SERVICES, service_parameters
@@ -17,3 +21,21 @@ def test_parameters_of_all_services_round_trip_through_json() -> None:
     parameters = {service: values() for service, values in OF_SERVICES.items()}
     data = write_parameters(parameters)
     assert write_parameters(read_parameters(Path("take.mcap"), data)) == data
+
+
+def constants_read_in(service: str) -> set[str]:
+    """Names that modules of a service take from its `parameters.py`."""
+    names = set()
+    for path in (ROOT / "services" / service).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and node.module == f"zenocap.services.{service}.parameters":
+                names |= {one.name for one in node.names}
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("p", "parameters"):
+                names.add(node.attr)
+    return names
+
+
+@pytest.mark.parametrize("service", OF_SERVICES)
+def test_the_code_uses_every_value_that_a_take_states(service: str) -> None:
+    """A take must not state a value of which the code has its own copy."""
+    assert set(OF_SERVICES[service]()) - constants_read_in(service) == set()

@@ -12,7 +12,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.messages import Name, Number, Size
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.recognizer import Source, Strictness
@@ -164,10 +164,8 @@ def postures_of(rig: Rig) -> bytes | None:
 def _content(path: Path | None) -> bytes | None:
     if path is None or not path.is_file():
         return None
-    try:
+    with reading(path):
         return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _tracker(rig: Rig) -> RecordedTracker | None:

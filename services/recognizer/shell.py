@@ -12,7 +12,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.messages import Message, Posture
 from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, checked_attachment, recorded_rig
 from zenocap.common.rig.commands import PostureCommand, check_postures, check_programs
@@ -83,10 +83,8 @@ def model_of(rig: Rig) -> PostureModel:
     if rig.recognizer is None:
         raise UserError(f"rig {rig.name}: allowed for a recognizer: a [recognizer] table")
     path = rig.recognizer.model
-    try:
+    with reading(path):
         return read_model(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def model_in(rig: RecordedRig, path: Path, attached: bytes | None) -> PostureModel | None:

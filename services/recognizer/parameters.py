@@ -1,7 +1,5 @@
 """Behavioural constants of the recognizer, with unit and provenance."""
 
-from collections.abc import Mapping
-
 # Feature vectors
 SHOULDER_MIDDLE = (0.5, -0.6, 0.6)  # middle of an arm's range in the torso frame: outwards, up, forwards; chosen by hand
 HIP_MIDDLE = (0.1, -0.85, 0.5)  # the same of a leg; chosen by hand
@@ -50,8 +48,3 @@ MOVING_REACH = 0.25  # distance between the two moments that counts as motion, o
 MOVEMENT_REACH = 0.8  # least distance from a movement's start, of the smallest reach; chosen by hand
 SHORTEST_MOVEMENT = 0.6  # of the shortest training example; chosen by hand
 EXPLAINED_SHARE = 0.4  # share of a movement that windows must cover to explain it; chosen by hand
-
-
-def parameters() -> Mapping[str, float | int | str | list[float]]:
-    """Return the constants of this module by name; tuples become lists."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -7,8 +7,6 @@ or equation are the paper's.  Array layouts and pure mathematics stay in their m
 Compiled functions take these values in when they are compiled; `zenocap.common.jit` has them compiled again after a change.
 """
 
-from collections.abc import Mapping
-
 # Step: frame sets and messages.
 MIN_VIEWS = 2  # views of a frame set that is tracked; fewer give no visual hull
 MAX_QUEUED_FRAME_SETS = 2  # waiting for a Tick; then the oldest is dropped
@@ -220,8 +218,3 @@ REGION_TOLERANCE = 0.05  # of the best held-out error, accepted for fewer region
 MIN_FRAMES_PER_REGION = 5  # the paper: 100 frames for 20 regions
 ERROR_PERCENTILES = (50, 90, 99)  # of held-out distances from the prior
 HELD_OUT_EVERY, HELD_OUT_STRETCH_S = 5, 1.0  # one stretch in so many is held out; its length
-
-
-def parameters() -> Mapping[str, float | int | str | list[float]]:
-    """The constants of this module by name, tuples as lists; written into every take."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -5,7 +5,6 @@ therefore no independent test), "anthropometry", or "chosen by hand".  Silhouett
 top of the modules of `zenocap.common.vision`.
 """
 
-from collections.abc import Mapping
 from math import cos, radians
 
 # Background and preview
@@ -164,8 +163,3 @@ LETTERBOX = 0.02  # relative size difference up to which an image counts as lett
 # Kept backgrounds
 KEEP_S = 60.0  # s between two writes of a kept background; chosen by hand
 BACKGROUNDS = "backgrounds"  # folder of kept backgrounds, beside the rig file; by convention
-
-
-def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:
-    """The constants of this module by name, as plain values."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -38,7 +38,7 @@ class ValidationArguments:
     )
     confusion: Path | None = option(None, "Write the confusion matrix.", metavar="FILE.csv")
     plot: Path | None = option(
-        None, "Plot the confusion matrix, of --model the operating curve (.png, .svg, .pdf).", metavar="FIG"
+        None, "Plot the confusion matrix, of --model the operating curve (.png, .jpg, .pdf, .svg).", metavar="FIG"
     )
     skip_missing: bool = option(False, "Leave out rows without angles.")
     as_json: JsonOption = False

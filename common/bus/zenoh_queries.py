@@ -96,8 +96,9 @@ def query_service_info(session: zenoh.Session, rig: str, timeout_s: float) -> di
     for key, some in replies(session, SERVICE_INFO.format(rig=rig, service="*", id="*"), ServiceInfo, timeout_s).items():
         *_, service, id = key.split("/")
         info = some[-1]
-        agrees = isinstance(info, str) or (info.service, info.id) == (service, id)
-        found[(service, id)] = info if agrees else f"the reply names {info.service} {info.id}"
+        if not isinstance(info, str) and (info.service, info.id) != (service, id):
+            info = f"the reply names {info.service} {info.id}"
+        found[(service, id)] = info
     return found
 
 

@@ -90,7 +90,7 @@ class ExportExpert:
     smooth: str = option(
         "off",
         "Cut-off frequency of a Butterworth filter (Hz), before all else; or off. 6 removes what is faster than 6 Hz, "
-        "usual for walking (order 4, forwards and backwards: no delay). Gaps stay. The poses in the take are never smoothed.",
+        "usual for walking (order 4, forwards and backwards: no delay). Gaps stay. Poses in the take are never smoothed.",
         metavar="HZ|off",
     )
     model: Path | None = option(

@@ -98,10 +98,7 @@ def contradicts(found: Drift) -> bool:
 
 
 def calibrated_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
-    """Cameras of a calibration file by the names in takes, which have no characters that keys do not allow.
-
-    Raises UserError.
-    """
+    """Cameras of a calibration file by their names in takes, which keep the characters of keys.  Raises UserError."""
     return {plain_name(name): camera for name, camera in read_calibration(path, up_axis).items()}
 
 

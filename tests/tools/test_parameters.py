@@ -25,13 +25,14 @@ def test_parameters_of_all_services_round_trip_through_json() -> None:
 
 def constants_read_in(service: str) -> set[str]:
     """Names that modules of a service take from its `parameters.py`."""
-    names = set()
+    names: set[str] = set()
     for path in (ROOT / "services" / service).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_bytes())):
-            if isinstance(node, ast.ImportFrom) and node.module == f"zenocap.services.{service}.parameters":
-                names |= {one.name for one in node.names}
-            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("p", "parameters"):
-                names.add(node.attr)
+            match node:
+                case ast.ImportFrom(module=module) if module == f"zenocap.services.{service}.parameters":
+                    names |= {one.name for one in node.names}
+                case ast.Attribute(value=ast.Name(id="p" | "parameters"), attr=name):
+                    names.add(name)
     return names
 
 

@@ -1,9 +1,10 @@
-"""The base class of errors that a user can put right."""
+"""Errors that a user can put right: base class, unreadable files, notes."""
 
 import difflib
 import warnings
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TextIO
 
 
@@ -40,6 +41,15 @@ class FileNote(UserWarning):
 
     The command line shows it once as a line; elsewhere Python prints it.
     """
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn an OSError of reading `path` into a UserError."""
+    try:
+        yield
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 @contextmanager

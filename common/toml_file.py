@@ -4,7 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 
 MAX_TOML_BYTES = 1 << 20  # of a rig, calibration or measurements file; ours have a few kB; chosen by hand
 MAX_DOTS = 64  # in one key; our keys have up to two; chosen by hand
@@ -15,17 +15,16 @@ QUOTED_PART = re.compile(r"""["'][ \t]*\.|\.[ \t]*["']""")  # dot beside a quote
 def read_toml(path: Path) -> dict[str, object]:
     """The tables of a TOML file.  Raises UserError."""
     try:
-        if (size := path.stat().st_size) > MAX_TOML_BYTES:
-            raise UserError(f"{path}: {size} bytes: allowed: up to {MAX_TOML_BYTES}")
-        text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a byte-order mark
+        with reading(path):
+            if (size := path.stat().st_size) > MAX_TOML_BYTES:
+                raise UserError(f"{path}: {size} bytes: allowed: up to {MAX_TOML_BYTES}")
+            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a byte-order mark
         _check_dots(path, text)
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not TOML: {error}") from error
     except RecursionError:
         raise UserError(f"{path}: not TOML: values too deeply nested") from None
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def quoted(text: str) -> str:

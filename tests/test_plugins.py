@@ -103,11 +103,10 @@ def test_an_output_of_a_package_gets_the_poses_of_a_rig(installed: Installation,
             from zenocap.services.animator.outputs.output_group import open_outputs
             outputs = open_outputs(load_rig(sys.argv[1]).animator, "studio", RealClock())
             outputs.send(stretched("ten-parts"), None)
-            print(outputs.titles, outputs.counts())
+            print(outputs.counts())
         """
         found = installed.printed(code, str(rig))
         first = listening.recv(1000)
-    assert "animator.osc 127.0.0.1" in found
     assert "'osc_sent': 15" in found
     assert first.startswith(b"/zenocap/Hip")
 

@@ -2,13 +2,12 @@
 
 import logging
 from collections.abc import Callable
-from itertools import islice
-from typing import Self, TypeVar
+from typing import Self
 
 import zenoh
 
 from zenocap.common import codec
-from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
+from zenocap.common.bus.zenoh_queries import ENCODING, R, replies
 from zenocap.common.bus.zenoh_query_server import Q, QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, close_session, open_session
 from zenocap.common.closable import Closable
@@ -16,8 +15,6 @@ from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, FilmQu
 from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
 
 logger = logging.getLogger(__name__)
-
-R = TypeVar("R", bound=Message)
 
 
 class HostServer:
@@ -44,25 +41,6 @@ class HostServer:
         self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
 
-def _replies(
-    session: zenoh.Session, expression: str, kind: type[R], timeout_s: float, payload: bytes = b""
-) -> dict[str, list[R | str]]:
-    """Replies by key: of all who answer; an error text where one is invalid."""
-    found: dict[str, list[R | str]] = {}
-    replies = session.get(
-        expression, payload=payload, encoding=ENCODING, timeout=timeout_s, target=zenoh.QueryTarget.ALL,
-        consolidation=zenoh.ConsolidationMode.NONE, express=True,
-    )  # fmt: skip
-    for reply in islice((one.ok for one in replies if one.ok is not None), MAX_REPLIES):
-        message: R | str
-        try:
-            message = codec.decode(reply.payload.to_bytes(), kind)
-        except codec.BadMessage as error:
-            message = str(error)
-        found.setdefault(str(reply.key_expr), []).append(message)
-    return found
-
-
 def _sole(replies: list[R | str]) -> R | str:
     """The one reply on a key; an error text when several programs answer."""
     return replies[0] if len(replies) == 1 else f"{len(replies)} programs answer for this camera: allowed: one"
@@ -81,18 +59,18 @@ class FilmSession(Closable):
 
     def ask(self, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
         """Replies by key; an error text where one is invalid or not the only one.  Raises BadMessage."""
-        replies = _replies(self._session, expression, FilmReply, timeout_s, codec.encode(query))
-        return {key: _sole(some) for key, some in replies.items()}
+        found = replies(self._session, expression, FilmReply, timeout_s, codec.encode(query))
+        return {key: _sole(some) for key, some in found.items()}
 
     def hosts(self, timeout_s: float, machine: str = "*") -> list[CameraHost | str]:
         """Camera hosts of the network, also several of one name; an error text where a reply is invalid."""
-        replies = _replies(self._session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)
-        return [one for some in replies.values() for one in some]
+        found = replies(self._session, HOST_CAMERAS.format(machine=machine), CameraHost, timeout_s)
+        return [one for some in found.values() for one in some]
 
     def assign(self, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
         """Reply of a camera host; None without one, an error text as in `ask`.  Raises BadMessage."""
-        replies = _replies(self._session, key, AssignReply, timeout_s, codec.encode(query)).get(key)
-        return None if replies is None else _sole(replies)
+        found = replies(self._session, key, AssignReply, timeout_s, codec.encode(query)).get(key)
+        return None if found is None else _sole(found)
 
     def serve(self, key: str, kind: type[Q], answer: Callable[[Q], Message], idle: Callable[[], None]) -> QueryServer[Q]:
         """See `QueryServer`."""

@@ -1,21 +1,25 @@
 """Queries that are answered on Zenoh's threads: the integrator's clock, service information."""
 
 import logging
+from itertools import islice
+from typing import TypeVar
 
 import zenoh
 
 from zenocap.common import codec
 from zenocap.common.bus.inbox import Inbox
 from zenocap.common.bus.protocol import RoundTrip
-from zenocap.common.messages import ClockQuery, ServiceInfo
+from zenocap.common.messages import ClockQuery, Message, ServiceInfo
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import CLOCK, SERVICE_INFO
 
 logger = logging.getLogger(__name__)
 
+R = TypeVar("R", bound=Message)
+
 ENCODING = "application/msgpack"
 QUERY_TIMEOUT_S = 1.0  # of a round trip, chosen by hand
-MAX_REPLIES = 256  # largest number read for one service information query
+MAX_REPLIES = 256  # largest number read for one query
 
 
 class ZenohClock:
@@ -89,16 +93,29 @@ def query_service_info(session: zenoh.Session, rig: str, timeout_s: float) -> di
     The value is an error text where a reply is invalid.
     """
     found: dict[tuple[str, str], ServiceInfo | str] = {}
-    every = SERVICE_INFO.format(rig=rig, service="*", id="*")
-    for reply in session.get(every, timeout=timeout_s, consolidation=zenoh.ConsolidationMode.NONE):
-        if reply.ok is None or len(found) >= MAX_REPLIES:
-            continue
-        *_, service, id = str(reply.ok.key_expr).split("/")
+    for key, some in replies(session, SERVICE_INFO.format(rig=rig, service="*", id="*"), ServiceInfo, timeout_s).items():
+        *_, service, id = key.split("/")
+        info = some[-1]
+        if not isinstance(info, str) and (info.service, info.id) != (service, id):
+            info = f"the reply names {info.service} {info.id}"
+        found[(service, id)] = info
+    return found
+
+
+def replies(
+    session: zenoh.Session, expression: str, kind: type[R], timeout_s: float, payload: bytes = b""
+) -> dict[str, list[R | str]]:
+    """Replies by key, MAX_REPLIES at most: of all who answer; an error text where one is invalid."""
+    found: dict[str, list[R | str]] = {}
+    answers = session.get(
+        expression, payload=payload, encoding=ENCODING, timeout=timeout_s, target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE, express=True,
+    )  # fmt: skip
+    for answer in islice((one.ok for one in answers if one.ok is not None), MAX_REPLIES):
+        message: R | str
         try:
-            info = codec.decode(reply.ok.payload.to_bytes(), ServiceInfo)
+            message = codec.decode(answer.payload.to_bytes(), kind)
         except codec.BadMessage as error:
-            found[(service, id)] = str(error)
-            continue
-        agrees = (info.service, info.id) == (service, id)
-        found[(service, id)] = info if agrees else f"the reply names {info.service} {info.id}"
+            message = str(error)
+        found.setdefault(str(answer.key_expr), []).append(message)
     return found

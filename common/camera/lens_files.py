@@ -14,7 +14,7 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.opencv_storage import is_storage, stored_matrices
 from zenocap.common.camera.ros_camera_info import is_ros_info, read_ros_info
 from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 
 SUFFIXES = (".yaml", ".yml", ".xml")
 NEEDED_KEYS = ("image_width", "image_height", "camera_matrix", "distortion_coefficients")
@@ -43,10 +43,8 @@ def _by_name(path: Path, lenses: list[Lens]) -> dict[str, Lens]:
 
 def _lenses(path: Path) -> list[Lens]:
     if path.suffix.lower() in SUFFIXES and path.is_file():
-        try:
+        with reading(path):
             storage, ros_info = is_storage(path), is_ros_info(path)
-        except OSError as error:
-            raise UserError(f"{path}: cannot be read: {error.strerror}") from error
         if storage:
             stored = {key.lower(): value for key, value in stored_matrices(path).items()}
             if "camera_matrix" in stored:

@@ -79,11 +79,6 @@ class SolvedCamera:
     residuals_px: Floats
     remarks: tuple[str, ...]
 
-    @property
-    def good(self) -> bool:
-        """Whether all measurements are consistent."""
-        return not self.remarks
-
 
 @dataclass(frozen=True)
 class _View:

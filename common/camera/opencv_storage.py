@@ -17,7 +17,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
-from zenocap.common.errors import FileNote, UserError
+from zenocap.common.errors import FileNote, UserError, reading
 from zenocap.common.formats.text_file import read_apart
 
 WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap calibrate --help shows how to make one"
@@ -147,11 +147,8 @@ def _value(node: cv2.FileNode) -> Floats | None:
 
 def _check_storage(path: Path) -> None:
     """Refuse what makes OpenCV's parser take unlimited time or memory."""
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_YAML_BYTES + 1)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
+    with reading(path), path.open("rb") as file:
+        content = file.read(MAX_YAML_BYTES + 1)
     if len(content) > MAX_YAML_BYTES:
         raise UserError(f"{path}: more than {MAX_YAML_BYTES} bytes: allowed: a calibration file below that")
     if binary := re.search(rb"!!binary|!<[^>\n]*binary|\$base64\$", content):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
@@ -78,14 +78,12 @@ def _header(path: Path) -> tuple[int, bool, bytes]:
 
     Raises UserError for what ezc3d would read at length or not at all.
     """
-    try:
+    with reading(path):
         size = path.stat().st_size
         with path.open("rb") as file:
             head = file.read(512)
             file.seek(512 * max(head[0] - 1, 0) if head else 0)
             intel = file.read(4)[3:] == bytes([INTEL])
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
     if size > MAX_BYTES:
         raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: shorter C3D files")
     if len(head) < 512 or head[1] != MAGIC:

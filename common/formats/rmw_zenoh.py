@@ -14,7 +14,6 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-GID_BYTES = 16
 NODE_ID = 0  # of the only node of a session; its publishers are numbered from 1
 NO_ENCLAVE = "%"  # the mangled "/"
 NO_HASH = "TypeHashNotSupported"  # Humble's in place of every hash

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.runtime.foreign_text import printable
 
 MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
@@ -15,11 +15,10 @@ MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen b
 def read_text(path: Path, kind: str, most: int = MAX_BYTES) -> str:
     """Content of a file.  kind: in errors, such as "a BVH file".  most: bytes.  Raises UserError."""
     try:
-        if path.stat().st_size > most:
-            raise UserError(f"{path}: larger than {most >> 20} MiB: allowed: {kind} below that")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
+        with reading(path):
+            if path.stat().st_size > most:
+                raise UserError(f"{path}: larger than {most >> 20} MiB: allowed: {kind} below that")
+            return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise UserError(f"{path}: not {kind}: {error}") from error
 

@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 from msgspec import UNSET, Meta, UnsetType
 
+from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.messages import Name, Number, Size
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.recognizer import Source, Strictness
@@ -117,6 +118,13 @@ class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """Frame period of the slowest viewer."""
         return round(1e9 / min(viewer.fps for viewer in self.viewers))
 
+    def anatomy(self) -> Anatomy:
+        """Anatomy of the tracked body.  Raises ValueError."""
+        name = self.tracker.anatomy if self.tracker else ""
+        if name not in ANATOMIES:
+            raise ValueError(f"tracker.anatomy = {name!r}: allowed: {', '.join(ANATOMIES)}")
+        return ANATOMIES[name]
+
 
 def recorded_rig(rig: Rig) -> RecordedRig:
     """The part of a rig on which the results of its steps depend."""
@@ -156,10 +164,8 @@ def postures_of(rig: Rig) -> bytes | None:
 def _content(path: Path | None) -> bytes | None:
     if path is None or not path.is_file():
         return None
-    try:
+    with reading(path):
         return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _tracker(rig: Rig) -> RecordedTracker | None:
@@ -207,6 +213,21 @@ def setup_of(path: Path) -> RecordedRig | None:
     take = TakeReader(path)
     next(take.messages(), None)  # attachments come before the first message
     return read_setup(path, take.attachments[SETUP_FILE]) if SETUP_FILE in take.attachments else None
+
+
+def checked_attachment(path: Path, name: str, content: bytes | None, digest: str | None) -> bytes | None:
+    """Content of an attachment; None where the setup has no digest of it.  path: of the take.
+
+    Raises UserError when it is missing, ValueError when it is another than the recorded one.
+    """
+    if digest is None:
+        return None
+    if content is None:
+        raise UserError(f"{path}: attachment {name} is missing: the take cannot be recomputed")
+    found = hashlib.sha256(content).hexdigest()
+    if found != digest:
+        raise ValueError(f"{path}: attachment {name}: sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded")
+    return content
 
 
 def write_parameters(parameters: Parameters) -> bytes:

@@ -17,7 +17,7 @@ from zenocap.data import POSTURES
 
 Source = Literal["integrator", "tracker"]  # service that publishes the poses
 SUFFIX = ".postures"
-STRICTNESS = 0.18  # chosen on synthetic people tracked from video: see `zenocap.services.recognizer.segmentation`
+STRICTNESS = 0.18  # chosen on synthetic people tracked from video: see `zenocap.services.recognizer.parameters`
 Strictness = Annotated[float, Meta(ge=0, le=10)]
 
 

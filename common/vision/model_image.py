@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from zenocap.common.arrays import Bools, Floats, Ints, Mask
+from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.jit import kernel, leaf_kernel
 
 CORNERS = 10  # of the outline of a part
@@ -21,26 +21,12 @@ SINES = np.sin(np.pi / 4 * np.arange(-2, 5))  # entry k: sine of k - 2 eighths o
 ADD, REMOVE, COUNT = cast(int, np.int64(1)), cast(int, np.int64(-1)), cast(int, np.int64(0))
 
 
-def matching_score(silhouette: Mask | Bools, model: Mask | Bools) -> float:
-    """Matching score S of a silhouette and a model image, in [0, 1]: exp(-p - n) (1 - p).  [Two-view Eq. 1]
-
-    silhouette, model: (height, width), non-zero inside, same view.  1.0 when both are equal, also when both are empty.
-    Raises ValueError when the shapes differ.  Counts every pixel: the reference for the incremental score.
-    """
-    if silhouette.shape != model.shape:
-        raise ValueError(f"silhouette has shape {silhouette.shape}, model image {model.shape}; they must be equal")
-    image, model_image = silhouette != 0, model != 0
-    union = np.count_nonzero(image | model_image)
-    if union == 0:
-        return 1.0
-    p = np.count_nonzero(image & ~model_image) / union
-    n = np.count_nonzero(model_image & ~image) / union
-    return float(np.exp(-p - n) * (1 - p))
-
-
 @kernel
 def score_of_counts(silhouette: int, model: int, both: int) -> float:
-    """Matching score from pixel counts of silhouette, model image and intersection; 1 when both are empty.  [Eq. 1]"""
+    """Matching score S in [0, 1]: exp(-p - n) (1 - p); 1 when both images are empty.  [Two-view Eq. 1]
+
+    Pixel counts of the silhouette, of the model image, and of their intersection.
+    """
     union = silhouette + model - both
     if union == 0:
         return 1.0

@@ -26,13 +26,12 @@ class Extents(NamedTuple):
 class PersonSilhouette:
     """Silhouette of one person.
 
-    mask: (height, width) uint8 of 0 and 1, not empty.  area: pixels.  touches_border: the person may be cut off.
+    mask: (height, width) uint8 of 0 and 1, not empty.  area: pixels.
     """
 
     mask: Mask
     extents: Extents
     area: int
-    touches_border: bool
 
 
 @dataclass(frozen=True)
@@ -69,14 +68,11 @@ def describe(mask: Mask, smallest: float = 0.0, box: tuple[int, int, int, int] |
 
     box: left, top, right, bottom (exclusive) px; the mask is known to be 0 outside of it.
     """
-    height, width = mask.shape
-    left, top, right, bottom = box or (0, 0, width, height)
+    left, top, right, bottom = box or (0, 0, mask.shape[1], mask.shape[0])
     inside = mask[top:bottom, left:right]
     columns, rows = np.flatnonzero(inside.any(axis=0)), np.flatnonzero(inside.any(axis=1))
     area = int(np.count_nonzero(inside))
     if area == 0 or area < smallest * mask.size:
         return None
     extents = Extents(left + int(columns[0]), left + int(columns[-1]), top + int(rows[0]), top + int(rows[-1]))
-    border = extents.leftmost == 0 or extents.highest == 0
-    border |= extents.rightmost == width - 1 or extents.lowest == height - 1
-    return PersonSilhouette(mask, extents, area, border)
+    return PersonSilhouette(mask, extents, area)

@@ -12,7 +12,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import Bap, angles_of, is_lost, lost_parts
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.take_poses import TOPICS_USED, summary_of
 from zenocap.common.messages import TrackerPose, UniversalBap
@@ -132,10 +132,8 @@ def _read(path: Path, raw: bool, stopped: Stopped, rows: dict[type[Bap], dict[in
 
 def _topics(path: Path, raw: bool) -> frozenset[Topic]:
     """Topics to decode: without the poses of one direction that are not used, where the take has an index."""
-    try:
+    with reading(path):
         summary = read_summary(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     both = not raw and summary is not None and summary.ids(BOTH_WAYS_POSE)
     unused = {TRACKER_POSE, UNIVERSAL_BAP} if both else {BOTH_WAYS_POSE} if raw else set()
     return frozenset(TOPICS_USED) - unused

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.formats.export_format import FORMATS
 from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
@@ -40,10 +40,8 @@ def shift_s(take: Path, request: SaveTake, *, raw: bool) -> float:
     raw: see `read_poses`.  Reads the whole take.  Raises UserError for a part without poses, and for a take without an
     index.
     """
-    try:
+    with reading(take):
         index = read_summary(take)
-    except OSError as error:
-        raise UserError(f"{take}: cannot be read: {error.strerror or error}") from error
     if index is None:
         raise UserError(f"{take}: its index is lost, so that no part can be chosen: zenocap recover repairs it")
     from zenocap.common.formats.take_poses import summary_of  # its import takes a third of a second, and pages wait for it

@@ -67,7 +67,7 @@ class PostureModel:
     durations: (n, 3) seconds: the shortest, the median and the longest example.
     edges: (n, 2, d) mean of the examples' first and last frames, whitened.
     reach: (n,) largest distance from an example's first frame that 95 % of the examples exceed.
-    thresholds: (n,) least score of a posture, see `scores_of`.
+    thresholds: (n,) least score of a posture, see `Classification`.
     farthest: largest mean distance of a window's frames to their codewords with which it is accepted.
     calm, slow: 95 % quantiles over first and last frames of the distance to `edges`, and of the speed per second.
     forest: decides on windows; None: the paper's recognizer, which takes the likeliest model.
@@ -173,11 +173,6 @@ def filler_likelihood(model: PostureModel, symbols: Ints, without: int = -1) -> 
     posture has in that order.
     """
     return float(filler_log_likelihood(model.staying, model.emission, model.occurring, symbols, without))
-
-
-def scores_of(model: PostureModel, symbols: Ints) -> Floats:
-    """(n,) scores of symbols (T,): excess of log-likelihood over the filler's per frame, compared with the thresholds."""
-    return (log_likelihoods(model, symbols) - filler_likelihood(model, symbols)) / len(symbols)
 
 
 def classify(model: PostureModel, features: Floats) -> Classification:

@@ -1,6 +1,6 @@
 """Behavioural constants of the recognizer, with unit and provenance."""
 
-from collections.abc import Mapping
+from zenocap.common.rig import recognizer
 
 # Feature vectors
 SHOULDER_MIDDLE = (0.5, -0.6, 0.6)  # middle of an arm's range in the torso frame: outwards, up, forwards; chosen by hand
@@ -37,7 +37,7 @@ STOP_TIMEOUT_S = 3.0  # for commands that are being performed when the recognize
 # Least score of a window in shares of `expected_gain`.  Measured on four simulated people (seeds 300 to 303; the model is
 # of 200 to 207), ten minutes of two-view tracking with unknown movements: precision and recall 0.80 and 0.88 at 0.12, 0.92
 # and 0.85 at 0.18, 0.94 and 0.81 at 0.20.  With true angles 1.00 and 0.95 at all of them.
-STRICTNESS = 0.18
+STRICTNESS = recognizer.STRICTNESS  # of a rig file without it
 WINDOW_PRICE = 0.3  # natural logarithms: one window is preferred to two that explain as much; chosen by hand
 SHORTEST_WINDOW, LONGEST_WINDOW = 0.75, 1.6  # of the shortest and the longest training example; chosen by hand
 WINDOW_REACH = 0.65  # least distance from a window's first frame, of the posture's reach; chosen by hand
@@ -50,8 +50,3 @@ MOVING_REACH = 0.25  # distance between the two moments that counts as motion, o
 MOVEMENT_REACH = 0.8  # least distance from a movement's start, of the smallest reach; chosen by hand
 SHORTEST_MOVEMENT = 0.6  # of the shortest training example; chosen by hand
 EXPLAINED_SHARE = 0.4  # share of a movement that windows must cover to explain it; chosen by hand
-
-
-def parameters() -> Mapping[str, float | int | str | list[float]]:
-    """Return the constants of this module by name; tuples become lists."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -1,8 +1,8 @@
 """Segmentation of a stream of symbols into postures.
 
 The gain of a window is its number of frames times the excess of its posture's score over the learnt threshold
-(`model.scores_of`), so that only windows that would be accepted have a positive gain.  The segmentation is the sequence of
-windows, one after another, with the largest sum.  A window must end in its model's last state.
+(`Classification.scores`), so that only windows that would be accepted have a positive gain.  The segmentation is the
+sequence of windows, one after another, with the largest sum.  A window must end in its model's last state.
 
 For every row that a posture may begin with there is one hypothesis per posture, extended by the forward algorithm.  Every
 row costs the same, and every window's likelihood is exact.

@@ -1,6 +1,5 @@
 """Process of the recognizer: one service per rig, equal models shared."""
 
-import hashlib
 import logging
 import threading
 from collections.abc import Callable, Sequence
@@ -9,13 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Never
 
-from zenocap.common.body.anatomy import ANATOMIES, TEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.messages import Message, Posture
-from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, recorded_rig
+from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, checked_attachment, recorded_rig
 from zenocap.common.rig.commands import PostureCommand, check_postures, check_programs
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
@@ -67,7 +66,7 @@ def setup_of(rig: RecordedRig, model: PostureModel) -> RecognizerSetup:
         raise ValueError(f"rig {rig.name} has no recognizer")
     source = rig.recognizer.source
     stream = stream_setup(model, rig.recognizer.strictness)
-    return RecognizerSetup(stream, source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
+    return RecognizerSetup(stream, source, rig.anatomy() if source == "tracker" else TEN_PARTS)
 
 
 def setup_for_poses(rig: Rig, model: PostureModel) -> RecognizerSetup:
@@ -76,7 +75,7 @@ def setup_for_poses(rig: Rig, model: PostureModel) -> RecognizerSetup:
     if recorded.recognizer is not None:
         return setup_of(recorded, model)
     source: Source = method_of(recorded.method).pose_service
-    return RecognizerSetup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else _anatomy(recorded))
+    return RecognizerSetup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else recorded.anatomy())
 
 
 def model_of(rig: Rig) -> PostureModel:
@@ -84,10 +83,8 @@ def model_of(rig: Rig) -> PostureModel:
     if rig.recognizer is None:
         raise UserError(f"rig {rig.name}: allowed for a recognizer: a [recognizer] table")
     path = rig.recognizer.model
-    try:
+    with reading(path):
         return read_model(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def model_in(rig: RecordedRig, path: Path, attached: bytes | None) -> PostureModel | None:
@@ -96,16 +93,8 @@ def model_in(rig: RecordedRig, path: Path, attached: bytes | None) -> PostureMod
     Raises UserError when the attachment is missing or cannot be read, ValueError when its digest differs.
     """
     digest = rig.recognizer.model_sha256 if rig.recognizer else None
-    if digest is None:
-        return None
-    if attached is None:
-        raise UserError(f"{path}: attachment {POSTURES_FILE} is missing: the take's posture model is unknown")
-    found = hashlib.sha256(attached).hexdigest()
-    if found != digest:
-        raise ValueError(
-            f"{path}: attachment {POSTURES_FILE}: sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded"
-        )
-    return parse_model(path / POSTURES_FILE, attached)
+    content = checked_attachment(path, POSTURES_FILE, attached, digest)
+    return None if content is None else parse_model(path / POSTURES_FILE, content)
 
 
 def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[[], bool]) -> int:
@@ -197,10 +186,3 @@ def _observed(
         return state, messages
 
     return replace(service, step=observed_step)
-
-
-def _anatomy(rig: RecordedRig) -> Anatomy:
-    name = rig.tracker.anatomy if rig.tracker else ""
-    if name not in ANATOMIES:
-        raise ValueError(f"tracker.anatomy = {name!r}: allowed: {', '.join(ANATOMIES)}")
-    return ANATOMIES[name]

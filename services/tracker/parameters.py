@@ -7,8 +7,6 @@ or equation are the paper's.  Array layouts and pure mathematics stay in their m
 Compiled functions take these values in when they are compiled; `zenocap.common.jit` has them compiled again after a change.
 """
 
-from collections.abc import Mapping
-
 # Step: frame sets and messages.
 MIN_VIEWS = 2  # views of a frame set that is tracked; fewer give no visual hull
 MAX_QUEUED_FRAME_SETS = 2  # waiting for a Tick, against jitter; then the oldest is dropped
@@ -163,8 +161,8 @@ LIMB_SUPPORT_DECAY = 0.002  # per frame, of a limb's usual support
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
 
 # Confidence, see `filter/confidence.py`.  Coefficients fitted to simulated people until commit
-# eb05fad, by the program of that commit; `python -m benchmarks confidence` checks them on others.
-LIMB_ERROR_M = 0.15  # of a joint of a limb, within which the limb is right
+# eb05fad, by the program of that commit: a limb is right whose joints are within 0.15 m; `python -m benchmarks confidence`
+# checks them on others.
 ARM_CONFIDENCE = (-2.02, 1.64, -0.06, 1.57, -11.46)  # of FEATURES, in the logarithm of the odds
 LEG_CONFIDENCE = (-4.47, 2.17, -0.28, 2.74, -14.01)
 HEADING_CONFIDENCE = (-0.52, 159.0)  # of a constant, and of the feet's reach forward (statures)
@@ -221,8 +219,3 @@ REGION_TOLERANCE = 0.05  # of the best held-out error, accepted for fewer region
 MIN_FRAMES_PER_REGION = 5  # the paper: 100 frames for 20 regions
 ERROR_PERCENTILES = (50, 90, 99)  # of held-out distances from the prior
 HELD_OUT_EVERY, HELD_OUT_STRETCH_S = 5, 1.0  # one stretch in so many is held out; its length
-
-
-def parameters() -> Mapping[str, float | int | str | list[float]]:
-    """The constants of this module by name, tuples as lists; written into every take."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -1,6 +1,5 @@
 """The tracker process: read the rig, open the bus, run."""
 
-import hashlib
 import logging
 import math
 from collections.abc import Callable
@@ -11,12 +10,10 @@ from typing import Never, TypeVar
 from msgspec import UNSET
 
 from zenocap.common import topics as t
-from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.errors import UserError
 from zenocap.common.messages import TrackerPose
-from zenocap.common.recording.setup_file import PRIOR_FILE, RecordedRig, recorded_rig
+from zenocap.common.recording.setup_file import PRIOR_FILE, RecordedRig, checked_attachment, recorded_rig
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
@@ -41,8 +38,7 @@ ID = "main"
 def tracker_service(rig: Rig) -> Service[TrackerSetup, TrackerState, Never]:
     """Service of a rig's tracker.  Raises ValueError for a method without one, UserError and OSError for its prior."""
     recorded = recorded_rig(rig)
-    anatomy = anatomy_in(recorded)
-    prior = None if rig.tracker is None or rig.tracker.prior is None else read_prior(rig.tracker.prior, anatomy)
+    prior = None if rig.tracker is None or rig.tracker.prior is None else read_prior(rig.tracker.prior, recorded.anatomy())
     return service_of(setup_of(recorded, prior))
 
 
@@ -92,30 +88,15 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> TrackerSetup:
     follow = rig.delays == "follow"
     delays_ns = {viewer.id: viewer.delay_ns for viewer in rig.viewers if viewer.delay_ns is not UNSET}
     return TrackerSetup(
-        anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns
+        rig.anatomy(), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns
     )
-
-
-def anatomy_in(rig: RecordedRig) -> Anatomy:
-    """Anatomy of the tracked body.  Raises ValueError."""
-    name = rig.tracker.anatomy if rig.tracker else ""
-    if name not in ANATOMIES:
-        raise ValueError(f"tracker.anatomy = {name!r}: allowed: {', '.join(ANATOMIES)}")
-    return ANATOMIES[name]
 
 
 def prior_in(rig: RecordedRig, path: Path, attached: bytes | None) -> Prior | None:
     """Prior recorded in a take.  path: of the take.  Raises UserError when missing, ValueError when it differs."""
     digest = rig.tracker.prior_sha256 if rig.tracker else None
-    if digest is None:
-        return None
-    if attached is None:
-        raise UserError(f"{path}: attachment {PRIOR_FILE} is missing: the prior of the take is unknown")
-    found = hashlib.sha256(attached).hexdigest()
-    if found != digest:
-        text = f"sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded"
-        raise ValueError(f"{path}: attachment {PRIOR_FILE}: {text}")
-    return parse_prior(path / PRIOR_FILE, attached, anatomy_in(rig))
+    content = checked_attachment(path, PRIOR_FILE, attached, digest)
+    return None if content is None else parse_prior(path / PRIOR_FILE, content, rig.anatomy())
 
 
 def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) -> int:

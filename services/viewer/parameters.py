@@ -5,7 +5,6 @@ therefore no independent test), "anthropometry", or "chosen by hand".  Silhouett
 top of the modules of `zenocap.common.vision`.
 """
 
-from collections.abc import Mapping
 from math import cos, radians
 
 # Background and preview
@@ -157,16 +156,10 @@ ACTOR_PREROLL = 30  # frames of empty scene when the background does not define 
 RECONNECT_FIRST_S = 0.5  # s before the first reconnection of a device, doubled each time; chosen by hand
 RECONNECT_LONGEST_S = 10.0  # s, longest wait; chosen by hand
 STREAM_TIMEOUT_MS = 5000  # ms to open or read a stream; chosen by hand
-EARLY_FRAME = 0.25  # of a frame period, greatest lead of a frame; chosen by hand
-MISCOUNTED_FRAMES = 0.01  # greatest relative error of a container's frame count; chosen by hand
+EARLY_FRAME = 0.25  # of a frame period, greatest lead of a frame that is still the next; chosen by hand
 LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped; chosen by hand
 LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
 
 # Kept backgrounds
 KEEP_S = 60.0  # s between two writes of a kept background; chosen by hand
 BACKGROUNDS = "backgrounds"  # folder of kept backgrounds, beside the rig file; by convention
-
-
-def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:
-    """The constants of this module by name, as plain values."""
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

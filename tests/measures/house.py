@@ -129,6 +129,9 @@ def figures(checkout: Path) -> Mapping[str, int]:
         "files of the package": len(package),
         f"of them below {SMALL} lines": sum(lines_of([path]) < SMALL for path in package),
         "longest function, lines": max(function.lines for function in its),
+        "longest command-line function, lines": max(
+            function.lines for path in sources(checkout, "tools/cli") for function in definitions(path).functions
+        ),
         f"functions above {MOST_BRANCHES} branches": complex_functions(checkout),
         f"functions above {MOST_POSITIONAL} positional parameters, no kernels": sum(
             function.positional > MOST_POSITIONAL and not function.is_kernel for function in its

@@ -110,15 +110,18 @@ def cameras(
 
             run_page(urls or [], images, page.table(), "zenocap cameras --live", lambda *_: CamerasOnly())
             return
-        if given.discover:
-            good = _discovered(zenoh, given.as_json)
-        elif given.onvif:
-            good = _onvif(urls or [], given, expert)
-        elif urls:
-            good = _streams(urls, given.pictures, given.as_json)
-        else:
-            good = _devices(given.pictures, given.as_json)
-    raise typer.Exit(DONE if good else FAILED)
+        raise typer.Exit(DONE if _listed(urls or [], given, expert, zenoh) else FAILED)
+
+
+def _listed(urls: list[str], given: CamerasArguments, expert: OnvifArguments, zenoh: ZenohArguments) -> bool:
+    """Print the cameras or streams that are asked for; whether there is one, and all give an answer and a picture."""
+    if given.discover:
+        return _discovered(zenoh, given.as_json)
+    if given.onvif:
+        return _onvif(urls, given, expert)
+    if urls:
+        return _streams(urls, given.pictures, given.as_json)
+    return _devices(given.pictures, given.as_json)
 
 
 def _devices(folder: Path | None, as_json: bool) -> bool:

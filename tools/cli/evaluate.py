@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import DONE, LOSS, FrameRange, JsonOption, RawOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import (
+    DONE,
+    LOSS,
+    FrameRange,
+    JsonOption,
+    RawOption,
+    TakePath,
+    check_plot,
+    checked_take,
+    one_line_errors,
+)
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
 
@@ -42,7 +52,7 @@ class EvaluateArguments:
     joints: Literal["zenocap", "halpe"] = option(
         "zenocap", "Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."
     )
-    plot: Path | None = option(None, "Draw the angles over time (PNG, JPG, PDF, SVG).", metavar="FILE")
+    plot: Path | None = option(None, "Draw the angles over time (.png, .jpg, .pdf, .svg).", metavar="FILE")
     raw: RawOption = False
     as_json: JsonOption = False
 
@@ -85,12 +95,10 @@ def evaluate(take: TakePath, *, given: EvaluateArguments, span: FrameRange) -> N
     use_angles = given.use_angles()
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.formats.take_poses import read_poses, summary_of
-        from zenocap.tools.takes.angle_report import check_picture
         from zenocap.tools.takes.evaluate import ScoredFrames, check_truth
 
         check_truth(given.truth, angles=use_angles)
-        if given.plot is not None:
-            check_picture(given.plot)
+        check_plot(given.plot)
         poses = read_poses(checked_take(take), raw=given.raw)
         selection = ScoredFrames(first, last, given.every, given.offset)
         result, doubts, lines = (_angles if use_angles else _centres)(poses, take, given, selection)

@@ -53,9 +53,17 @@ class ExportArguments:
         metavar="|".join(FORMATS.own),
     )
     fps: float | None = option(
-        None, "Resample to this rate (frames per second, FPS); default: the frames of the take.", min=0.1, max=1000
+        None,
+        "Resample to this rate (frames per second, FPS), at multiples of its period; default: the frames of the take. "
+        "Positions are interpolated linearly, joints along the shortest rotation; gaps of more than 0.25 s stay empty.",
+        min=0.1,
+        max=1000,
     )
-    axes: Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"] = option("y-up", "World axes, see below.")
+    axes: Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"] = option(
+        "y-up",
+        "World axes. y-up: as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing "
+        "X. opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.",
+    )
     units: Literal["m", "cm", "mm"] | None = option(None, "Unit of length; default: m, but cm in bvh and mm in c3d.")
 
 
@@ -64,18 +72,39 @@ class ExportExpert:
     """What the rows hold, and how they are filtered."""
 
     angles: Literal["deg", "rad"] = option("deg", "Unit of the joint angles in csv, parquet and npz.")
-    joints: Literal["zenocap", "isb", "coco", "halpe"] = option("zenocap", "Convention of the joint centres, see below.")
-    spine: bool = option(False, "With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
-    bones: Literal["zenocap", "vrm"] = option("zenocap", "Names of the bones in glb and usd, see below.")
+    joints: Literal["zenocap", "isb", "coco", "halpe"] = option(
+        "zenocap",
+        "Convention of the joint centres. zenocap: 15 centres of the model's joints. halpe: HALPE-26, with heels, toes and "
+        "face, where Pose2Sim has them on its OpenSim model. coco: COCO-17, the same places. isb: 12 joint centres as the "
+        "ISB defines them. Heels and toes need the tracker's body; that of two-view has no feet. Some points are derived: "
+        "docs, conventions.",
+    )
+    spine: bool = option(
+        False,
+        "Add the joints between hips and head to any --joints in trc, c3d, csv, parquet and npz: Pelvis, Thorax, and with "
+        "the tracker's body Spine and UpperNeck.",
+    )
+    bones: Literal["zenocap", "vrm"] = option(
+        "zenocap",
+        "Names of the bones in glb and usd. zenocap: Hips, LeftArm ... as in bvh. vrm: hips, leftUpperArm ... of VRM 1.0.",
+    )
     smooth: str = option(
-        "off", "Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off.", metavar="HZ|off"
+        "off",
+        "Cut-off frequency of a Butterworth filter (Hz), before all else; or off. 6 removes what is faster than 6 Hz, "
+        "usual for walking (order 4, forwards and backwards: no delay). Gaps stay. Poses in the take are never smoothed.",
+        metavar="HZ|off",
     )
     model: Path | None = option(
         None, "With --to opensim: generic model to scale, such as Rajagopal's.", metavar="MODEL.osim"
     )
     raw: RawOption = False
     min_confidence: float = option(
-        0.0, "Leave out points of a limb whose confidence is less; of trc, c3d, tables and opensim.", min=0, max=1
+        0.0,
+        "Leave out points of a limb whose confidence is less; of trc, c3d, tables and opensim. 0.5: what is rather wrong "
+        "than right: the tracker states for each limb the probability that it is within 150 mm (csv has it in columns of "
+        "its own). Points of unknown confidence stay. A take of two-view has none and is refused.",
+        min=0,
+        max=1,
     )
     remote: RemoteOption = False
 
@@ -87,7 +116,7 @@ def export(
     """Export a take for Blender, Unity, OpenSim and others.
 
     Writes its poses as BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ or MOT. An existing output that is named is replaced,
-    by the complete file or not at all.
+    by the complete file or not at all. (--to is the format, so the end of a range is --until.)
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
     csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing
@@ -95,30 +124,10 @@ def export(
     of every file: in bvh, glb, usd and c3d, rows count from frame 0, or from --from. Rows are blank while the person is
     lost; bvh, glb and usd repeat the last pose (usd hides the body), mot leaves the row out.
 
-    glb (glTF 2.0, also .vrma for VRM avatars), usd (.usd, .usda, .usdc, .usdz): metres, Y up. --bones zenocap: Hips,
-    LeftArm ... as in bvh. vrm: hips, leftUpperArm ... of VRM 1.0.
+    glb (glTF 2.0, also .vrma for VRM avatars), usd (.usd, .usda, .usdc, .usdz): metres, Y up.
 
     opensim: a folder with the set-ups of OpenSim's Scale and Inverse Kinematics tools, the model, and a README on how to
     run them; docs, into-opensim.
-
-    --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
-    gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
-
-    --smooth 6 removes what is faster than 6 Hz, usual for walking (order 4, forwards and backwards: no delay). Gaps stay.
-    The poses in the take are never smoothed.
-
-    --min-confidence 0.5 leaves blank what is rather wrong than right: the tracker states for each limb the probability that
-    it is within 150 mm (csv has it in columns of its own). Points of unknown
-    confidence stay. A take of two-view has none and is refused.
-
-    --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
-    opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
-
-    --joints: zenocap, 15 centres of the model's joints. halpe: HALPE-26, with heels, toes and face, where Pose2Sim has them
-    on its OpenSim model. coco: COCO-17, the same places. isb: 12 joint centres as the ISB defines them. Heels and toes need
-    the tracker's body; that of two-view has no feet. Some points are derived: docs, conventions. --spine adds the joints of
-    the model between hips and head to any of them, trc, c3d, csv, parquet and npz; Spine and UpperNeck need the tracker's
-    body.
 
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """

@@ -11,7 +11,7 @@ import typer
 
 from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
-from zenocap.tools.cli.options import DONE, FAILED, LOSS, echo, one_line_errors, parsed_size, rig_at
+from zenocap.tools.cli.options import DONE, LOSS, echo, one_line_errors, parsed_size, rig_at
 from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ZenohArguments
 
@@ -82,8 +82,7 @@ def film(
         request, options = _request(rig, output, given, board, zenoh)
         result = run_film(request, options, echo, _note)
         if result.is_empty:
-            _note(f"error: nothing was filmed{f': {result.reason}' if result.reason else ''}")
-            raise typer.Exit(FAILED)
+            raise UserError(f"nothing was filmed{f': {result.reason}' if result.reason else ''}")
         for line, is_warning in lines_of(result):
             echo(line, err=is_warning)
         write_away(output, result.away())

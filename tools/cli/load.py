@@ -13,6 +13,8 @@ from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 from zenocap.tools.service_arguments import ConnectArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from rich.console import Console
+
     from zenocap.tools.measure.load_plan import Plan
 
 WIDTH = 150  # of tables where there is no terminal
@@ -73,12 +75,9 @@ class LoadResearch:
 
 
 def load(
-    *,
-    given: LoadArguments,
-    expert: Annotated[LoadExpert, EXPERT],
-    research: Annotated[LoadResearch, RESEARCH],
+    *, given: LoadArguments, expert: Annotated[LoadExpert, EXPERT], research: Annotated[LoadResearch, RESEARCH],
     running: ConnectArguments,
-) -> None:
+) -> None:  # fmt: skip
     """Measure how many frames, viewers and rigs this machine can take.
 
     Measures its network too, and names the bottleneck. Starts viewers on rendered films, integrators and trackers, and
@@ -101,9 +100,7 @@ def load(
     except ModuleNotFoundError as error:
         typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
         raise typer.Exit(FAILED) from None
-    out = Console(quiet=given.json)
-    if not out.is_terminal:
-        out = Console(quiet=given.json, width=WIDTH)
+    out = _output(given.json)
     with one_line_errors(), stop_signals() as stopped:
         network = LoadNetwork(tuple(running.connect or ()), running.config)
         with prepared(plan, network, stopped, Console(stderr=True)) as session:
@@ -116,6 +113,14 @@ def load(
         if given.json:
             typer.echo(written.decode(), nl=False)
         raise typer.Exit(status)
+
+
+def _output(quiet: bool) -> Console:
+    """Standard output, WIDTH columns wide where it is no terminal."""
+    from rich.console import Console
+
+    found = Console(quiet=quiet)
+    return found if found.is_terminal else Console(quiet=quiet, width=WIDTH)
 
 
 def _plan(given: LoadArguments, expert: LoadExpert, research: LoadResearch, running: ConnectArguments) -> Plan:

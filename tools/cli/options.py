@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.formats.pose_track import Bound
     from zenocap.common.rig.rig import Rig
 
-PICTURES = (".png", ".svg", ".pdf")  # suffixes of plots
+PICTURES = (".png", ".jpg", ".pdf", ".svg")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
 Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter", "both"]
 Variant = Literal["improved", "paper"]  # of the method two-view
@@ -148,7 +148,7 @@ def check_plot(path: Path | None) -> None:
 
     if path is None:
         return
-    if path.suffix not in PICTURES:
+    if path.suffix.lower() not in PICTURES:
         raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(PICTURES)}")
     if find_spec("matplotlib") is None:
         raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'")

@@ -42,7 +42,7 @@ class PriorArguments:
     )
     frames: str | None = option(None, "Only these frames of every MOTION, such as 0-99.", metavar="FIRST-LAST")
     mirror: bool = option(True, "Add a copy of every motion with left and right exchanged.")
-    plot: Path | None = option(None, "Plot the reconstruction errors (.png, .svg, .pdf).", metavar="FIG")
+    plot: Path | None = option(None, "Plot the reconstruction errors (.png, .jpg, .pdf, .svg).", metavar="FIG")
     joints: JointsOption = None
     as_json: JsonOption = False
 

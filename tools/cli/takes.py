@@ -78,7 +78,7 @@ def verify(
     """
     with one_line_errors():
         from zenocap.tools.takes.verify.recompute import verify as run_verify
-        from zenocap.tools.takes.verify.result import other_versions, report
+        from zenocap.tools.takes.verify.result import data_of, report
 
         for take in takes:
             checked_take(take)
@@ -87,9 +87,7 @@ def verify(
             found = run_verify(takes, tolerance, state.update)
         elapsed_s = monotonic() - started_s
     if as_json:
-        values = asdict(found) | {"reasons": [str(reason) for reason in found.reasons]}
-        values |= {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
-        typer.echo(json.dumps(values, indent=2))
+        typer.echo(json.dumps(data_of(found, elapsed_s), indent=2))
     else:
         for line in report(found, elapsed_s):
             echo(line)

@@ -71,31 +71,39 @@ def track(
     With three or more cameras: `zenocap track clips/walk --method hybrid --prior walking -o walk.mcap`
     """
     with one_line_errors():
-        from zenocap.common.runtime import logs
-        from zenocap.tools.takes.both_ways import has_second_pass
-        from zenocap.tools.takes.track_job import TrackJob, overlay
-
-        if output is not None and output.suffix.lower() != ".mcap" and format_of(output.suffix) is None:
-            known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
-            raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
-        logs.configure("track")
-        rig = configured_rig(source, given, expert, research)
-        output = Path(f"{rig.name}.mcap") if output is None else output
-        for note in rig.notes:
-            typer.echo(f"note: {note}", err=True)
-        two_passes = has_second_pass(rig, expert.both_ways)
-        drawing = None if given.overlay is None else overlay(rig, given.overlay, expert.overlay_every)
-        job = TrackJob(rig, drawing, two_passes, expert.jobs)
+        _check_output(output)
+        job = _job(source, given, expert, research)
+        output = Path(f"{job.rig.name}.mcap") if output is None else output
         to = format_of(output.suffix)
         result = _tracked(job, output) if to is None else _exported(job, output, to)
-    if drawing is not None:
-        shown = ", poses tracked both ways" if result.both_ways else ""
-        typer.echo(f"{given.overlay}: {drawing.finish()} pictures and overlay.mp4{shown}")
-    _print_losses(result, rig)
+    _print_drawn(job, given.overlay, result)
+    _print_losses(result, job.rig)
     status = _status(result)
     if to is None and result.poses:
         typer.echo(next_commands(output))
     raise typer.Exit(status)
+
+
+def _check_output(output: Path | None) -> None:
+    """Raises WrongArgument for an output that is neither a take nor an export."""
+    if output is not None and output.suffix.lower() != ".mcap" and format_of(output.suffix) is None:
+        known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
+        raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
+
+
+def _job(source: list[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> TrackJob:
+    """The work to do, with notes on standard error.  Raises as `configured_rig`."""
+    from zenocap.common.runtime import logs
+    from zenocap.tools.takes.both_ways import has_second_pass
+    from zenocap.tools.takes.track_job import TrackJob, overlay
+
+    logs.configure("track")
+    rig = configured_rig(source, given, expert, research)
+    for note in rig.notes:
+        typer.echo(f"note: {note}", err=True)
+    two_passes = has_second_pass(rig, expert.both_ways)
+    drawing = None if given.overlay is None else overlay(rig, given.overlay, expert.overlay_every)
+    return TrackJob(rig, drawing, two_passes, expert.jobs)
 
 
 def _tracked(job: TrackJob, take: Path) -> Tracked:
@@ -138,6 +146,13 @@ def _run(job: TrackJob, take: Path, *, kept: bool = True) -> Tracked:
         if kept and job.part in INTERRUPTED:
             typer.echo(INTERRUPTED[job.part].format(take), err=True)
         raise
+
+
+def _print_drawn(job: TrackJob, folder: Path | None, result: Tracked) -> None:
+    """Complete the pictures in that folder, and print their number."""
+    if job.drawing is not None:
+        shown = ", poses tracked both ways" if result.both_ways else ""
+        typer.echo(f"{folder}: {job.drawing.finish()} pictures and overlay.mp4{shown}")
 
 
 def _print_losses(result: Tracked, rig: Rig) -> None:

@@ -12,7 +12,7 @@ import typer
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.services import MAIN
-from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.cli.options import one_line_errors, refuse, rig_at
 from zenocap.tools.option_groups import EXPERT, option
 from zenocap.tools.service_arguments import ServiceArguments, words
 
@@ -41,6 +41,16 @@ class ViewerArguments:
         metavar="NAME=SOURCE",
     )
     machine: str | None = option(None, "With --discover: name of this machine; default: its host name.", metavar="NAME")
+
+    def check(self, rig: Path | None, assigned: Path | None) -> None:
+        """Raises typer.BadParameter for arguments that exclude or need each other."""
+        has_both = rig is not None and self.id is not None
+        wrong = {
+            "--discover: allowed without RIG and --id": self.discover and (rig is not None or self.id is not None),
+            "RIG and --id are missing: allowed: both, or --discover": not (self.discover or assigned or has_both),
+            "--machine: allowed with --discover": self.machine and not self.discover,
+        }
+        refuse(wrong)
 
 
 @dataclass(frozen=True)
@@ -72,12 +82,7 @@ def viewer(
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
     discover, id, cameras = given.discover, given.id, given.camera or ()
-    if discover and (rig is not None or id is not None):
-        raise typer.BadParameter("--discover: allowed without RIG and --id")
-    if not discover and filming.assigned is None and (rig is None or id is None):
-        raise typer.BadParameter("RIG and --id are missing: allowed: both, or --discover")
-    if not discover and given.machine:
-        raise typer.BadParameter("--machine: allowed with --discover")
+    given.check(rig, filming.assigned)
     with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
         if discover:
             raise typer.Exit(_discovering(given.machine, cameras, filming, arguments, stopped))

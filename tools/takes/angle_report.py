@@ -7,7 +7,6 @@ from zenocap.tools.takes.evaluate_angles import AngleAccuracy, AngleCurves
 
 COLUMNS, DPI = 4, 110
 WIDTH_IN, HEIGHT_IN = 3.6, 2.2  # of one plot
-FORMATS = (".png", ".jpg", ".pdf", ".svg")
 
 
 def angle_lines(found: AngleAccuracy) -> list[str]:
@@ -31,16 +30,8 @@ def angle_lines(found: AngleAccuracy) -> list[str]:
     return lines
 
 
-def check_picture(path: Path) -> None:
-    """Raise UserError for a picture that cannot be written, before the take is read."""
-    if path.suffix.lower() not in FORMATS:
-        raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
-    if not path.parent.is_dir():
-        raise UserError(f"--plot {path}: cannot be written: no folder {path.parent}")
-
-
 def draw_angles(path: Path, curves: AngleCurves, found: AngleAccuracy, names: tuple[str, str]) -> None:
-    """Write a picture in the format of `path`'s suffix, one of FORMATS.  names: of truth and take, for the legend.
+    """Write a picture in the format of `path`'s suffix.  names: of truth and take, for the legend.
 
     Raises UserError, and ImportError without matplotlib.
     """

@@ -31,7 +31,7 @@ from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE, TRACKER_BDP, TRACK
 from zenocap.services.tracker.both_ways.fusion import SECTIONS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
 from zenocap.services.tracker.prior.file import read_prior
-from zenocap.services.tracker.shell import anatomy_in, setup_of
+from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import TrackerSetup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.takes.take_writer import TakeWriter
@@ -84,7 +84,7 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
     """
     recorded = recorded_rig(rig)
     prior_file = rig.tracker.prior if rig.tracker else None
-    prior = None if prior_file is None else read_prior(prior_file, anatomy_in(recorded))
+    prior = None if prior_file is None else read_prior(prior_file, recorded.anatomy())
     setup = setup_of(recorded, prior)
 
     def open_take(path: Path) -> Recording:

@@ -30,11 +30,6 @@ class OutputGroup:
         self._errors = Counter[str]()
         self._log_once = OncePerSource(logger)
 
-    @property
-    def titles(self) -> tuple[str, ...]:
-        """Titles of the open outputs."""
-        return tuple(output.title for output in self._outputs)
-
     def receive(self, envelope: Envelope) -> None:
         """Pass a message of the rig to all outputs."""
         for output in self._outputs:

@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.formats.model_files import MAX_BYTES, ModelFormat, fail
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL, Example, TrainingSettings
 
@@ -71,17 +71,14 @@ def read_stored(model: Path) -> tuple[list[Example], TrainingSettings]:
     """Examples and settings of a model file.  Raises UserError, which names the file."""
     path = store_path(model)
     try:
-        body = FORMAT.body_of(path, FORMAT.read(path))
+        with reading(path):
+            body = FORMAT.body_of(path, FORMAT.read(path))
         contents = msgspec.msgpack.decode(body, type=_StoredExamples)
         settings = msgspec.convert(contents.settings, TrainingSettings)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise UserError(f"{path}: no examples of this version of zenocap: {error}: train the model again") from error
-    try:
+    with reading(model):
         same = contents.model == _digest(model)
-    except OSError as error:
-        raise UserError(f"{model}: cannot be read: {error.strerror or error}") from error
     if not same:
         raise UserError(
             f"{path}: of another model than {model}: allowed: the examples that it was trained with; train it again"

@@ -11,6 +11,7 @@ from io import StringIO
 from pathlib import Path
 
 from zenocap.common.errors import UserError
+from zenocap.common.formats.text_file import read_text
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 
 COLUMNS = ("time", "label")
@@ -77,14 +78,7 @@ def read_table(path: Path, wrong: list[str]) -> tuple[str, list[str], Iterator[t
     The delimiter is the one that the first line has most of.  wrong: receives the error of a row that is not CSV, which is
     the last.  Raises UserError for a file that is too large, cannot be read, or is not UTF-8.
     """
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: a smaller table")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 text at byte {error.start}: allowed: a CSV file") from None
+    text = read_text(path, "a CSV file", MAX_BYTES)
     first = text.partition("\n")[0]
     delimiter = max(DELIMITERS, key=first.count)
     names = [name.strip('" ').strip().lower() for name in first.split(delimiter)]

@@ -1,8 +1,8 @@
 """Rejection thresholds, trained on held-out people and on postures without their own model.
 
-Correct scores are those of examples of people outside the training set (`model.scores_of`).  Impostor scores are those of
-examples of a posture whose own model is left out, under the posture that is then the likeliest.  They represent movements
-that are in no training set.
+Correct scores are those of examples of people outside the training set (`Classification.scores`).  Impostor scores are
+those of examples of a posture whose own model is left out, under the posture that is then the likeliest.  They represent
+movements that are in no training set.
 """
 
 from collections.abc import Sequence

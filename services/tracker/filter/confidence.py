@@ -78,7 +78,7 @@ def confidences(features: Floats | None, toes: float | None) -> tuple[dict[str, 
 
 
 def limb_confidence(features: Floats) -> Floats:
-    """(4,) probability that elbow or knee, and wrist or ankle, are within LIMB_ERROR_M of the person's."""
+    """(4,) probability that elbow or knee, and wrist or ankle, are within 0.15 m of the person's."""
     coefficients = np.array([p.ARM_CONFIDENCE, p.ARM_CONFIDENCE, p.LEG_CONFIDENCE, p.LEG_CONFIDENCE])
     return _logistic(np.sum(coefficients * features, axis=1))
 

@@ -7,13 +7,13 @@ from zenocap.common.errors import OpenError
 from zenocap.common.rig.sources import Actor, empty_frames
 from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import ACTOR_PREROLL
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import MotionTimeline, demo_timeline, motion_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 DEMO = "demo"
-PREROLL = 30  # frames of empty scene when the background does not define them
 
 
 def performance(source: Actor) -> MotionTimeline:
@@ -31,7 +31,8 @@ def performance(source: Actor) -> MotionTimeline:
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """`actor_frames` of a viewer."""
     assert isinstance(viewer.source, Actor)
-    return actor_frames(viewer.source, viewer.fps, viewer.camera, playback, empty_frames(viewer.background) or PREROLL)
+    preroll = empty_frames(viewer.background) or ACTOR_PREROLL
+    return actor_frames(viewer.source, viewer.fps, viewer.camera, playback, preroll)
 
 
 def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, preroll: int) -> Iterator[Frame]:

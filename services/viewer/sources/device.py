@@ -18,20 +18,18 @@ from zenocap.common.rig.sources import Device, LiveSource, Stream
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.table import attribute
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import EARLY_FRAME, RECONNECT_FIRST_S, RECONNECT_LONGEST_S, STREAM_TIMEOUT_MS
 from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 from zenocap.services.viewer.sources.tap import Tap
 
-FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
-TIMEOUT_MS = 5000
 # A grab shorter than this takes an image that was waiting: FFmpeg keeps those of the time in which it examines a stream.
 WAITING_NS, MOST_WAITING = 15_000_000, 300  # the first shorter than a period at 60 frames/s; chosen by hand
 SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find their values; chosen by hand
 # OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
 # image is decoded, and its next frame is lost.  A viewer grabs without pause, so that no frame grows old in the others.
 BUFFERS = 3
-EARLY = 0.25  # of a period, greatest lead of a frame that is still the next
 
 
 class Capture(Protocol):
@@ -61,7 +59,7 @@ Opener = Callable[[LiveSource, Size, float], Capture]
 
 def open_stream(source: Stream, size: Size, fps: float) -> Capture:
     """Open a stream; its images have the size and rate that it has."""
-    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
+    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, STREAM_TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, STREAM_TIMEOUT_MS]
     stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
     return stream
 
@@ -136,7 +134,7 @@ def camera_frames(
                 continue
             captured_ns = last_ns = max(times.of(capture) - source.delay_ns, last_ns + 1)
             rate.add(captured_ns)
-            if captured_ns < due_ns - EARLY * period_ns:
+            if captured_ns < due_ns - EARLY_FRAME * period_ns:
                 continue
             # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
             next_due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
@@ -196,14 +194,14 @@ def _settle(capture: Capture, controls: Controls | None, playback: Playback) -> 
 
 
 def _reopen(source: LiveSource, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
-    wait_s, tries = FIRST_WAIT_S, 0
+    wait_s, tries = RECONNECT_FIRST_S, 0
     while True:
         playback.sleep(wait_s)
         tries += 1
         with suppress(SourceError):  # of an opener that says why
             if (capture := _opened(source, size, fps, opener)) is not None:
                 return capture, tries
-        wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+        wait_s = min(2 * wait_s, RECONNECT_LONGEST_S)
 
 
 def _opened(source: LiveSource, size: Size, fps: float, opener: Opener) -> Capture | None:
@@ -218,7 +216,7 @@ def _opened(source: LiveSource, size: Size, fps: float, opener: Opener) -> Captu
 def _open_error(source: LiveSource) -> OpenError | AccessDenied:
     name = source.title
     if not isinstance(source, Device):
-        return OpenError(f"{name}: the stream does not open within {TIMEOUT_MS // 1000} s: is the address right?")
+        return OpenError(f"{name}: the stream does not open within {STREAM_TIMEOUT_MS // 1000} s: is the address right?")
     path = source.file
     if path.exists() and not os.access(path, os.R_OK | os.W_OK):
         return AccessDenied(f"{name}: no permission: add this user to the group `video` and log in again")

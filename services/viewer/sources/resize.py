@@ -10,9 +10,9 @@ from zenocap.common.arrays import Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import SizeMismatch
 from zenocap.common.rig.viewers import Viewer
+from zenocap.services.viewer.parameters import LETTERBOX
 from zenocap.services.viewer.sources.playback import Size
 
-NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
 SAME_SHAPE = 0.01  # relative difference of width : height up to which an image is the calibrated one, scaled
 
 Rectify = Callable[[Image], Image]
@@ -36,8 +36,8 @@ class Fit:
     def check(self, width: int, height: int) -> None:
         """Raise SizeMismatch when images of this size do not fit the calibrated size."""
         across, down = width / self.calibrated[0], height / self.calibrated[1]
-        if max(abs(across - 1.0), abs(down - 1.0)) >= NEARLY and abs(across / down - 1.0) > SAME_SHAPE:
-            turned = abs(width / self.calibrated[1] - 1.0) < NEARLY > abs(height / self.calibrated[0] - 1.0)
+        if max(abs(across - 1.0), abs(down - 1.0)) >= LETTERBOX and abs(across / down - 1.0) > SAME_SHAPE:
+            turned = abs(width / self.calibrated[1] - 1.0) < LETTERBOX > abs(height / self.calibrated[0] - 1.0)
             advice = "one of them is turned by 90 degrees" if turned else "calibrate with images of that shape"
             raise SizeMismatch(
                 f"{self.name}: images of {width} x {height} px, but the calibration is for "
@@ -53,7 +53,7 @@ class Fit:
         """
         height, width = image.shape[:2]
         self.check(width, height)
-        if (width, height) != self.calibrated and abs(width / self.calibrated[0] - 1.0) < NEARLY:
+        if (width, height) != self.calibrated and abs(width / self.calibrated[0] - 1.0) < LETTERBOX:
             image = _unletterboxed(image, self.calibrated)
         if image.shape[1::-1] != self.working:
             image = np.asarray(cv2.resize(image, self.working, interpolation=cv2.INTER_AREA), dtype=np.uint8)

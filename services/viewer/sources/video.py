@@ -12,11 +12,11 @@ from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.reader import VideoReader
 from zenocap.common.vision.empty_scene import LEAST_EMPTY, with_people
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import LATE_FRAMES
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 
 MEDIAN_OF = 41  # frames of a video, whose median is its background; chosen by hand
-LATE_FRAMES = 1.0  # frames, delay of a live file from which frames are dropped
 
 
 class Thinning:

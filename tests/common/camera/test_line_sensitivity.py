@@ -46,5 +46,5 @@ def test_the_undetected_error_is_the_one_that_it_says():
         pixel[axis] += sign * one.undetected_px
         wrong = replace(measured, camera1=replace(measured.camera1, **{name: tuple(pixel)}))
         solved = calibrate_lines(wrong)[0]
-        effects.append(abs(solved.focal_px / right.focal_px - 1.0) if solved.good else 0.0)
+        effects.append(abs(solved.focal_px / right.focal_px - 1.0) if not solved.remarks else 0.0)
     assert max(effects) == pytest.approx(one.undetected)

@@ -16,6 +16,7 @@ from zenocap.common.recording.setup_file import (
     PARAMETERS_FILE,
     PRIOR_FILE,
     SETUP_FILE,
+    checked_attachment,
     read_parameters,
     read_setup,
     recorded_rig,
@@ -94,6 +95,25 @@ def test_no_prior_is_attached_for_a_rig_without_a_prior_file(prior: Path | None)
     files = attached(hybrid(prior))
     assert PRIOR_FILE not in files
     assert read_setup(TAKE, files[SETUP_FILE]).tracker.prior_sha256 is None
+
+
+def test_an_attachment_is_that_of_the_setup_and_none_where_the_setup_has_none() -> None:
+    content = b"content of a prior"
+    digest = hashlib.sha256(content).hexdigest()
+    assert checked_attachment(TAKE, PRIOR_FILE, content, digest) == content
+    assert checked_attachment(TAKE, PRIOR_FILE, content, None) is None
+    with pytest.raises(UserError, match=r"monday\.mcap: attachment tracker\.prior is missing"):
+        checked_attachment(TAKE, PRIOR_FILE, None, digest)
+    with pytest.raises(ValueError, match=rf"tracker\.prior: sha256 = [0-9a-f]{{12}}\.\.\.: allowed: {digest[:12]}"):
+        checked_attachment(TAKE, PRIOR_FILE, b"another", digest)
+
+
+def test_a_setup_of_an_unknown_anatomy_is_refused_where_the_anatomy_is_needed() -> None:
+    recorded = recorded_rig(hybrid())
+    assert recorded.anatomy().name == "fourteen-parts"
+    other = msgspec.structs.replace(recorded, tracker=msgspec.structs.replace(recorded.tracker, anatomy="six-parts"))
+    with pytest.raises(ValueError, match=r"tracker\.anatomy = 'six-parts': allowed: ten-parts, fourteen-parts"):
+        other.anatomy()
 
 
 def test_the_options_of_a_preset_are_recorded_and_a_setup_without_them_is_the_default() -> None:

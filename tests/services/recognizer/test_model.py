@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.posture_cases import LABELS, MOVED, movement, quick_model
-from zenocap.services.recognizer.model import classify, distances_of, log_likelihoods, scores_of, symbols_of, whiten
+from zenocap.services.recognizer.model import classify, distances_of, filler_likelihood, log_likelihoods, symbols_of, whiten
 
 
 @pytest.mark.parametrize("label", LABELS)
@@ -30,7 +30,8 @@ def test_a_classification_equals_its_separately_computed_scores() -> None:
     model, features = quick_model(), movement("wave", 6, 0)
     symbols, found = symbols_of(model, features), classify(model, features)
     np.testing.assert_array_equal(found.log_likelihoods, log_likelihoods(model, symbols))
-    np.testing.assert_allclose(found.scores, scores_of(model, symbols))
+    excess = log_likelihoods(model, symbols) - filler_likelihood(model, symbols)
+    np.testing.assert_allclose(found.scores, excess / len(symbols))
     assert found.margin == pytest.approx(np.diff(np.sort(found.log_likelihoods))[-1] / len(symbols))
     assert found.distance == pytest.approx(distances_of(model, features, symbols).mean())
 

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from tests.support.posture_cases import quick_model
 from tests.test_layers import closure, imported
 from zenocap.common.errors import UserError
-from zenocap.common.formats.model_files import MAX_BYTES
 from zenocap.services.recognizer.forest import votes_of
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import (
@@ -66,13 +65,7 @@ def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "begins with b''"),
-        (b"zenocap prior\n" + DATA[14:], "begins with b'zenocap prior"),
-        (DATA[:20], "cut: 20 bytes"),
-        (DATA[:-5], "cut: "),
-        (DATA + b"!", "bytes after the posture model"),
         (DATA[:200] + b"\xff" + DATA[201:], "damaged: checksum"),
-        (HEADER.pack(MAGIC, 2, 0, 0), "version = 2: allowed: 1; train it again"),
         (changed(features="knees"), "features = 'knees': allowed: directions, joint-angles"),
         (changed(names=["a"]), "names = "),
         (changed(labels=["a", "a", "b"]), r"labels = \['a', 'a', 'b'\]: allowed: different labels"),
@@ -86,8 +79,6 @@ def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
         (changed(start=array(np.full((3, 5), 0.3))), "start = a sum 0.5 off from 1"),
         (changed(start=array(np.tile([1.5, -0.5, 0, 0, 0], (3, 1)))), "start = -0.5: allowed: probabilities"),
         (changed(durations=array(np.tile([2.0, 1.0, 3.0], (3, 1)))), r"durations = \[2.0, 1.0, 3.0\]: allowed: sec"),
-        (with_checksum(b"\xc1"), "some.postures: "),
-        (with_checksum(struct.pack("B", 0x91) * 5000), "some.postures: "),
     ],
 )  # fmt: skip
 def test_error_names_the_fault_of_a_file(data: bytes, words: str) -> None:
@@ -151,14 +142,6 @@ def test_a_model_that_could_not_be_read_back_is_not_written(tmp_path: Path) -> N
     with pytest.raises(UserError, match="thresholds = inf"):
         write_model(tmp_path / "bad.postures", replace(MODEL, thresholds=np.full(3, np.inf)))
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_file_above_the_maximum_size_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "long.postures"
-    with path.open("wb") as file:
-        file.truncate(MAX_BYTES + 1)
-    with pytest.raises(UserError, match=f"allowed: at most {MAX_BYTES}"):
-        read_model(path)
 
 
 def test_a_model_is_found_by_path_and_error_names_a_missing_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.recognizer_cases import small_model, stream_with
-from zenocap.services.recognizer.model import PostureModel, scores_of, symbols_of, whiten
+from zenocap.services.recognizer.model import PostureModel, filler_likelihood, log_likelihoods, symbols_of, whiten
 from zenocap.services.recognizer.parameters import WINDOW_PRICE
 from zenocap.services.recognizer.segmentation import (
     Hypotheses,
@@ -60,9 +60,8 @@ def test_the_gain_equals_that_of_the_best_windows_by_exhaustive_search(seed: int
             if not fits.any():
                 continue
             window = symbols[begin:end]
-            gains = (
-                rows * (scores_of(model, window) - setup.arrays.thresholds) - WINDOW_PRICE + log_last_state(model, window)
-            )
+            excess = log_likelihoods(model, window) - filler_likelihood(model, window)
+            gains = excess - rows * setup.arrays.thresholds - WINDOW_PRICE + log_last_state(model, window)
             gain[end] = max(gain[end], gain[begin] + gains[fits].max())
     assert gain[-1] > 0.0
     np.testing.assert_allclose(advanced(setup, features).windows.gain[0], gain[-1], atol=1e-6)

@@ -70,7 +70,7 @@ def test_held_out_files_and_frames_follow_the_options(walks: list[Path], tmp_pat
     [
         ("train nowhere.bvh -o x.prior", "error: nowhere.bvh: there is no such file"),
         ("train walk0.bvh -o nowhere/x.prior", "there is no folder nowhere"),
-        ("train walk0.bvh -o x.prior --plot x.gif", "suffix '.gif': allowed: .png, .svg, .pdf"),
+        ("train walk0.bvh -o x.prior --plot x.gif", "suffix '.gif': allowed: .png, .jpg, .pdf, .svg"),
         ("train walk0.bvh -o x.prior --frames 0-9", "training frames: allowed: 25 or more"),
         ("info nowhere", "prior = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
         ("info walk0.bvh", "walk0.bvh: begins with b'': allowed"),

@@ -85,9 +85,9 @@ def drift(take: TakePath, *, given: DriftArguments) -> None:
 
     Example: `zenocap calibrate drift walk.mcap --calibration calibration.toml -o moved.toml`
     """
-    from zenocap.common.camera.calibration_files import read_calibration, write_calibration
-    from zenocap.common.rig.folder import plain_name
+    from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.tools.setup.calibration.drift_report import (
+        calibrated_cameras,
         contradicts,
         corrected,
         drift_data,
@@ -99,10 +99,7 @@ def drift(take: TakePath, *, given: DriftArguments) -> None:
     output = given.output
     with one_line_errors():
         checked_take(take)
-        known = None
-        if given.calibration is not None:  # takes have names without characters that keys do not allow
-            cameras = read_calibration(given.calibration, given.up_axis)
-            known = {plain_name(name): camera for name, camera in cameras.items()}
+        known = None if given.calibration is None else calibrated_cameras(given.calibration, given.up_axis)
         if output is not None:
             check_new(output, given.force)
         found, recorded = take_drift(take, messages_of(take))

@@ -12,7 +12,7 @@ import typer
 
 from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JsonOption, check_folder, check_plot, echo, one_line_errors
-from zenocap.tools.cli.posture.report import draw_confusion, outcome_json, outcome_lines, write_confusion
+from zenocap.tools.cli.posture.report import draw_confusion, show_outcomes, write_confusion
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
 from zenocap.tools.cli.posture.tracked_sources import read_examples
 from zenocap.tools.cli.posture.training_options import ManifestPath, SourceArguments, TrainingArguments
@@ -38,7 +38,7 @@ class ValidationArguments:
     )
     confusion: Path | None = option(None, "Write the confusion matrix.", metavar="FILE.csv")
     plot: Path | None = option(
-        None, "Plot the confusion matrix, of --model the operating curve (.png, .svg, .pdf).", metavar="FIG"
+        None, "Plot the confusion matrix, of --model the operating curve (.png, .jpg, .pdf, .svg).", metavar="FIG"
     )
     skip_missing: bool = option(False, "Leave out rows without angles.")
     as_json: JsonOption = False
@@ -77,17 +77,7 @@ def evaluate(
             write_confusion(given.confusion, outcomes)
         if given.plot is not None:
             draw_confusion(given.plot, outcomes)
-    for text in missing:
-        typer.echo(f"missing: {text}", err=True)
-    if given.as_json:
-        names = [str(example) for example in examples]
-        content = {"missing": missing, "protocols": [outcome_json(outcome, names) for outcome in outcomes]}
-        typer.echo(json.dumps(content, ensure_ascii=False))
-        return
-    for line in outcome_lines(outcomes):
-        echo(line)
-    if missing:
-        typer.echo(f"not tested: {len(missing)} rows without angles")
+    show_outcomes(outcomes, [str(example) for example in examples], missing, as_json=given.as_json)
 
 
 def _evaluate_streams(manifest: Path, name: str, sources: SourceArguments, given: ValidationArguments) -> None:

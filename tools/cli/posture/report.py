@@ -86,6 +86,22 @@ def _alarms_json(alarms: FalseAlarms | None) -> dict[str, object] | None:
     }  # fmt: skip
 
 
+def show_outcomes(
+    outcomes: Sequence[ValidationOutcome], examples: Sequence[str], missing: Sequence[str], *, as_json: bool
+) -> None:
+    """Print the results of the protocols.  examples: their names.  missing: rows without angles, in words."""
+    for text in missing:
+        typer.echo(f"missing: {text}", err=True)
+    if as_json:
+        content = {"missing": missing, "protocols": [outcome_json(outcome, examples) for outcome in outcomes]}
+        typer.echo(json.dumps(content, ensure_ascii=False))
+        return
+    for line in outcome_lines(outcomes):
+        echo(line)
+    if missing:
+        typer.echo(f"not tested: {len(missing)} rows without angles")
+
+
 def outcome_lines(outcomes: Sequence[ValidationOutcome]) -> Iterator[str]:
     """Correct recognitions by posture as [Two-view Table 2], and the confusions."""
     labels = outcomes[0].labels

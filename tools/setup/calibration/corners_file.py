@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.formats.model_files import ModelFormat, fail
 from zenocap.tools.setup.calibration.board import DICTIONARIES, MAX_SPACING, MAX_SQUARE_M, MAX_SQUARES, MIN_SQUARE_M, Board
 from zenocap.tools.setup.calibration.board_detection import is_view
@@ -125,10 +125,8 @@ def _packed_views(views: tuple[View, ...]) -> dict[str, bytes]:
 
 def read_corners(path: Path) -> Detection:
     """Read a corner file.  Raises UserError."""
-    try:
+    with reading(path):
         data = FORMAT.read(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
     return parsed(path, data)
 
 

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common import messages as m
+from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.recording.reader import TakeReader
+from zenocap.common.rig.folder import plain_name
 from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.parameters import MIN_AREA
 from zenocap.tools.judge.verdict import USED
@@ -93,6 +95,11 @@ def _unexplained(found: Drift) -> list[str]:
 def contradicts(found: Drift) -> bool:
     """Whether a camera was moved or could not be checked, or a disagreement is left unexplained."""
     return bool(found.moved or found.unchecked or _unexplained(found))
+
+
+def calibrated_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
+    """Cameras of a calibration file by their names in takes, which keep the characters of keys.  Raises UserError."""
+    return {plain_name(name): camera for name, camera in read_calibration(path, up_axis).items()}
 
 
 def corrected(found: Drift, cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera] | None) -> dict[str, Camera]:

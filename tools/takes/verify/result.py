@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import isclose
 
 import msgspec
@@ -122,6 +122,12 @@ def report(found: Verification, elapsed_s: float) -> list[str]:
         lines.append(f"not checked: {unchecked} messages")
         lines += [f"  {reason}" for reason in dict.fromkeys(found.reasons)]
     return lines
+
+
+def data_of(found: Verification, elapsed_s: float) -> dict[str, object]:
+    """The content of the report for JSON."""
+    values = asdict(found) | {"reasons": [str(reason) for reason in found.reasons]}
+    return values | {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
 
 
 def other_versions(found: Verification) -> dict[str, tuple[str, str]]:

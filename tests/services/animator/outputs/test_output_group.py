@@ -45,14 +45,14 @@ class Broken:
 def test_an_empty_table_opens_nothing() -> None:
     outputs = open_outputs(AnimatorTable(), "studio", CLOCK)
     outputs.send(stretched("ten-parts"), None)
-    assert (outputs.titles, outputs.failed, outputs.counts()) == ((), (), {})
+    assert (outputs.failed, outputs.counts()) == ((), {})
     assert not has_outputs(AnimatorTable())
 
 
 def test_a_disabled_output_is_not_opened() -> None:
     tables = {"vmc": VmcTable, "udp": UdpTable, "foxglove": FoxgloveTable}
     table = AnimatorTable(outputs={name: kind(enabled=False) for name, kind in tables.items()})
-    assert open_outputs(table, "studio", CLOCK).titles == ()
+    assert open_outputs(table, "studio", CLOCK).counts() == {}
     assert not has_outputs(table)
     assert has_outputs(AnimatorTable(outputs={"udp": UdpTable()}))
 

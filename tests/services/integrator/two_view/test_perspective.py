@@ -95,13 +95,6 @@ def test_rays_without_an_intersection_before_both_cameras_are_refused(first: Ray
 
 
 @given(POSITIONS)
-def test_equation_4_is_the_ratio_of_depths(position: np.ndarray) -> None:
-    assert scaling_factor(ONE, position) == pytest.approx(ZC1 / (ZC1 - position[2]))
-    assert scaling_factor(TWO, position) == pytest.approx(-XC2 / (position[0] - XC2))
-    assert scaling_factor(ONE, np.zeros(3)) == pytest.approx(1.0)
-
-
-@given(POSITIONS)
 def test_the_image_of_a_vertical_stick_is_scaled_by_the_scaling_factor(position: np.ndarray) -> None:
     stick = np.array([[0.0, 0.2, 0.0], [0.0, 1.5, 0.0]])
     for camera in (ONE, TWO):

@@ -23,7 +23,6 @@ from zenocap.services.tracker.filter.particles import (  # fmt: skip
     Samples,
     assign_regions,
     draw_samples,
-    likelihood_weights,
     propose_particles,
     refine_particles,
     resized_cloud,
@@ -113,17 +112,6 @@ def test_prior_fraction_is_kept_and_first_particle_has_no_noise(seed: int, n: in
     assert round(share * n) - 1 <= np.sum(draws.kinds == PRIOR) <= round(share * n)
     assert draws.normals.shape == (n, 4)
     assert np.all((draws.uniforms >= 0.0) & (draws.uniforms < 1.0))
-
-
-@given(st.lists(st.floats(0.0, 0.02), min_size=1, max_size=50), st.floats(1.0, 1e6))
-def test_weights_follow_the_likelihood_and_sum_to_one(errors: list[float], information: float) -> None:
-    """[Hybrid Eq. 29]"""
-    weights = likelihood_weights(np.array(errors), information)
-    assert weights.sum() == pytest.approx(1.0)
-    assert np.all(weights >= 0.0)
-    best = int(np.argmin(errors))
-    expected = np.exp(-(np.array(errors) - errors[best]) * information)
-    assert weights == pytest.approx(expected * weights[best])
 
 
 def test_uniform_cloud_has_equal_weights() -> None:

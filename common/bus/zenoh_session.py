@@ -221,7 +221,9 @@ def free_ports(count: int, named: Collection[int] = ()) -> list[int]:
                     found.append(port)
                 except OSError as error:  # in use
                     if error.errno in (errno.EMFILE, errno.ENFILE):
-                        raise BusError(f"{count} free TCP ports: {error.strerror}: allowed: a higher limit: ulimit -n") from error
+                        raise BusError(
+                            f"{count} free TCP ports: {error.strerror}: allowed: a higher limit: ulimit -n"
+                        ) from error
     if len(found) < count:
         raise BusError(f"{count} free TCP ports: {len(found)} found from {PORTS[0]} to {PORTS[-1]}")
     return found

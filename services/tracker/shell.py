@@ -87,9 +87,7 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> TrackerSetup:
         raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
     follow = rig.delays == "follow"
     delays_ns = {viewer.id: viewer.delay_ns for viewer in rig.viewers if viewer.delay_ns is not UNSET}
-    return TrackerSetup(
-        rig.anatomy(), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns
-    )
+    return TrackerSetup(rig.anatomy(), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns)
 
 
 def prior_in(rig: RecordedRig, path: Path, attached: bytes | None) -> Prior | None:

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-WINDOWS = [(390, "light"), (390, "dark"), (1100, "light"), (1280, "dark"), (1280, "light"), (1920, "dark")]  # width, colour scheme
+WINDOWS = [
+    (390, "light"),
+    (390, "dark"),
+    (1100, "light"),
+    (1280, "dark"),
+    (1280, "light"),
+    (1920, "dark"),
+]  # width, colour scheme
 PATIENCE_S = 240.0  # time limit for reaching a state: only a hang reaches it
 
 

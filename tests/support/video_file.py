@@ -79,7 +79,10 @@ def ask_for_turn(path: Path, degrees: int) -> None:
 def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
     """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound."""
     with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
-        added = {one.index: copy.add_stream_from_template(one) for one in (*container.streams.video[:1], *container.streams.audio[:1])}
+        added = {
+            one.index: copy.add_stream_from_template(one)
+            for one in (*container.streams.video[:1], *container.streams.audio[:1])
+        }
         packets = [one for one in container.demux() if one.size and one.stream.index in added]
         of_video = [one for one in packets if one.stream.type == "video"][first:end]
         for packet in packets:

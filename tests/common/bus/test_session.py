@@ -147,9 +147,7 @@ def test_free_ports_differ_and_are_none_that_a_system_gives_away() -> None:
 
 
 @pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE])
-def test_a_full_table_of_open_files_is_not_taken_for_ports_in_use(
-    monkeypatch: pytest.MonkeyPatch, number: int
-) -> None:
+def test_a_full_table_of_open_files_is_not_taken_for_ports_in_use(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
     def full(address: tuple[str, int]) -> socket.socket:
         raise OSError(number, "Too many open files")
 

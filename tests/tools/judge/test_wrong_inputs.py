@@ -90,6 +90,10 @@ def test_the_first_reason_of_a_wrong_input_is_its_cause(
 
 def test_the_camera_that_was_moved_is_named() -> None:
     before, after = scene(), faults.moved(scene(), np.random.default_rng(SEED))
-    others = [view for view in before.masks if any((a != b).any() for a, b in zip(before.masks[view], after.masks[view], strict=True))]
+    others = [
+        view
+        for view in before.masks
+        if any((a != b).any() for a, b in zip(before.masks[view], after.masks[view], strict=True))
+    ]
     assert len(others) == 1
     assert verdict(faults.moved).reasons[0].viewers == tuple(others)

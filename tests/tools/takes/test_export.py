@@ -296,9 +296,7 @@ def test_files_say_how_they_were_smoothed(to: str, two_view: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize(("to", "fps", "said"), [("bvh", (), True), ("trc", (), False), ("bvh", ("--fps", 30), False)])
-def test_uneven_times_in_a_format_with_one_rate_are_said(
-    to: str, fps: tuple[str, ...], said: bool, tmp_path: Path
-) -> None:
+def test_uneven_times_in_a_format_with_one_rate_are_said(to: str, fps: tuple[str, ...], said: bool, tmp_path: Path) -> None:
     track = moving(60)
     slower = replace(track, times_s=np.where(track.frames < 30, track.times_s, 2 * track.times_s - track.times_s[30]))
     take = write_take(tmp_path / "phone.mcap", messages_of_track(slower))

@@ -72,9 +72,7 @@ def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, li
         typer.echo(f"note: {note}", err=True)
     cameras = {one.camera.name: one.camera for one in found.cameras}
     error_px = max(one.off_px for one in found.cameras)
-    write_result(
-        output, given.force, lambda path, new: write_calibration(path, cameras, error_px=error_px, new=new)
-    )
+    write_result(output, given.force, lambda path, new: write_calibration(path, cameras, error_px=error_px, new=new))
     late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
     is_late = any(one.is_certain for one in found.delays.values())
     return found, sync_lines(folder, late, given.force) if is_late else []

@@ -1,5 +1,3 @@
-
-
 def test_too_large_pictures_are_refused_before_one_is_read(tmp_path: Path) -> None:
     """A sparse file has few blocks on the disk, and would take all memory."""
     path = tmp_path / "large.npy"

@@ -290,8 +290,6 @@ def test_too_few_open_files_are_an_error_with_the_command_that_allows_more(monke
 def test_a_rig_that_may_open_too_few_files_ends_at_once_with_one_line(tmp_path: Path) -> None:
     """It was the free ports of the machine that were said to be too few."""
     limited = ["sh", "-c", 'ulimit -n 64; exec "$@"', "sh", *ZENOCAP, "demo", "--seconds", "1", "--port", "0"]
-    done = subprocess.run(
-        limited, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False
-    )
+    done = subprocess.run(limited, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "error: open files = 64: allowed: at least 256: ulimit -n 4096\n"

@@ -56,7 +56,10 @@ def test_time_of_sound_counts_from_the_first_picture(tmp_path: Path, suffix: str
 def test_time_of_sound_counts_from_pictures_that_cannot_be_decoded(tmp_path: Path) -> None:
     """As the frames' times do: the copy begins five frames later, between two key frames, and the sound is whole."""
     whole = write_video(
-        tmp_path / "whole.ts", grey_frames(60), sound=Sound(SOURCE[: 16_000 * 6]), options={"x264-params": "keyint=20:scenecut=0"}
+        tmp_path / "whole.ts",
+        grey_frames(60),
+        sound=Sound(SOURCE[: 16_000 * 6]),
+        options={"x264-params": "keyint=20:scenecut=0"},
     )
     path = copied(whole, tmp_path / "cut.ts", first=5)
     with VideoReader(path) as reader:

@@ -86,3 +86,13 @@ RECOVERY_TICKS = 2  # decisions before which an earlier integrator's is waited f
 # Log
 LOG_REQUEST_WAIT_S = 0.5  # s, longest wait for a request; chosen by hand
 LOG_REQUEST_PERIOD_S = 1.0  # s, shortest time between two requests that are obeyed; chosen by hand
+
+# Delays of the cameras, see `camera_delays`
+DELAY_WINDOW_NS = 20_000_000_000  # ns of silhouettes for one estimate, as of `zenocap sync` of a take
+DELAY_REST_NS = 40_000_000_000  # ns between two estimates once two agree: a third of the processor time; chosen by hand
+MOST_DELAY_S = 1.0  # s, largest difference of two cameras that is searched; a longer search costs more; chosen by hand
+NEXT_CAMERAS = 2  # in the order of the rig with which each camera is compared: seven cameras have 14 pairs; chosen by hand
+FEWEST_OUTLINES = 30  # of a view in a window; chosen by hand
+DELAYS_AGREE = 0.25  # frame periods, greatest difference of two estimates, and error of a correction; chosen by hand
+DELAY_ERRORS = 3.0  # standard errors, greatest difference of two estimates; chosen by hand
+DELAY_STEP = 0.25  # frame periods, greatest change of a correction per DECISION_NS; chosen by hand

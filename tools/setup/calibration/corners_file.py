@@ -14,7 +14,7 @@ from msgspec import Meta, Struct
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.errors import UserError, reading
+from zenocap.common.errors import reading
 from zenocap.common.formats.model_files import ModelFormat, fail
 from zenocap.tools.setup.calibration.board import DICTIONARIES, MAX_SPACING, MAX_SQUARE_M, MAX_SQUARES, MIN_SQUARE_M, Board
 from zenocap.tools.setup.calibration.board_detection import is_view

@@ -119,9 +119,8 @@ def test_a_cut_take_has_the_messages_that_can_be_read(take: Path, monkeypatch: p
     take.unlink()
     monkeypatch.setattr(shell, "LARGE_BYTES", 1)  # minutes for a take of an hour
     text = summary(take, LOSS, write=cut)[1]
-    assert text.index(f"take: {take} was not closed, or is damaged: reading its 0.0 GB ...\n") < text.index(
-        f"take: {take}: "
-    )
+    said = f"take: {take} was not closed, or is damaged: reading its 0.0 GB ...\n"
+    assert text.index(said) < text.index(f"take: {take}: ")
 
 
 def test_a_file_that_was_cut_before_its_first_record_is_a_take_of_the_run(take: Path) -> None:
@@ -194,7 +193,9 @@ def test_a_take_that_the_page_has_started_is_named_with_its_loss_where_the_run_h
     assert status == LOSS
 
 
-def test_a_program_that_publishes_without_end_does_not_keep_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_publishes_without_end_does_not_keep_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A replay or an impostor at 10 messages/s kept `up` for ever, also after Ctrl-C."""
     now_s = 0.0
 

@@ -13,8 +13,8 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline
-from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.folder import with_suffix
+from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.calibration.lens_model import LensModel

@@ -193,9 +193,7 @@ def test_a_take_that_the_page_has_started_is_named_with_its_loss_where_the_run_h
     assert status == LOSS
 
 
-def test_a_program_that_publishes_without_end_does_not_keep_a_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_program_that_publishes_without_end_does_not_keep_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A replay or an impostor at 10 messages/s kept `up` for ever, also after Ctrl-C."""
     now_s = 0.0
 

@@ -108,8 +108,8 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
 class _Opening:
     """`zenoh.open` in a thread, because a signal cannot end it while a client waits for its router.
 
-    One that is left waits on, and is what the next session with the same options waits for; a session that it opens before is
-    closed.  outcome: once it has ended.
+    One that is left waits on, and is what the next session with the same options waits for; a session that it
+    opens before then is closed.  outcome: once it has ended.
     """
 
     _left: ClassVar[list["_Opening"]] = []

@@ -21,5 +21,5 @@ def test_an_unreadable_file_is_an_error_that_names_it_and_the_reason(error: OSEr
 
 
 def test_other_errors_of_reading_stay_what_they_are() -> None:
-    with pytest.raises(UserError, match="^a.toml: too long$"), reading(Path("a.toml")):
+    with pytest.raises(UserError, match=r"^a\.toml: too long$"), reading(Path("a.toml")):
         raise UserError("a.toml: too long")

@@ -84,7 +84,7 @@ def test_a_panic_of_zenoh_is_an_error_with_its_text(monkeypatch: pytest.MonkeyPa
         raise Panic("no file descriptors")
 
     monkeypatch.setattr(zenoh, "open", panic)
-    with pytest.raises(BusError, match="Zenoh does not open .*: no file descriptors$"):
+    with pytest.raises(BusError, match=r"Zenoh does not open .*: no file descriptors$"):
         open_session(ZenohOptions("peer", multicast_scouting=False))
 
 
@@ -152,7 +152,7 @@ def test_a_full_table_of_open_files_is_not_taken_for_ports_in_use(monkeypatch: p
         raise OSError(number, "Too many open files")
 
     monkeypatch.setattr(socket, "create_server", full)
-    with pytest.raises(BusError, match="^8 free TCP ports: Too many open files: allowed: a higher limit: ulimit -n$"):
+    with pytest.raises(BusError, match=r"^8 free TCP ports: Too many open files: allowed: a higher limit: ulimit -n$"):
         free_ports(8)
 
 

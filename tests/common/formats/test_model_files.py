@@ -57,7 +57,7 @@ def test_error_names_the_file_and_its_fault(data: bytes, words: str) -> None:
 @given(st.integers(0, len(WHOLE) - 1), st.integers(1, 255))
 def test_every_changed_byte_and_every_cut_is_detected(at: int, change: int) -> None:
     for broken in (WHOLE[:at] + bytes([WHOLE[at] ^ change]) + WHOLE[at + 1 :], WHOLE[:at]):
-        with pytest.raises(UserError, match="^some.thing: "):
+        with pytest.raises(UserError, match=r"^some\.thing: "):
             FORMAT.decoded(PATH, broken, Thing)
 
 

@@ -289,7 +289,7 @@ def test_a_rig_may_open_as_many_files_as_the_system_allows(monkeypatch, limits, 
 
 def test_too_few_open_files_are_an_error_with_the_command_that_allows_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(resource, "getrlimit", lambda kind: (64, 255))
-    with pytest.raises(UserError, match="^open files = 255: allowed: at least 256: ulimit -n 4096$"):
+    with pytest.raises(UserError, match=r"^open files = 255: allowed: at least 256: ulimit -n 4096$"):
         allow_files()
 
 

@@ -28,7 +28,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
     ),
     "another false frame rate, or delay of a camera": (
-        "services/integrator/test_rate_control.py::test_a_decision_of_another_integrator_is_answered_once",
+        "services/integrator/test_rate_control.py::test_a_decision_of_another_integrator_is_answered",
         "services/integrator/test_step.py::test_a_frame_rate_of_another_integrator_is_answered",
         "services/integrator/test_camera_delays.py::test_a_correction_of_another_program_is_answered_with_the_own_one",
     ),

@@ -355,6 +355,7 @@ KINDS: Mapping[str, Kind] = {
 REACHED: Mapping[str, tuple[str, ...]] = {  # by kind: readers that are called for it
     "demo.toml": ("common.toml_file.read_toml",),
     "calibration.toml": ("common.camera.anipose.read_anipose",),
+    "1.jpg": ("services.viewer.sources.images.read_picture",),
     "extri.yml": ("common.camera.opencv_storage.read_opencv",),
     "qualisys.qca.txt": ("common.camera.qualisys.read_qualisys",),
     "cam01.yaml": ("common.camera.ros_camera_info.read_ros_info",),

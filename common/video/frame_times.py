@@ -60,7 +60,7 @@ class Gap:
 class Timing:
     """Findings in the frame times of a video.
 
-    frames: their number.  duration_s: from the first frame to the last.  rate: frames/s, of the median interval.
+    frames: their number.  duration_s: from the first frame to the last.  rate: frames/s, of the intervals near the median one, since containers round times.
     shortest_s, longest_s: intervals, without gaps.  variable: whether many intervals differ from the median one.
     """
 
@@ -89,4 +89,5 @@ def timing_of(times_ns: Sequence[int]) -> Timing:
     )
     even = [interval for interval in intervals if interval <= least]
     duration = (times_ns[-1] - times_ns[0]) / 1e9
-    return Timing(len(times_ns), duration, 1.0 / median, min(even), max(even), variable, gaps)
+    near = [interval for interval in intervals if abs(interval - median) <= UNEVEN * median]
+    return Timing(len(times_ns), duration, len(near) / sum(near), min(even), max(even), variable, gaps)

@@ -25,14 +25,19 @@ class SeekableVideo:
     def __init__(self, path: Path) -> None:
         """Raises OpenError."""
         self._path = path
+        self._open()
+
+    def _open(self) -> None:
         try:
-            self._container = av.open(str(path), metadata_errors="replace")
+            self._container = av.open(str(self._path), metadata_errors="replace")
         except (FFmpegError, ValueError, OSError) as error:
-            raise OpenError(f"{path}: not a video that can be decoded") from error
-        self._stream = video_stream(path, self._container)
+            raise OpenError(f"{self._path}: not a video that can be decoded") from error
+        self._stream = video_stream(self._path, self._container)
         self._stream.thread_type = "AUTO"
         self._base = self._stream.time_base or Fraction(1, 1000)
         self._start = self._stream.start_time or 0
+        rate = self._stream.codec_context.framerate or self._stream.guessed_rate
+        self._period_s = float(1 / rate) if rate else 0.0
         self._frames: Iterator[av.VideoFrame] = self._container.decode(self._stream)
         self._last: tuple[float, av.VideoFrame] | None = None
 
@@ -48,7 +53,7 @@ class SeekableVideo:
                 frame = next(self._frames, None)
                 if frame is None:
                     break
-                self._last = float((frame.pts or 0) - self._start) * float(self._base), frame
+                self._last = self._time_of(frame), frame
             if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
                 return None
             return turned_picture(self._last[1], display_turn(self._last[1])[0])
@@ -61,9 +66,17 @@ class SeekableVideo:
     def _seek(self, time_s: float) -> None:
         try:
             self._container.seek(self._start + int(time_s / self._base), stream=self._stream, backward=True)
-        except FFmpegError:
+        except FFmpegError:  # a bare stream, which has no times
+            if self._last is not None and time_s < self._last[0]:
+                self.close()
+                self._open()
             return
         self._frames, self._last = self._container.decode(self._stream), None
+
+    def _time_of(self, frame: av.VideoFrame) -> float:
+        if frame.pts is not None:
+            return float((frame.pts - self._start) * self._base)
+        return 0.0 if self._last is None else self._last[0] + self._period_s  # of a bare stream, which is not sought
 
 
 class TakeVideos:

@@ -231,7 +231,8 @@ def test_under_overload_a_pose_is_late_by_its_own_time_and_one_period_at_most(du
     """It was one period later: the older of two that waited was tracked."""
     state, found = ages(tracker.initial_state(SETUP), durations, range(300))
     assert tracker.counts(state)["dropped_instants"] > 0
-    assert max(found[60:]) <= 1.0 + max(durations)
+    settled = found[len(found) // 2 : -1]  # after the first drop, and while frame sets arrive
+    assert max(settled) <= 1.0 + max(durations) + 1e-9
     assert len(found) >= 0.8 * 300 / max(1.0, np.mean(durations))
 
 

@@ -1,4 +1,4 @@
-"""Commands of services: takes of the integrator, model and commands of the recognizer; the port of the demo."""
+"""Commands of services: takes of the integrator, model of the recognizer, port of the demo."""
 
 import socket
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Distances, compiled, against plain numpy; proposals are in `tests/test_papers.py`.  [Hybrid Eq. 24-28]"""
+"""Distances against plain numpy; proposals are in `tests/test_papers.py`.  [Hybrid Eq. 24-28]"""
 
 import numpy as np
 import pytest

@@ -60,8 +60,9 @@ class Gap:
 class Timing:
     """Findings in the frame times of a video.
 
-    frames: their number.  duration_s: from the first frame to the last.  rate: frames/s, of the intervals near the median one, since containers round times.
-    shortest_s, longest_s: intervals, without gaps.  variable: whether many intervals differ from the median one.
+    frames: their number.  duration_s: from the first frame to the last.  rate: frames/s, of the intervals near the median
+    one, since containers round times.  shortest_s, longest_s: intervals, without gaps.  variable: whether many intervals
+    differ from the median one.
     """
 
     frames: int

@@ -247,11 +247,11 @@ def test_equations_8_to_10_18_19_and_24_to_28(seed: int) -> None:
     assert drawn == pytest.approx(means[after])
 
 
-@given(st.lists(st.floats(0, 0.01), min_size=1, max_size=9))
-def test_equation_29(errors: list[float]) -> None:
-    weights = np.array([exp(-error / 1e-4) for error in errors])
-    assume(weights.sum() > 0)
-    assert likelihood_weights(np.array(errors), 1e4) == pytest.approx(weights / weights.sum())
+@given(st.lists(st.floats(0, 0.02), min_size=1, max_size=9), st.sampled_from([1.0, 1e4, 1e6]))
+def test_equation_29(errors: list[float], information: float) -> None:
+    """Also where every density is below the least number above zero."""
+    logarithms = -information * np.array(errors)
+    assert likelihood_weights(np.array(errors), information) == pytest.approx(np.exp(logarithms - logsumexp(logarithms)))
 
 
 # [Hybrid V-B]

@@ -420,11 +420,12 @@ def test_the_reader_of_a_kind_calls_the_readers_that_it_stands_for(tmp_path: Pat
         if event == "call":
             called.add(f"{frame.f_globals.get('__name__', '')}.{frame.f_code.co_name}".removeprefix("zenocap."))
 
+    before = sys.getprofile()
     sys.setprofile(note)
     try:
         KINDS[name].read(path)
     finally:
-        sys.setprofile(None)
+        sys.setprofile(before)
     assert set(REACHED[name]) <= called
 
 

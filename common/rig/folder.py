@@ -121,8 +121,8 @@ def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
     if not cameras:
         return []
     return [
-        f"{cameras}: no background picture and no empty_seconds: the median of the video is used; a person who stays in "
-        "one place for half of it becomes part of the room, with holes in the silhouettes"
+        f"{cameras}: no background picture and no empty_seconds: the median of the video is used; without an empty part, a "
+        "person who stays in one place for half of it becomes part of the room, with holes in the silhouettes"
     ]
 
 

@@ -31,7 +31,8 @@ def test_a_service_that_another_program_ends_is_started_again(service: str, tmp_
     assert found.status in (DONE, LOSS), found.text
     assert f"{service}: ended, although it was to run on (exit status " in found.text
     assert f"{service}: started again" in found.text
-    assert "failed" not in found.text
+    assert "failed (exit status" not in found.text
+    assert "failed; see its output above" not in found.text
 
 
 def test_a_rig_that_is_interrupted_while_it_starts_has_not_failed(tmp_path: Path) -> None:

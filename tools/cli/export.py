@@ -142,7 +142,7 @@ def export(
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
-    for note in _notes(form, written):
+    for note in notes_of(form, written):
         typer.echo(f"note: {note}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
@@ -161,7 +161,7 @@ def _options(form: ExportFormat, given: ExportArguments, span: FrameRange, exper
     )  # fmt: skip
 
 
-def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
+def notes_of(form: ExportFormat, written: Exported) -> Iterator[str]:
     """What a file lacks, in words."""
     if written.empty:
         yield f"{written.empty} frames without pose: {form.empty}"
@@ -171,7 +171,7 @@ def _notes(form: ExportFormat, written: Exported) -> Iterator[str]:
     if written.off_s * written.rate > OFF_ROWS:
         yield (
             f"the times are uneven, and {form.name} has one rate: rows are up to {written.off_s:.2f} s from theirs; "
-            f"--fps {round(written.rate)} puts them at even times"
+            f"`zenocap export TAKE --fps {round(written.rate)}` puts them at even times"
         )
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed

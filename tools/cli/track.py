@@ -119,6 +119,7 @@ def _tracked(job: TrackJob, take: Path) -> Tracked:
 
 def _exported(job: TrackJob, output: Path, to: ExportFormat) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses.  Raises as `TrackJob.run`."""
+    from zenocap.tools.cli.export import notes_of
     from zenocap.tools.takes.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
@@ -132,6 +133,8 @@ def _exported(job: TrackJob, output: Path, to: ExportFormat) -> Tracked:
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}"
         f"{', tracked both ways' if result.both_ways else ''}; the take was temporary: give -o FILE.mcap to keep it"
     )
+    for note in notes_of(to, written):
+        typer.echo(f"note: {note}", err=True)
     return result
 
 

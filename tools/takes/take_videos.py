@@ -46,7 +46,7 @@ class SeekableVideo:
         if time_s < 0:
             return None
         decoded_s = 0.0 if self._last is None else self._last[0]
-        if not decoded_s <= time_s < decoded_s + SOUGHT_S:
+        if not decoded_s - self._period_s <= time_s < decoded_s + SOUGHT_S:
             self._seek(time_s)
         try:
             while self._last is None or self._last[0] < time_s:

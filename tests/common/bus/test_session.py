@@ -127,6 +127,7 @@ def test_a_router_that_hangs_delays_the_end_by_a_limit(
         pass
     assert left == []
     released.set()
+    until(lambda: left == [True], "it was not closed")
 
 
 def test_what_was_declared_ends_before_its_session() -> None:
@@ -175,6 +176,7 @@ class SlowZenoh:
         self.there, self.calls, self.sessions = threading.Event(), 0, list[Mock]()
         self._before = set(threading.enumerate())
         monkeypatch.setattr(zenoh, "open", self._open)
+        monkeypatch.setattr(zenoh_session._Opening, "_left", [])
 
     @property
     def waiting(self) -> int:
@@ -202,6 +204,7 @@ def test_what_waits_for_a_router_and_was_left_ends_without_a_session(monkeypatch
     slow = SlowZenoh(monkeypatch)
     for options in (HERE, HERE, ELSEWHERE, HERE):
         left(options)
+    until(lambda: slow.calls == 2, "a thread has not begun")
     assert (slow.waiting, slow.calls) == (2, 2)
     slow.there.set()
     until(lambda: [one.close.call_count for one in slow.sessions] == [1, 1], "a session is open")
@@ -255,4 +258,4 @@ def test_a_router_that_comes_later_keeps_no_session_that_was_left(monkeypatch: p
     assert waiting() == 1
     with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
         until(lambda: not waiting(), "a thread still waits")
-        assert sorted(session.is_closed() for session in opened) == [False, True]
+        until(lambda: sorted(session.is_closed() for session in opened) == [False, True], "what was left is open")

@@ -302,7 +302,7 @@ def test_uneven_times_in_a_format_with_one_rate_are_said(to: str, fps: tuple[str
     take = write_take(tmp_path / "phone.mcap", messages_of_track(slower))
     status, _, err = zenocap("export", take, "-o", tmp_path / f"phone.{to}", *fps)
     assert status == 0
-    assert ("the times are uneven, and bvh has one rate: rows are up to 0.49 s" in err) == said, err
+    assert ("the times are uneven" in err) == (f"{to} has one rate: rows are up to 0.49 s" in err) == said, err
 
 
 @pytest.mark.parametrize("to", ["trc", "csv"])

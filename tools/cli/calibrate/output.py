@@ -53,7 +53,7 @@ def write_result(output: Path, force: bool, write: Callable[[Path, bool], object
             try:
                 write(path, not force)
             except FileExistsError:
-                if force:
+                if force or not path.parent.is_dir():  # a file is where the folder was to be
                     raise
                 continue
             if path != output:

@@ -61,7 +61,7 @@ def allow_files() -> None:
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     soft, hard = (sys.maxsize if limit == resource.RLIM_INFINITY else limit for limit in limits)
     if hard < NEEDED_FILES:
-        raise UserError(f"open files = {hard}: allowed: at least {NEEDED_FILES}: ulimit -n {WANTED_FILES}")
+        raise UserError(f"open files = {hard}: allowed: at least {NEEDED_FILES}: the hard limit, see LimitNOFILE")
     if soft < min(WANTED_FILES, hard):
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(WANTED_FILES, hard), limits[1]))
 

@@ -233,7 +233,7 @@ class Supervisor:
         takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading)
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
-        if self._take is None and not (takes or unreadable or asked):
+        if self._take is None and not (takes or asked):  # a file of others is none of this run
             return False
         if not (takes or unreadable or self._has_begun):
             self._print("take: none, the end came before its beginning")

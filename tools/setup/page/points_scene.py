@@ -92,6 +92,8 @@ class ScenePointTask:
             write_scene(scene)
             write_calibration(self._output, dict(solution.cameras), new=self._new)
             self._new = False
+        except FileExistsError as error:
+            raise UserError(f"{self._output}: exists since a moment ago: allowed: move it away, and save again") from error
         except OSError as error:
             raise UserError(f"{error.filename or self._output}: cannot be written: {error.strerror}") from error
         return [str(self._path), str(self._output)]

@@ -126,7 +126,8 @@ def report(found: Verification, elapsed_s: float) -> list[str]:
 
 def data_of(found: Verification, elapsed_s: float) -> dict[str, object]:
     """The content of the report for JSON."""
-    values = asdict(found) | {"reasons": [str(reason) for reason in found.reasons]}
+    counts = {name: dict(getattr(found, name)) for name in ("equal", "different", "unlogged", "unchecked")}
+    values = asdict(found) | counts | {"reasons": [str(reason) for reason in found.reasons]}
     return values | {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
 
 

@@ -195,7 +195,7 @@ function drawGhosts() {
 function chooseSource(source) {
   state.source = source;
   drawGhosts();
-  Object.assign(state, { trail: [], arrivals: [], latencies: [] });
+  Object.assign(state, { trail: [], arrivals: [], latencies: [], pointsRoot: null });
   plots.clear();
   const pose = state.poses.get(source);
   if (pose) showPose(pose);
@@ -214,8 +214,7 @@ function showPose(pose) {
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
   removePointsApart(pose);
-  movePoints(pose);
-  if (!lost) orbit.follow(pose.positions);
+  if (!lost) { movePoints(pose); orbit.follow(pose.positions); }
   const now = performance.now();
   for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
     kept.push(performance.timeOrigin + now - sinceMs);
@@ -239,7 +238,7 @@ function setPoints({ data, captured_ms }) {
   state.pointsMs = performance.now();
   state.pointsCaptured_ms = captured_ms;
   state.points = Float32Array.from(new Int16Array(bytesOf(data).buffer), (millimetres) => millimetres / 1000);
-  state.pointsRoot = pose?.positions.slice(0, 3);
+  state.pointsRoot = pose && !pose.lost.includes('person') ? pose.positions.slice(0, 3) : null;
   scene.setPoints(state.points);
   if (pose && state.feed === 'take') removePointsApart(pose);
 }

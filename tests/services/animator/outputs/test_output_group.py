@@ -52,7 +52,9 @@ def test_an_empty_table_opens_nothing() -> None:
 def test_a_disabled_output_is_not_opened() -> None:
     tables = {"vmc": VmcTable, "udp": UdpTable, "foxglove": FoxgloveTable}
     table = AnimatorTable(outputs={name: kind(enabled=False) for name, kind in tables.items()})
-    assert open_outputs(table, "studio", CLOCK).counts() == {}
+    outputs = open_outputs(table, "studio", CLOCK)
+    outputs.send(stretched("ten-parts"), None)
+    assert outputs.counts() == {}
     assert not has_outputs(table)
     assert has_outputs(AnimatorTable(outputs={"udp": UdpTable()}))
 

@@ -12,6 +12,7 @@ import xxhash
 from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
+from tests.support.live_cameras import until
 from tests.support.processes import PATIENCE_S
 from tests.support.ros_listener import STORE, Received, RosListener, ros_network
 from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
@@ -227,6 +228,7 @@ def test_a_router_that_hangs_delays_the_end_by_a_limit(monkeypatch: pytest.Monke
     output.close()
     assert left == []
     released.set()
+    until(lambda: left == [True], "it was not closed")
 
 
 def test_a_missing_xxhash_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:

@@ -3,6 +3,8 @@
 The take is tracked on this machine: golden takes may come from another type of processor, whose last digits differ.
 """
 
+import json
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -21,7 +23,7 @@ from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
 from zenocap.common.topics import HANDLED
 from zenocap.tools.takes.verify.recompute import verify
-from zenocap.tools.takes.verify.result import Reason, Verification, difference
+from zenocap.tools.takes.verify.result import Reason, Verification, data_of, difference
 
 pytestmark = pytest.mark.slow
 
@@ -199,3 +201,10 @@ def test_the_command_reports_equal_different_and_unchecked(arms: Path, tmp_path:
     status, out, _ = zenocap("verify", cut)
     assert (status, "cut before its end" in out) == (3, True)
     assert zenocap("verify", arms, "--tolerance", "2")[0] == 2
+
+
+def test_the_data_of_a_verification_are_json() -> None:
+    """Counters were none: `--json` ended with a traceback."""
+    found = Verification(equal=Counter({"a/pose": 2}), reasons=[Reason(None, "no model")])
+    data = json.loads(json.dumps(data_of(found, 1.0)))
+    assert (data["equal"], data["different"], data["reasons"]) == ({"a/pose": 2}, {}, ["no model"])

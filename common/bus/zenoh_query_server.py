@@ -42,11 +42,13 @@ class QueryServer(Generic[Q]):
         self._queryable = session.declare_queryable(key, self._enqueue, complete=True)
 
     def undeclare(self) -> None:
-        self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
-        self._stop.set()
-        with suppress(queue.Full):
-            self._queue.put_nowait(None)
-        self._thread.join(ANSWER_S)
+        try:
+            self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        finally:
+            self._stop.set()
+            with suppress(queue.Full):
+                self._queue.put_nowait(None)
+            self._thread.join(ANSWER_S)
 
     def _enqueue(self, query: zenoh.Query) -> None:
         try:

@@ -172,11 +172,13 @@ def close_session(session: zenoh.Session, declared: Iterable[Declared] = ()) -> 
     """Undeclare in this order and close; returns after CLOSE_S at the latest: Zenoh goes on in the background then."""
 
     def close() -> None:
-        for one in declared:
-            with suppress(zenoh.ZError):  # the session has been closed
-                one.undeclare()
-        if not session.is_closed():
-            session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        try:
+            for one in declared:
+                with suppress(zenoh.ZError):  # the session has been closed
+                    one.undeclare()
+        finally:
+            if not session.is_closed():
+                session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
     closing = threading.Thread(target=close, name="zenoh-close", daemon=True)
     closing.start()

@@ -69,7 +69,7 @@ def _write(files: dict[Path, str], *, new: bool) -> None:
         for file, text in files.items():
             write_atomically(file, text.encode(), new=new)
             written.append(file)
-    except FileExistsError:
+    except OSError:
         for file in written if new else ():
             file.unlink(missing_ok=True)
         raise

@@ -62,7 +62,7 @@ def _camera(
         size = np.array([intrinsics[f"W_{name}"].item(), intrinsics[f"H_{name}"].item()])
     elif matrix.shape == (3, 3):
         # EasyMocap omits the size: a principal point near the centre is assumed.
-        size = _usual_size(np.round(2 * matrix[:2, 2] + 1))
+        size = _usual_size(2 * matrix[:2, 2] + 1)
         text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
         warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
     else:
@@ -72,10 +72,15 @@ def _camera(
 
 
 def _usual_size(guess: Floats) -> Floats:
-    """The nearest usual size of a video, also upright; the guess itself, (2,) px, where none is near."""
+    """The nearest usual size of a video, also upright; the guess itself, (2,) px, where none is near.
+
+    And where it is the size of whole even sides: the centre was not estimated.
+    """
+    if not np.any(guess % 2):
+        return guess
     sizes = np.array([side[::step] for side in USUAL_SIZES for step in (1, -1)], dtype=np.float64)
     off = np.abs(guess / sizes - 1.0).max(axis=1)
-    return np.asarray(sizes[np.argmin(off)] if off.min() < NEAR_SIZE else guess)
+    return np.asarray(sizes[np.argmin(off)] if off.min() < NEAR_SIZE else np.round(guess))
 
 
 def easymocap_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y") -> dict[Path, str]:

@@ -80,7 +80,10 @@ class ExportFormat:
         if not (new and self.suffixes):  # a folder replaces none but an empty one
             return write(output, request) or ()
         with new_file(output) as unfinished:
-            return write(unfinished, request) or ()
+            try:
+                return write(unfinished, request) or ()
+            except UserError as error:
+                raise UserError(str(error).replace(str(unfinished), str(output))) from error
 
 
 TRC = ExportFormat("trc", "zenocap.common.formats.trc:export", (".trc",), points=True, confidence=True)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, reading
 from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
 from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
 from zenocap.common.toml_file import read_toml
@@ -174,10 +174,14 @@ def plain_name(text: str) -> str:
 
 
 def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder."""
+    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder.
+
+    Raises UserError for a folder that cannot be read.
+    """
     if not folder.is_dir():
         return []
-    found = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith("."))
+    with reading(folder):
+        found = [path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith(".")]
     return sorted(path for path in found if path.is_file())
 
 

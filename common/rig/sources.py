@@ -203,7 +203,11 @@ class Images(Source):
         return str(self.folder / self.pattern)
 
     def missing(self) -> Mapping[str, str]:
-        return {} if any(self.folder.glob(self.pattern)) else {"source": f"no file matches {self.text}"}
+        return {} if self.files() else {"source": f"no file matches {self.text}"}
+
+    def files(self) -> list[Path]:
+        """The pictures, unsorted, without the files ._NAME that macOS writes beside others."""
+        return [path for path in self.folder.glob(self.pattern) if not path.name.startswith("._") and path.is_file()]
 
     def own_fps(self) -> float | None:
         return IMAGES_FPS

@@ -18,6 +18,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import Summary, read_summary
+from zenocap.common.rig.folder import with_suffix
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.service import received
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic
@@ -87,9 +88,11 @@ class TakePlayer:
     def takes(self) -> pm.TakesUpdate:
         """Return the takes in the folder, newest first."""
         try:
-            found = [(path.stat().st_mtime, path.name, path.stat().st_size) for path in self._folder.glob("*.mcap")]
-        except OSError as error:
-            logger.warning("%s: its takes cannot be listed: %s", self._folder, error.strerror or error)
+            found = [
+                (path.stat().st_mtime, path.name, path.stat().st_size) for path in with_suffix(self._folder, (".mcap",))
+            ]
+        except (OSError, UserError) as error:
+            logger.warning("takes cannot be listed: %s", error)
             found = []
         return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[: parameters.MAX_TAKES]])
 

@@ -15,7 +15,7 @@ from zenocap.tools.cli.suggestions import CommandGroup
 from zenocap.tools.option_groups import add_command
 
 UNWRITTEN = 120  # exit status, as of Python, where the last output could not be written
-OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router
+OPENING_OR_CLOSING = ("zenoh-open", "zenoh-close")  # threads of `common.bus.zenoh_session` that wait for a router
 # Module in this folder of each command, or group of commands, by what its user does.
 COMMANDS: Mapping[str, Mapping[str, str]] = {
     "Set up cameras and machines": {
@@ -98,7 +98,7 @@ def leave(status: int) -> NoReturn:
 
     Zenoh may still deliver a message after its session was closed, and cannot be stopped while it waits for a router.
     """
-    if all(thread.name != OPENER for thread in threading.enumerate()):
+    if all(thread.name not in OPENING_OR_CLOSING for thread in threading.enumerate()):
         with suppress(KeyboardInterrupt):  # a second Ctrl-C
             threading._shutdown()  # type: ignore[attr-defined]  # waits for threads, as processes of multiprocessing do
     atexit._run_exitfuncs()

@@ -56,7 +56,7 @@ def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 def image_frames(source: Images, fps: float, fit: Fit, playback: Playback) -> Iterator[Frame]:
     """Yield the pictures in the order of their numbers, as a video of `fps` frames per second.  Raises SourceError."""
     shown = source.folder / source.pattern
-    paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
+    paths = sorted(source.files(), key=numbered)
     if not paths:
         raise OpenError(f"{shown}: no file matches")
     first, begun = 0, False

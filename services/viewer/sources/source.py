@@ -99,7 +99,7 @@ def frame_count(viewer: Viewer) -> int | None:
     match viewer.source:
         case VideoFile(path=path, initial=initial):
             return sum(declared_frames(file, viewer.fps) for file in (path, initial) if file is not None)
-        case Images(folder=folder, pattern=pattern):
-            return sum(1 for _ in folder.glob(pattern))
+        case Images() as images:
+            return len(images.files())
         case _:
             return None

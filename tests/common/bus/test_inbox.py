@@ -3,6 +3,7 @@
 import logging
 import threading
 from collections.abc import Callable
+from itertools import count
 
 import pytest
 from hypothesis import given
@@ -151,6 +152,17 @@ def test_bad_bytes_are_counted_logged_once_and_dropped(inbox: Inbox, caplog: pyt
     assert drain(inbox) == [("1", 7)]
     assert inbox.counters.rejected == {"invalid": 5}
     assert caplog.text.count("zenocap/r/viewer/1/sighting") == 1
+
+
+def test_invalid_messages_without_end_keep_nobody(inbox: Inbox, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It waited for a valid one as long as others came faster than they were decoded."""
+    times = count(0.0, inbox_module.INVALID_S / 3)
+    monkeypatch.setattr(inbox_module, "monotonic", lambda: next(times))
+    for frame in range(20):
+        inbox.put(SIGHTING.at("r", viewer=str(frame)), SIGHTING, b"x", frame, every=True)
+    put_bap(inbox, 1)
+    assert inbox.take(0.0) is None
+    assert inbox.counters.queued > 10
 
 
 def test_liveliness_changes_are_delivered_as_events(inbox: Inbox) -> None:

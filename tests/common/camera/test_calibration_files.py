@@ -386,7 +386,13 @@ def test_a_note_about_a_file_is_shown_once(tmp_path):
 
 @pytest.mark.parametrize(
     ("principal", "size"),
-    [((975, 528), (1920, 1080)), ((962, 541.5), (1920, 1080)), ((242, 318), (480, 640)), ((900, 600), (1801, 1201))],
+    [
+        ((975, 528), (1920, 1080)),
+        ((962, 541.5), (1920, 1080)),
+        ((242, 318), (480, 640)),
+        ((900, 600), (1801, 1201)),
+        ((327.5, 245.5), (656, 492)),
+    ],
 )
 def test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said(tmp_path, principal, size):
     storage(tmp_path / "extri.yml", {"Rot_left": np.eye(3), "T_left": np.zeros((3, 1))})

@@ -11,7 +11,7 @@ from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_layouts import LAYOUTS, layout_of, readable
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import checked_up_axis
-from zenocap.common.errors import FileNote, UserError, did_you_mean, reading
+from zenocap.common.errors import FileNote, UserError, did_you_mean
 
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 
@@ -33,8 +33,10 @@ def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
         raise UserError(f"{path}: a folder; allowed: a file {readable()}")
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: {readable()}")
-    with reading(path):
+    try:
         cameras = layout_of(path).cameras(path, up_axis)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
     if note := unit_note(list(cameras.values())):
         warnings.warn(f"{path}: {note}", FileNote, stacklevel=2)
     return cameras

@@ -30,7 +30,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import CameraDelays, Health, TrackerPose
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.topics import CAMERA_DELAYS, SILHOUETTE, TRACKER_POSE
+from zenocap.common.topics import CAMERA_DELAYS, SILHOUETTE
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.takes.verify.recompute import verify
 
@@ -107,11 +107,11 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     poses = [pose for pose in messages_in(after_restart, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert poses[0].captured_ns > corrected_ns
     assert len(poses) > 10  # all of them on a machine without other load
-    # The trace of the last second is lost with a kill; after the restart there may be no new estimate.
-    for path, topic, fewest in ((take, CAMERA_DELAYS, len(delays) - 2), (after_restart, TRACKER_POSE, 10)):
-        found = verify([path])
-        assert found.first is None, found.first
-        assert found.equal[topic.at("late")] >= fewest
+    found = verify([take])
+    assert found.first is None, found.first
+    assert found.equal[CAMERA_DELAYS.at("late")] >= len(delays) - 2  # the trace of the last second is lost with a kill
+    # After the restart there may be no new estimate; the tracker began before this take, which cannot recompute it.
+    assert verify([after_restart]).first is None
 
 
 def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def test_other_numbers_of_cameras_are_refused(tmp_path):
 def test_a_calibration_that_another_program_has_made_stays(task, tmp_path):
     (tmp_path / "room.toml").write_text("mine")
     solution = task.solve(placed(task))
-    with pytest.raises(UserError, match=r"room\.toml: cannot be written: File exists"):
+    with pytest.raises(UserError, match=r"room\.toml: exists since a moment ago"):
         task.write(placed(task), solution)
     assert (tmp_path / "room.toml").read_text() == "mine"
     (tmp_path / "room.toml").unlink()

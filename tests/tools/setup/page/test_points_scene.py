@@ -121,7 +121,7 @@ def test_a_file_without_sizes_is_saved_and_names_of_points_are_read_again(name, 
 def test_a_calibration_that_another_program_has_made_stays(task, tmp_path):
     (tmp_path / "room.toml").write_text("mine")
     solution = task.solve(placed())
-    with pytest.raises(UserError, match=r"room\.toml: cannot be written: File exists"):
+    with pytest.raises(UserError, match=r"room\.toml: exists since a moment ago"):
         task.write(placed(), solution)
     assert (tmp_path / "room.toml").read_text() == "mine"
     (tmp_path / "room.toml").unlink()

@@ -16,7 +16,7 @@ from zenocap.common.topics import REQUEST, Queueing, Topic
 MAX_QUEUED = 8192  # queued messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
 MAX_KEYS = 256  # keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
-INVALID_S = 0.1  # for which invalid messages without end keep who takes one; chosen by hand
+INVALID_S = 0.1  # longest delay of `take` by a flood of invalid messages, beyond its own limit; chosen by hand
 MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
 
 
@@ -115,7 +115,7 @@ class Inbox:
             self._ready.notify()
 
     def take(self, timeout_s: float) -> Received | None:
-        """The next valid event; None after `timeout_s`, with invalid messages INVALID_S more, or when woken."""
+        """The next valid event; None after `timeout_s`, INVALID_S later in a flood of invalid ones, or when woken."""
         end_s = monotonic() + timeout_s
         while True:
             with self._ready:

@@ -4,11 +4,12 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.processes import completed
 from tests.support.session_rigs import TRACKED
-from zenocap.tools.judge.parameters import LOST_ERROR_M
+from zenocap.tools.judge.parameters import UNUSABLE_EXPECTED_M, UNUSABLE_LOST
 
 pytestmark = pytest.mark.nightly
 LEAST_S = TRACKED / 15.0  # of the take, with the person tracked
@@ -30,7 +31,9 @@ def check(take: Path, evidence: str, rests_on: str) -> None:
     assert not found["verdict_stored"]
     assert verdict["evidence"] == evidence
     assert (verdict["rating"] == "good") == (not verdict["reasons"]), verdict
-    assert 0 < verdict["error"] < LOST_ERROR_M, verdict
+    lost = np.mean([one["lost"] for one in verdict["stretches"]])
+    unusable = verdict["error"] > UNUSABLE_EXPECTED_M or lost > UNUSABLE_LOST
+    assert (verdict["rating"] == "unusable") == unusable, verdict
     spans_s = [(one["end_ns"] - one["start_ns"]) / 1e9 for one in verdict["stretches"]]
     assert sum(spans_s) > LEAST_S / 2
     text = info(take)

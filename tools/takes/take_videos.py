@@ -46,9 +46,9 @@ class SeekableVideo:
         if time_s < 0:
             return None
         decoded_s = 0.0 if self._last is None else self._last[0]
-        if not decoded_s - self._period_s <= time_s < decoded_s + SOUGHT_S:
-            self._seek(time_s)
         try:
+            if not decoded_s - self._period_s <= time_s < decoded_s + SOUGHT_S:
+                self._seek(time_s)
             while self._last is None or self._last[0] < time_s:
                 frame = next(self._frames, None)
                 if frame is None:
@@ -57,7 +57,7 @@ class SeekableVideo:
             if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
                 return None
             return turned_picture(self._last[1], display_turn(self._last[1])[0])
-        except (FFmpegError, ValueError):  # damaged there
+        except (FFmpegError, ValueError, OpenError):  # damaged there, or gone
             return None
 
     def close(self) -> None:

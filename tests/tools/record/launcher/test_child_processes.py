@@ -221,13 +221,13 @@ def test_no_process_is_restarted_while_stopping() -> None:
 @pytest.mark.core
 def test_a_child_ends_with_its_parent(tmp_path: Path) -> None:
     """A parent that is killed closes the pipe that is its child's standard input."""
-    told = tmp_path / "told"
+    report = tmp_path / "report"
     child = (
         "import time; from pathlib import Path; from zenocap.common.runtime.signals import stop_signals\n"
         "with stop_signals(with_parent=True) as stopped:\n"
-        f"    told = Path({str(told)!r}); told.write_text('runs')\n"
+        f"    report = Path({str(report)!r}); report.write_text('runs')\n"
         "    while not stopped(): time.sleep(0.01)\n"
-        "    told.write_text('stopped')\n"
+        "    report.write_text('stopped')\n"
     )
     parent = (
         "import sys, time; from zenocap.tools.record.launcher.child_processes import spawn\n"
@@ -236,11 +236,11 @@ def test_a_child_ends_with_its_parent(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True) as process:
         try:
             pid = int(process.stdout.readline())
-            until(lambda: told.exists() and is_running(pid), "the start of the child")
+            until(lambda: report.exists() and is_running(pid), "the start of the child")
         finally:
             process.kill()
     until(lambda: not is_running(pid), "the end of the child")
-    assert told.read_text() == "stopped"
+    assert report.read_text() == "stopped"
 
 
 @pytest.mark.core

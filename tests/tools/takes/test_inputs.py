@@ -105,3 +105,8 @@ def test_many_gaps_are_summed_up() -> None:
         f"a: no frames from {a:.2f} to {a + 4 * PERIOD:.2f} s, 3 missing" for a in (4 / 30, 24 / 30, 44 / 30)
     ]
     assert notes[3] == "a: 7 more gaps, 21 frames missing"
+
+
+def test_the_rate_is_that_of_the_camera_where_the_container_rounds_times() -> None:
+    """Matroska has milliseconds: the median interval of 30 frames/s is 33 ms."""
+    assert timing_of([round(1000 * k / 30) * 1_000_000 for k in range(90)]).rate == pytest.approx(30.0, rel=1e-3)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.services.viewer.sources.test_sources import FakeTime, S, live, offline
 from zenocap.common.errors import OpenError, SizeMismatch
 from zenocap.common.rig.source_kinds import parse_source
-from zenocap.common.rig.sources import Rendered, SpecError
+from zenocap.common.rig.sources import Images, Rendered, SpecError
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
 from zenocap.services.viewer.sources.resize import Fit
 
@@ -76,3 +76,11 @@ def test_too_large_pictures_are_refused_before_one_is_read(tmp_path: Path) -> No
     np.lib.format.open_memmap(path, mode="w+", dtype=np.uint8, shape=(1, 8193, 8192, 3))
     with pytest.raises(OpenError, match=r"large\.npy: pictures of 8192 x 8193 px: allowed: at most 67108864 pixels"):
         next(rendered_frames(Rendered(path, 10.0), 10.0, FIT, offline()))
+
+
+def test_hidden_files_of_macos_are_no_pictures(tmp_path: Path) -> None:
+    """They end in .png too, and came first."""
+    (tmp_path / "._1.png").write_bytes(b"Mac OS X")
+    assert "source" in Images(tmp_path, "*.png").missing()
+    (tmp_path / "1.png").touch()
+    assert Images(tmp_path, "*.png").files() == [tmp_path / "1.png"]

@@ -45,6 +45,7 @@ logger = logging.getLogger(__name__)
 
 ID = "main"
 FAILED = 1
+JOIN_S = 0.2  # a signal that comes just before a wait without end is handled after it; chosen by hand
 SOURCES: dict[Source, Topic] = {"integrator": UNIVERSAL_BAP, "tracker": TRACKER_POSE}
 
 
@@ -133,7 +134,8 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        while thread.is_alive():
+            thread.join(JOIN_S)
     return max(statuses)
 
 

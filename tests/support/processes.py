@@ -16,6 +16,7 @@ from typing import TypeVar
 from tests.support.places import ROOT
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import TakeReader
+from zenocap.common.runtime.signals import STACKS
 from zenocap.common.topics import UNIVERSAL_BAP
 from zenocap.tools.takes.verify.recompute import Verification, verify
 
@@ -23,6 +24,7 @@ PATIENCE_S = 150.0  # time limit for reaching a state, which only a hang exceeds
 M = TypeVar("M", bound=m.Message)
 ZENOCAP = (sys.executable, "-P", "-m", "zenocap")
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+_open: dict[Path, list[subprocess.Popen[str]]] = {}  # what `started` has begun, by folder
 
 
 @contextmanager
@@ -42,9 +44,11 @@ def started(
             [*zenocap, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
         )
         signal.signal(signal.SIGINT, before)
+        _open.setdefault(folder, []).append(process)
         try:
             yield process
         finally:
+            _open[folder].remove(process)
             if process.poll() is None:
                 process.kill()
                 process.wait()
@@ -68,9 +72,13 @@ def run(folder: Path, *arguments: object, answers: str = "") -> tuple[int, str]:
     return done.returncode, text
 
 
-def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM) -> int:
-    """Exit status of a process after a signal."""
-    process.send_signal(by)
+def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM, *, in_thread: bool = False) -> int:
+    """Exit status of a process after a signal.
+
+    in_thread: that another thread than the main one receives, as happens by chance (Linux; else the process).
+    """
+    threads = Path(f"/proc/{process.pid}/task")
+    os.kill(max(int(path.name) for path in threads.iterdir()) if in_thread and threads.is_dir() else process.pid, by)
     return process.wait(PATIENCE_S)
 
 
@@ -83,15 +91,24 @@ def wait_until(
     reached: Callable[[], bool], folder: Path, patience_s: float = PATIENCE_S,
     running: Sequence[subprocess.Popen[str]] = (),
 ) -> None:  # fmt: skip
-    """Wait until `reached`; fails with the output of the processes in `folder` after `patience_s` seconds.
+    """Wait until `reached`; fails with the output and the stacks of the processes in `folder` after `patience_s` seconds.
 
     running: processes whose end fails at once.
     """
     end_s = time.monotonic() + patience_s
     while not reached():
-        assert time.monotonic() < end_s, output_of(folder)
+        assert time.monotonic() < end_s, _stacks_of(folder)
         assert all(process.poll() is None for process in running), output_of(folder)
         time.sleep(0.05)
+
+
+def _stacks_of(folder: Path) -> str:
+    """Output of all processes of a folder, after those that run were asked for their stacks."""
+    if STACKS is not None:
+        for process in _open.get(folder, []):
+            process.send_signal(STACKS)
+        time.sleep(1.0)
+    return output_of(folder)
 
 
 def last_line(folder: Path) -> str:

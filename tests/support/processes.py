@@ -72,13 +72,13 @@ def run(folder: Path, *arguments: object, answers: str = "") -> tuple[int, str]:
     return done.returncode, text
 
 
-def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM, *, in_thread: bool = False) -> int:
-    """Exit status of a process after a signal.
+def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM) -> int:
+    """Exit status of a process after a signal, which on Linux another thread than the main one receives.
 
-    in_thread: that another thread than the main one receives, as happens by chance (Linux; else the process).
+    That happens by chance, and wakes no main thread that waits without end.
     """
     threads = Path(f"/proc/{process.pid}/task")
-    os.kill(max(int(path.name) for path in threads.iterdir()) if in_thread and threads.is_dir() else process.pid, by)
+    os.kill(max(int(path.name) for path in threads.iterdir()) if threads.is_dir() else process.pid, by)
     return process.wait(PATIENCE_S)
 
 

@@ -85,7 +85,7 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
                     publish(bus, frame, pose)
             for bus, names in performed.items():
                 assert tuple(awaited(bus, m.Posture).label for _ in names) == names
-            assert ended(process, in_thread=True) == 1, output_of(tmp_path)
+            assert ended(process) == 1, output_of(tmp_path)
     text = output_of(tmp_path)
     assert "recognizer main of rig three is already running" in text
     assert "rig three: its recognizer has stopped; the others continue" in text

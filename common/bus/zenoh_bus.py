@@ -22,7 +22,7 @@ from zenocap.common.bus.zenoh_claims import Claims
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
 from zenocap.common.bus.zenoh_query_server import QueryServer
-from zenocap.common.bus.zenoh_session import Declared, ZenohOptions, close_session, open_session
+from zenocap.common.bus.zenoh_session import Declared, Reach, ZenohOptions, close_session, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.closable import Closable
 from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
@@ -53,11 +53,11 @@ class ZenohBus(Closable):
 
     def __init__(
         self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None,
-        only: zenoh.KeyExpr | None = None, certificate: Path | None = None,
+        only: zenoh.KeyExpr | None = None, certificate: Path | None = None, connect: Collection[str] = (),
     ) -> None:  # fmt: skip
         """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
 
-        certificate: own one, whose expiry is counted.
+        certificate: own one, whose expiry is counted.  connect: addresses of which one is to be reached.
         """
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
@@ -73,6 +73,7 @@ class ZenohBus(Closable):
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[Declared] = []
         self._claims: list[Claims] = []
+        self._reach = Reach(session, connect)
         self._duplicate: DuplicateService | None = None
         self._asked = 0
         self._expiry = Expiry(certificate, logger) if certificate is not None else None
@@ -84,7 +85,7 @@ class ZenohBus(Closable):
         """Raises BusError as `open_session` does, and ValueError for a bad rig name."""
         checked_name("rig", rig)
         certificate = options.security.certificate if options.security else None
-        return cls(open_session(options, stopped), rig, clock, certificate=certificate)
+        return cls(open_session(options, stopped), rig, clock, certificate=certificate, connect=options.connect)
 
     @property
     def rig(self) -> str:
@@ -238,6 +239,7 @@ class ZenohBus(Closable):
     def receive(self, timeout_s: float) -> Received | None:
         for claims in self._claims:
             claims.check()
+        self._reach.check()
         event = None if self._duplicate else self._inbox.take(timeout_s)
         if self._duplicate:
             raise self._duplicate

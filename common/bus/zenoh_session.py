@@ -3,6 +3,7 @@
 import errno
 import json
 import logging
+import math
 import socket
 import threading
 import time
@@ -23,6 +24,8 @@ logger = logging.getLogger(__name__)
 Mode = Literal["peer", "client", "router"]
 HOST = "127.0.0.1"
 PORTS = range(20_000, 32_768)  # below those that systems give to connections and to programs that ask for any port
+REACH_S = 10.0  # without any participant, until it is said: the parts of a rig start at different times; chosen by hand
+REACH_PERIOD_S = 0.5  # between two looks, chosen by hand
 CLOSE_S = 1.0  # to leave a network; a router that hangs keeps Zenoh for 7 s; chosen by hand
 
 # Chosen for a rig: a frozen machine is detected after 2 s, a restarted router found within 0.5 s, and a service may
@@ -160,6 +163,36 @@ class _Opening:
     def _close(self) -> None:
         if not isinstance(self.outcome, BaseException):
             close_session(self.outcome)
+
+
+class Reach:
+    """Says it when no address of a peer has been reached, and when one is.
+
+    Zenoh goes on trying and says nothing: a service with a false address runs alone.
+    """
+
+    def __init__(self, session: zenoh.Session, connect: Collection[str]) -> None:
+        """connect: the addresses; with none there is nothing to say."""
+        self._info, self._where = session.info, ", ".join(connect)
+        self._started_s = time.monotonic()
+        self._due_s = self._started_s + REACH_S if connect else math.inf
+        self._said = False
+
+    def check(self) -> None:
+        """Look if it is time; called by the thread of the bus, several times a second."""
+        now_s = time.monotonic()
+        if now_s < self._due_s:
+            return
+        self._due_s = now_s + REACH_PERIOD_S
+        if self._info.peers_zid() or self._info.routers_zid():
+            self._due_s = math.inf
+            if self._said:
+                logger.info("reached another participant after %.0f s", now_s - self._started_s)
+        elif not self._said:
+            self._said = True
+            logger.warning(
+                "no other participant reached at %s in %.0f s; is one running there? Trying goes on", self._where, REACH_S
+            )
 
 
 class Declared(Protocol):

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import logging
 import socket
 import threading
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import pytest
 import zenoh
 
 from tests.support.live_cameras import until
+from tests.support.networks import free_endpoint, listener
 from tests.support.processes import PATIENCE_S
 from zenocap.common.bus import zenoh_session
 from zenocap.common.bus.protocol import BusError
@@ -21,7 +23,7 @@ from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_router import router
 from zenocap.common.bus.zenoh_session import HOST, PORTS, ZenohOptions, configuration, free_ports, open_session
 from zenocap.common.closable import Closable
-from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.clock import ManualClock, RealClock
 
 
 def setting(options: ZenohOptions, key: str) -> object:
@@ -110,6 +112,26 @@ def test_a_router_runs_until_stopped() -> None:
     stop_requested = iter([False] * 20 + [True] * 100)
     options = ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False)
     assert router(lambda _: options, lambda: next(stop_requested)) is None
+
+
+@pytest.mark.core
+def test_a_peer_says_that_it_has_reached_no_participant_and_when_it_does(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A false address of a peer was never named: the service ran alone."""
+    caplog.set_level(logging.INFO, logger="zenocap")
+    monkeypatch.setattr(zenoh_session, "REACH_S", 0.3)
+    endpoint = free_endpoint()
+
+    def said(word: str) -> bool:
+        lone.receive(0.05)
+        return word in caplog.text
+
+    with ZenohBus.open(ZenohOptions("peer", (endpoint,), multicast_scouting=False), "studio", RealClock()) as lone:
+        until(lambda: said(f"no other participant reached at {endpoint}"), "nothing was said")
+        with ZenohBus.open(listener(endpoint), "studio", RealClock()):
+            until(lambda: said("reached another participant after"), "nothing was said")
+    assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
 
 
 MEMBERS = {"bus": lambda session: ZenohBus(session, "studio", ManualClock(1)), "film": FilmSession}

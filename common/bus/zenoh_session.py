@@ -4,6 +4,7 @@ import errno
 import json
 import logging
 import math
+import os
 import socket
 import threading
 import time
@@ -44,6 +45,10 @@ TUNED = {
     "connect/timeout_ms": "-1",
     "connect/exit_on_failure": "false",
 }
+
+# Zenoh's threads for its network are one by default.  Where peers come and go, it waits for a lock whose owner waits for
+# that thread (zenoh issue 2581): no session of the process connects any more, and nothing is said.
+os.environ.setdefault("ZENOH_RUNTIME", "(net: (worker_threads: 8))")
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ TUNED = {
 
 # Zenoh's threads for its network are one by default.  Where peers come and go, it waits for a lock whose owner waits for
 # that thread (zenoh issue 2581): no session of the process connects any more, and nothing is said.
-os.environ.setdefault("ZENOH_RUNTIME", "(net: (worker_threads: 8))")
+os.environ.setdefault("ZENOH_RUNTIME", "(net: (worker_threads: 4))")
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ COUNTS = (5, 10, 20)  # of Fig. 4 and 8; 40 and 80 need more than 100 training f
 SIZE, VIEWS, CORNERS = (640, 480), 7, 64  # px; cameras; points of an ellipse, which is then exact to 0.1 % of its radius
 T_POSE_S, LOWERING_S = 0.5, 1.5
 FROM_S = 0.05  # of a file, whose first frame is often a rest pose
+CIRCLE_M = 1.0  # radius of the way that is walked, about the middle of the room; chosen by hand
 CYCLE_S = 0.5  # the shortest part of a file that is repeated
 
 
@@ -64,7 +65,7 @@ def cylinder_clip(motion: str, seed: int, tested: int | None = None) -> Cylinder
 
 
 def prior_of(motion: str, seed: int, regions: int = REGIONS, *, test: bool = False) -> Prior:
-    """Prior of the frames of a motion just before the test frames, which are not filmed.  It has the errors of COUNTS.
+    """Prior of the first frames of a motion file, which are not filmed.  It has the errors of COUNTS.
 
     test: of as many of the first test frames instead.
     """
@@ -75,26 +76,49 @@ def prior_of(motion: str, seed: int, regions: int = REGIONS, *, test: bool = Fal
 
 @cache
 def _training_and_test(motion: str, seed: int) -> tuple[list[Pose], list[Pose]]:
-    count = TRAINING_FRAMES + TEST_FRAMES[motion]
-    poses = repeated_motion(SHARED / motion_file(MOTIONS[motion]), true_bdp(person(seed)), count)
-    return poses[:TRAINING_FRAMES], poses[TRAINING_FRAMES:]
+    body = true_bdp(person(seed))
+    rows, velocity = captured_rows(SHARED / motion_file(MOTIONS[motion]), body)
+    training = min(TRAINING_FRAMES, len(rows) // 2)
+    parts = ((rows[:training], TRAINING_FRAMES), (rows[training:], TEST_FRAMES[motion]))
+    before, after = (
+        [_standing(body, _pose(body, row)) for row in _on_circle(_repeated(part, count), velocity)] for part, count in parts
+    )
+    return before, after
 
 
-def repeated_motion(path: Path, body: Bdp, count: int) -> list[Pose]:
-    """`count` poses of a body at CYCLE_FPS with the joint angles of a file, on the spot and on the floor y = 0.
-
-    A shorter file is repeated: from the part between two alike poses, which the difference of these is spread over.
-    """
+def captured_rows(path: Path, body: Bdp) -> tuple[Floats, Floats]:
+    """Rows (n, 6 + d) of a body at CYCLE_FPS with the motion of a file, on the spot; velocity (2,) in x and z, m a frame."""
     found = read_poses_for(path, TEN_PARTS)
     times = np.arange(FROM_S, (len(found.poses) - 1) / found.rate, 1.0 / CYCLE_FPS)
     known = [one for k in np.rint(times * found.rate).astype(int) if (one := found.poses[k]) is not None]
     rows = _rows(body, known)
     time = np.arange(len(rows)) - (len(rows) - 1) / 2
-    for axis in (0, 2):  # on the spot
-        rows[:, axis] -= rows[:, axis].mean() + time * (time @ rows[:, axis]) / (time @ time)
-    if len(rows) < count:
-        rows = _cycle(rows, count)
-    return [_standing(body, _pose(body, row)) for row in rows[:count]]
+    places = rows[:, [0, 2]]
+    velocity: Floats = time @ places / (time @ time)
+    rows[:, [0, 2]] = places - places.mean(axis=0) - time[:, None] * velocity
+    return rows, velocity
+
+
+def _repeated(rows: Floats, count: int) -> Floats:
+    """(count, n) rows.  Too few are repeated: the part between two alike rows, over which their difference is spread."""
+    return (rows if len(rows) >= count else _cycle(rows, count))[:count]
+
+
+def _on_circle(rows: Floats, velocity: Floats) -> Floats:
+    """The rows on a circle about the origin with the speed of a velocity (2,), m a frame, which is that of the first row.
+
+    The people of the paper walk and jog round their room.
+    """
+    speed = float(np.linalg.norm(velocity))
+    ahead = velocity / max(speed, 1e-9)
+    from_centre = CIRCLE_M * np.array([-ahead[1], 0.0, ahead[0]])  # the way turns about +Y, which is to the left
+    found, turn, own, step = rows.copy(), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for k, row in enumerate(rows):
+        vector_to_matrix(np.array([0.0, k * speed / CIRCLE_M, 0.0]), turn)
+        vector_to_matrix(row[3:6], own)
+        matrix_to_vector(turn @ own, step)
+        found[k, :3], found[k, 3:6] = turn @ (from_centre + row[:3]), step
+    return found
 
 
 def _standing(body: Bdp, pose: Pose) -> Pose:

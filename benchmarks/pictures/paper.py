@@ -13,6 +13,7 @@ from benchmarks.people.tracker import offsets, trajectories
 from benchmarks.pictures.plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
 from benchmarks.pictures.views import ESTIMATED, TRUTH, pose_view
 from zenocap.common.arrays import Image
+from zenocap.common.errors import UserError
 
 # Paper (open): which angle of the right shoulder, a ball joint; its elevation.
 ANGLES_SHOWN = {
@@ -133,7 +134,10 @@ def _case(method: str, motion: str) -> Case:
 
 def _stored(case: str, column: str) -> tuple[float, float]:
     """Figure and worst seed of a stored result.  Raises UserError without one."""
-    values = [float("nan") if one is None else one for one in load_all()[REPLICATION.name].row(case).figures[column]]
+    results = load_all().get(REPLICATION.name)
+    if results is None:
+        raise UserError(f"{REPLICATION.name}: no results: allowed: after `python -m benchmarks {REPLICATION.name} --publish`")
+    values = [float("nan") if one is None else one for one in results.row(case).figures[column]]
     return values[0], values[-1]
 
 

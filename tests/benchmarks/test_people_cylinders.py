@@ -1,11 +1,14 @@
 """People made of cylinders: exact silhouettes, motion that repeats; and the cases of the replication."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
 from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM
-from benchmarks.cases.replication import CAUSES, FEWER, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE
-from benchmarks.people.cylinders import COUNTS, CYCLE_FPS, CYCLE_S, MOTIONS, REGIONS, TEST_FRAMES, silhouette
+from benchmarks.cases.replication import CAUSES, FEWER, HEADING, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE, setup_of
+from benchmarks.people import cylinders
+from benchmarks.people.cylinders import CIRCLE_M, COUNTS, CYCLE_FPS, CYCLE_S, MOTIONS, REGIONS, TEST_FRAMES, silhouette
 from benchmarks.people.cylinders import _cycle as cycle
 from benchmarks.people.simulated_clips import cameras_of
 from tests.support.two_view_scene import BDP, angles
@@ -13,6 +16,8 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
+from zenocap.common.body.rotations import vector_to_matrix
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.simulation.body.person import person
 
 STEPS = np.arange(2.5, 7.0, 0.002)  # m along a line of sight
@@ -50,6 +55,39 @@ def test_a_short_motion_goes_on_without_a_leap() -> None:
     assert np.abs(np.diff(found, axis=0)).max() < 1.5 * np.abs(np.diff(rows, axis=0)).max()
     apart = np.linalg.norm(found[round(CYCLE_S * CYCLE_FPS) :, 3:] - found[0, 3:], axis=1)
     assert apart.min() < 0.05  # it does come back
+
+
+def test_the_way_is_a_circle_walked_forwards_at_the_speed_of_the_file() -> None:
+    rows, velocity = np.zeros((200, 6)), np.array([0.012, -0.016])
+    found = cylinders._on_circle(rows, velocity)
+    assert np.linalg.norm(found[:, [0, 2]], axis=1) == pytest.approx(CIRCLE_M)
+    steps = np.diff(found[:, :3], axis=0)
+    assert np.linalg.norm(steps, axis=1) == pytest.approx(0.02, rel=1e-3)
+    assert steps[0, [0, 2]] / 0.02 == pytest.approx(velocity / 0.02, abs=0.02)
+    turn = np.empty((3, 3))
+    vector_to_matrix(found[100, 3:6], turn)  # of a person who looks along the velocity first
+    assert turn @ [0.6, 0.0, -0.8] == pytest.approx(steps[100] / 0.02, abs=0.02)
+
+
+def test_the_prior_is_of_other_frames_than_the_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both were one period of a short file, repeated."""
+    rows = np.concatenate([np.zeros((90, 6)), np.arange(90)[:, None] + np.zeros((90, 19))], axis=1) * 1e-3
+    monkeypatch.setattr(cylinders, "captured_rows", lambda path, body: (rows, np.array([0.0, 0.02])))
+    monkeypatch.setattr(cylinders, "_pose", lambda body, row: row)
+    monkeypatch.setattr(cylinders, "_standing", lambda body, pose: pose)
+    training, tested = (np.array(part)[:, 6] for part in cylinders._training_and_test.__wrapped__("jogging", PEOPLE[0]))
+    assert (len(training), len(tested)) == (100, TEST_FRAMES["jogging"])
+    assert training.max() < 0.045 <= tested.min()
+
+
+def test_the_person_faces_the_side_that_the_method_is_told() -> None:
+    """Ten parts have no feet: without it, the front of the T-pose is chance."""
+    clip = Mock(film=Mock(cameras={}, frame_ns=1))
+    first = cylinders._opening(BDP, Pose(np.array([0.3, 1.0, 0.0]), angles(navel_y=140.0)))[0]
+    front = RootedPose.of(TEN_PARTS, BDP, first).rotation[:, 2]
+    for name, one in REPLICATION.selected(["image-force"]).items():
+        assert setup_of(one, clip).options.heading == (HEADING if T_POSE in name else None)
+    assert front == pytest.approx([np.sin(HEADING), 0.0, np.cos(HEADING)], abs=1e-6)
 
 
 def test_the_replication_has_all_methods_laws_and_starts_and_the_papers_table_has_its_numbers_of_frames() -> None:

@@ -50,6 +50,7 @@ def group_forces(
         scene_point(rays, i, point, normal)
         part = corresponding_part(model, frames, capsules, by, parts[i], point, normal, found, best)
         parts[i] = part
+        # Paper (added): with the square, a point farther than RESIDUAL_LIMIT_M from every part exerts no force.
         if not best[0] < limit:
             continue
         # Paper (open): rho of a negative mF; 0, so that surfaces that face away from each other exert no force.

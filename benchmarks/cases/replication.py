@@ -121,7 +121,9 @@ def _cases() -> dict[str, Case]:
                 name = f"{method}{'' if law is None else f', {law}'}, {start}, {'all' if main else FEWER} frames, {motion}"
                 found[name] = case(motion, **options)
     regions: dict[str, Mapping[str, Value]] = {f"M = {count}": {"regions": count} for count in COUNTS if count != REGIONS}
-    causes = [("hybrid", *row) for row in (regions | dict(CAUSES)).items()] + [("image-force", *row) for row in OF_FORCE.items()]
+    causes = [("hybrid", *row) for row in (regions | dict(CAUSES)).items()] + [
+        ("image-force", *row) for row in OF_FORCE.items()
+    ]
     for (method, changed, values), motion in product(causes, MOTIONS):
         name = f"{method}, {changed}, {TRUE_POSE}, {FEWER} frames, {motion}"
         found[name] = case(motion, method=method, start=TRUE_POSE, tested=FEWER, **values)

@@ -87,7 +87,7 @@ def _training_and_test(motion: str, seed: int) -> tuple[list[Pose], list[Pose]]:
 
 
 def captured_rows(path: Path, body: Bdp) -> tuple[Floats, Floats]:
-    """Rows (n, 6 + d) of a body at CYCLE_FPS with the motion of a file, on the spot; velocity (2,) in x and z, m a frame."""
+    """Rows (n, 6 + d) of a body at CYCLE_FPS with a motion on the spot; velocity (2,) in x and z, m a frame."""
     found = read_poses_for(path, TEN_PARTS)
     times = np.arange(FROM_S, (len(found.poses) - 1) / found.rate, 1.0 / CYCLE_FPS)
     known = [one for k in np.rint(times * found.rate).astype(int) if (one := found.poses[k]) is not None]

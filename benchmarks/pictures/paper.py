@@ -136,7 +136,9 @@ def _stored(case: str, column: str) -> tuple[float, float]:
     """Figure and worst seed of a stored result.  Raises UserError without one."""
     results = load_all().get(REPLICATION.name)
     if results is None:
-        raise UserError(f"{REPLICATION.name}: no results: allowed: after `python -m benchmarks {REPLICATION.name} --publish`")
+        raise UserError(
+            f"{REPLICATION.name}: no results: allowed: after `python -m benchmarks {REPLICATION.name} --publish`"
+        )
     values = [float("nan") if one is None else one for one in results.row(case).figures[column]]
     return values[0], values[-1]
 

@@ -43,6 +43,7 @@ SIZE, VIEWS, CORNERS = (640, 480), 7, 64  # px; cameras; points of an ellipse, w
 T_POSE_S, LOWERING_S = 0.5, 1.5
 FROM_S = 0.05  # of a file, whose first frame is often a rest pose
 CIRCLE_M = 1.0  # radius of the way that is walked, about the middle of the room; chosen by hand
+WALKS_MPS = 0.3  # slower, a person stands in the middle; chosen by hand
 CYCLE_S = 0.5  # the shortest part of a file that is repeated
 
 
@@ -107,9 +108,11 @@ def _repeated(rows: Floats, count: int) -> Floats:
 def _on_circle(rows: Floats, velocity: Floats) -> Floats:
     """The rows on a circle about the origin with the speed of a velocity (2,), m a frame, which is that of the first row.
 
-    The people of the paper walk and jog round their room.
+    The people of the paper walk and jog round their room.  One who stands, such as a boxer, stays at the origin.
     """
     speed = float(np.linalg.norm(velocity))
+    if speed * CYCLE_FPS < WALKS_MPS:
+        return rows
     ahead = velocity / max(speed, 1e-9)
     from_centre = CIRCLE_M * np.array([-ahead[1], 0.0, ahead[0]])  # the way turns about +Y, which is to the left
     found, turn, own, step = rows.copy(), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)

@@ -67,6 +67,7 @@ def test_the_way_is_a_circle_walked_forwards_at_the_speed_of_the_file() -> None:
     turn = np.empty((3, 3))
     vector_to_matrix(found[100, 3:6], turn)  # of a person who looks along the velocity first
     assert turn @ [0.6, 0.0, -0.8] == pytest.approx(steps[100] / 0.02, abs=0.02)
+    assert np.array_equal(cylinders._on_circle(rows, 0.2 * velocity), rows)
 
 
 def test_the_prior_is_of_other_frames_than_the_test(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -111,7 +111,7 @@ def test_a_camera_that_cannot_be_compared_is_named_and_is_not_called_unmoved():
 
 
 def test_few_instants_are_refused():
-    with pytest.raises(ValueError, match="seen by two cameras at 5 instants: allowed: 12 or more"):
+    with pytest.raises(ValueError, match="seen by two cameras in 5 frame sets: allowed: 12 or more"):
         drift_of(CAMERAS, instants(CAMERAS, CAMERAS, 5))
 
 

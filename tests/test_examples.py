@@ -1,4 +1,4 @@
-"""Examples run and are short; they, and the tables that packages extend, are shown in the documentation."""
+"""Examples run, are short, and are documented, as are the tables that packages extend."""
 
 import re
 import runpy

@@ -1,5 +1,6 @@
 """Budgets of the house: tests/budgets.toml has the figures."""
 
+import ast
 import re
 import tomllib
 from collections.abc import Mapping
@@ -50,6 +51,11 @@ def test_a_page_keeps_its_budget(page: Path) -> None:
     assert house.words(page) <= BUDGETS["words"].get(str(page.relative_to(ROOT)), BUDGETS["words"]["another page"])
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_sentences_of_a_page_keep_their_budget(page: Path) -> None:
+    assert [one for one in house.sentences(page) if len(one.split()) > BUDGETS["words"]["a sentence"]] == []
+
+
 def test_the_documentation_keeps_its_budget() -> None:
     assert house.words(*(ROOT / "docs").glob("*.md")) <= BUDGETS["words"]["docs"]
 
@@ -67,6 +73,21 @@ def test_the_first_line_of_a_module_is_a_short_noun_phrase() -> None:
     assert len(first) > 1_000
     astray = [str(path) for path, line in first.items() if len(line) > FIRST or ASKING.match(line)]
     assert astray == []
+
+
+@pytest.mark.slow
+def test_texts_of_the_package_say_frame_sets() -> None:
+    """Strings with more than one word; docstrings are for those who read the code."""
+    instants = []
+    for path in house.sources(ROOT, *house.PACKAGE):
+        if "instant" not in (text := path.read_text(encoding="utf-8")):
+            continue
+        nodes = list(ast.walk(ast.parse(text)))
+        docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
+        for node in nodes:
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in docstrings:
+                instants += re.findall(r".*(?: instants?\b|\binstants? ).*", node.value)
+    assert instants == []
 
 
 @pytest.mark.slow

@@ -1,19 +1,25 @@
-"""The numbered examples run, are short, and are shown in the documentation."""
+"""Examples run, are short, and are documented, as are the tables that packages extend."""
 
+import re
 import runpy
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import zenocap
+from tests.measures.house import PACKAGE, sources
 from tests.support.places import CLIPS, GOLDEN, ROOT
+from zenocap.common.table import Table
 
 EXAMPLES = sorted((ROOT / "examples").glob("[0-9]*.py"))
+PACKAGES = sorted(path.parent for path in (ROOT / "examples" / "plugin").glob("*/pyproject.toml"))
 PAGE = ROOT / "docs" / "examples.md"
+EXTEND = ROOT / "docs" / "extend.md"
 Run = Callable[..., str]
 
 
@@ -44,6 +50,25 @@ def test_there_are_eleven_examples() -> None:
 def test_example_is_short_and_shown_in_the_documentation(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
     assert f'```{{.python}}\n--8<-- "examples/{path.name}"\n```' in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("folder", PACKAGES, ids=lambda path: path.name)
+def test_example_package_is_shown_in_the_documentation(folder: Path) -> None:
+    included = f'```{{.python}}\n--8<-- "examples/plugin/{folder.name}/{folder.name}.py"\n```'
+    assert included in EXTEND.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow  # seven modules are imported
+def test_tables_that_packages_extend_are_documented() -> None:
+    tables = []
+    for path in sources(ROOT, *PACKAGE):
+        for name in re.findall(r"^(\w+)(?:: [^=\n]+)? = Table\(", path.read_text(encoding="utf-8"), re.MULTILINE):
+            module = import_module(".".join(("zenocap", *path.relative_to(ROOT).with_suffix("").parts)))
+            tables.append(getattr(module, name))
+    assert len(tables) >= len(PACKAGES) > 5
+    assert all(isinstance(table, Table) for table in tables)
+    rows = [f"| `{table.group}` | `{table.kind.__module__}.{table.kind.__qualname__}` |" for table in tables]
+    assert [row for row in rows if row not in EXTEND.read_text(encoding="utf-8")] == []
 
 
 @pytest.mark.nightly

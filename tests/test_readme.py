@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.documentation import ALL, COMMANDS, LINES, PAGES, TEXTS, command_of, parse
+from tests.support.documentation import ALL, COMMANDS, LINES, PAGES, TEXTS, command_of, parse, sections
 from tests.support.places import ROOT
 from zenocap.common.topics import TOPICS
 
 WIRE = TEXTS[ROOT / "docs" / "wire.md"]
+CODE = TEXTS[ROOT / "docs" / "code.md"]
 REFUSED = {
     "zenocap trak walk -o walk.mcap": "did you mean zenocap track",
     "zenocap calibrate bord films --square 35": "No such command 'bord'",
@@ -67,10 +68,13 @@ def test_every_named_file_exists() -> None:
     assert [file for file in files if not (ROOT / file).is_file()] == []
 
 
-def anchors(page: Path) -> set[str]:
-    """Link targets of a page's headings."""
-    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+def test_the_map_of_the_code_has_every_room() -> None:
+    shown = CODE.split("```")[1]
+    folders = {path.parent for layer in ("common", "services", "tools") for path in (ROOT / layer).glob("*/__init__.py")}
+    modules = {path for path in (ROOT / "tools").glob("*.py") if path.stem != "__init__"}
+    assert len(folders) > 25
+    assert [path.name for path in folders if f"\n  {path.name}/ " not in shown] == []
+    assert [path.stem for path in modules if not re.search(rf"^  (\w+ · )?{path.stem} ", shown, re.MULTILINE)] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -80,7 +84,7 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
         file, _, anchor = link.partition("#")
         target = (page.parent / file).resolve() if file else page
         assert target.is_file(), f"{page.name}: {link}"
-        assert not anchor or anchor in anchors(target), f"{page.name}: {link}"
+        assert not anchor or anchor in sections(target), f"{page.name}: {link}"
 
 
 def test_every_page_is_linked_from_the_readme() -> None:

@@ -62,8 +62,8 @@ RATE_LEVELS = (
     (1, 12), (1, 15), (1, 18), (1, 22), (1, 27), (1, 33), (1, 40), (1, 50), (1, 60), (1, 75), (1, 90), (1, 110), (1, 135),
     (1, 165), (1, 200),
 )  # fmt: skip
-# Shares of the tracker's points and particles.  Measured (docs/measured.md): 20 particles are as good as 40; with 100 of
-# 400 points the arms are lost.
+# Shares of the tracker's points and particles.  Measured (docs/measured.md at commit 8523d15f): 20 particles are as good
+# as 40; with 100 of 400 points the arms are lost.
 DETAIL_LEVELS = (1.0, 0.5)
 # Share of the frame sets lost, in two decisions in a row, above which a level fails: one level costs 0.2; chosen by hand.
 LOST = 0.10

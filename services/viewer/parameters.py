@@ -24,7 +24,7 @@ PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the cr
 MIXTURE_NOISE = 2.0  # grey levels of noise where the background is mog2, which has no noise of its own; chosen by hand
 PEOPLE_SMALLEST_PX = 48  # px, smallest side of a crop; chosen by hand
 
-# Advice about the camera's images.  "Rooms": chosen on `python -m benchmarks advice`, seeds 40 to 47, see docs/measured.md
+# Advice about the camera's images.  "Rooms": chosen on `python -m benchmarks advice`, seeds 40 to 47.
 ADVICE_SAMPLE_S = 0.5  # s between two images that are measured; chosen by hand
 ADVICE_REPORT_S = 1.0  # s between two messages; chosen by hand
 ADVICE_WINDOW_S = 5.0  # s over which the person is measured; chosen by hand
@@ -39,7 +39,7 @@ ADVICE_ROWS = 48  # rows of the person whose edges are measured; chosen by hand
 # Levels, that CONTRAST_QUANTILE of a third of the person differs from the room: 20 by rooms, 16 after seeds 100 and 101.
 LOW_CONTRAST = 16.0
 CONTRAST_QUANTILE = 0.3  # of the pixels of the third, darkest difference first; chosen by hand
-# Holes: "sizes" is chosen on 2304 silhouettes of seeds 50 to 55, 45 to 180 px high, see docs/measured.md.
+# Holes: "sizes" is chosen on 2304 silhouettes of seeds 50 to 55, 45 to 180 px high (docs/measured.md of f0def349).
 MANY_HOLES = 2.5  # %, of the silhouette, missing area that is found; sizes
 CLOSING = 0.1  # of the person's height, width of the gaps in which it is looked for; sizes
 ROOM_SIGMAS = 3.0  # sigmas of the noise, within which a gap shows the room; sizes

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -9,11 +10,14 @@ from benchmarks import __main__ as program
 from benchmarks.harness import pages, results
 from benchmarks.kinds import KINDS
 from benchmarks.pictures import DRAWN
+from tests.support.documentation import sections
 from tests.support.places import ROOT
 from zenocap.common.table import attribute
 
 DOCUMENTS = (*pages.pages(), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
+MEASURED = ROOT / "docs" / "measured.md"
 COMMAND = re.compile(r"python -m benchmarks((?: [^`\n|#,;)]+)?)")
+LINK = re.compile(r"\[([^\]]*)\]\(([^)#\s]*)#([^)\s]+)\)")
 MOST_BYTES = 1_000_000
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system
 
@@ -21,6 +25,25 @@ TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system
 @pytest.mark.slow  # kinds without results are imported
 def test_the_pages_have_the_stored_figures() -> None:
     assert [page.name for page, _ in pages.stale(results.load_all())] == [], "python -m benchmarks --publish writes them"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", MEASURED], ids=lambda page: page.name)
+def test_pages_of_figures_have_no_table_without_them(page: Path) -> None:
+    assert pages.NOT_YET not in page.read_text(encoding="utf-8").lower()
+
+
+def test_links_to_measurements_lead_to_figures() -> None:
+    checked, empty = 0, []
+    for page in DOCUMENTS:
+        for text, file, target in LINK.findall(page.read_text(encoding="utf-8")):
+            place = (page.parent / file).resolve() if file else page
+            if place == MEASURED or text.lower() == "measured":
+                section = sections(place).get(target, "").lower()
+                checked += 1
+                if "<!-- table " not in section or pages.NOT_YET in section:
+                    empty.append(f"{page.name}: [{text}]({file}#{target})")
+    assert checked > 10
+    assert empty == []
 
 
 def test_results_are_small_and_of_known_kinds() -> None:

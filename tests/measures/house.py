@@ -6,6 +6,7 @@ those of ruff's C901.  Lines are repeated where six and more in a row stand also
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from collections import Counter
@@ -22,6 +23,7 @@ SMALL = 60  # lines
 ALIKE = 6  # lines
 MOST_BRANCHES = 12
 MOST_POSITIONAL = 10
+NO_SENTENCES = re.compile(r"^ *```.*?^ *```$|<!-- (?:table|kinds) .*?<!-- end -->|<!-- .*? -->", re.DOTALL | re.MULTILINE)
 
 
 def sources(checkout: Path, *folders: str) -> list[Path]:
@@ -114,6 +116,14 @@ def complex_functions(checkout: Path) -> int:
 def words(*pages: Path) -> int:
     """Words of pages: blanks separate them, and the bars of tables are none."""
     return sum(not set(word) <= set("|:-") for page in pages for word in page.read_text(encoding="utf-8").split())
+
+
+def sentences(page: Path) -> list[str]:
+    """Sentences of a page, without code, tables and headings; a colon and a semicolon end one, too."""
+    lines = NO_SENTENCES.sub("", page.read_text(encoding="utf-8")).splitlines()
+    apart = ["\n" if not line.strip() or line.lstrip().startswith(("|", "#", "!")) else line for line in lines]
+    text = " ".join(re.sub(r"^\s*([-*]|\d+\.) ", "\n", line) for line in apart)
+    return [" ".join(one.split()) for one in re.split(r"(?<=[.!?:;])[\"*)`]*\s|\n", text) if one.strip()]
 
 
 def figures(checkout: Path) -> Mapping[str, int]:

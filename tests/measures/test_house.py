@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.measures.house import Function, definitions, repeated, rooms, sources
+from tests.measures.house import Function, definitions, repeated, rooms, sentences, sources
 
 
 @pytest.fixture
@@ -27,6 +27,18 @@ def test_repeated_lines_are_those_in_runs_of_six(folder: Path) -> None:
     other.write_text("\n".join(["z = 2", *(f"    {line}" for line in run)]))
     assert repeated([one]) == 0
     assert repeated([one, other]) == 2 * len(run)
+
+
+def test_sentences_of_a_page_are_those_of_its_text(folder: Path) -> None:
+    page = folder / "page.md"
+    table = "<!-- table kind -->\n| a | b. c |\n\n*How it\nwas measured.*\n<!-- end -->"
+    page.write_text(
+        f"# A title\n\nOne of 1.5 m\non two lines. Another: <!-- figure a b c -->3 (4)<!-- end --> mm.\n{table}\n"
+        "- an item\n  that goes on\n- **a second** one\n\n```sh\nno sentence.\n```\n| a cell. |\n![A picture.](a.png)\nEnd"
+    )
+    assert sentences(page) == [
+        "One of 1.5 m on two lines.", "Another:", "3 (4) mm.", "an item that goes on", "**a second** one", "End",
+    ]  # fmt: skip
 
 
 def test_kernels_are_known_by_their_decorator(folder: Path) -> None:

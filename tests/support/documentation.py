@@ -3,6 +3,7 @@
 import re
 import shlex
 from functools import cache
+from pathlib import Path
 
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
@@ -17,6 +18,18 @@ LINES = [line for block in re.findall(r"```sh\n(.*?)```", ALL, re.DOTALL) for li
 _BLOCK = [line for line in LINES if line.startswith("zenocap")]
 _INLINE = re.findall(r"`(zenocap [a-z][^`]*)`", ALL)
 COMMANDS = sorted({*_BLOCK, *_INLINE})
+
+
+def sections(page: Path) -> dict[str, str]:
+    """Text below each heading of a page, up to the next one of its level or a higher one, by link target."""
+    text = page.read_text(encoding="utf-8")
+    headings = list(re.finditer(r"^(#+) (.*)$", text, re.MULTILINE))
+    found = {}
+    for number, heading in enumerate(headings, 1):
+        end = next((one.start() for one in headings[number:] if len(one[1]) <= len(heading[1])), len(text))
+        target = re.sub(r"[^\w -]", "", heading[2]).strip().lower().replace(" ", "-")
+        found[target] = text[heading.end() : end]
+    return found
 
 
 def words_of(line: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The command that says what an installation needs: plan."""
+"""The command that adds up the needs of an installation: plan."""
 
 from __future__ import annotations
 

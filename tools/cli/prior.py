@@ -38,7 +38,7 @@ class PriorArguments:
     """held: motion for validation.  frames: in words."""
 
     held: list[Path] | None = option(
-        None, "Validation motion, by which the number of regions is chosen; may be repeated.", metavar="FILE"
+        None, "Validation motion, for the choice of the number of regions; may be repeated.", metavar="FILE"
     )
     frames: str | None = option(None, "Only these frames of every MOTION, such as 0-99.", metavar="FIRST-LAST")
     mirror: bool = option(True, "Add a copy of every motion with left and right exchanged.")

@@ -1,4 +1,4 @@
-"""The steps of the guided set-up: what is asked, the command that is run, and what it leaves."""
+"""Steps of the guided set-up: questions, command and files of each."""
 
 from __future__ import annotations
 

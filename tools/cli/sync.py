@@ -59,8 +59,8 @@ def sync(rig: RigOrTake, *, given: SyncArguments) -> None:
 
     Sound takes 3 ms per metre: it puts a camera that is 5 m farther from the source 15 ms too early.
 
-    Of a take (MCAP) of live cameras it prints by how long each camera's images are late, from the silhouettes of the first
-    20 s, as `delay_ms` of the rig file; the other options do not matter.
+    Of a take (MCAP) of live cameras it prints the delay of each camera, from the silhouettes of the first 20 s, as
+    `delay_ms` of the rig file; the other options do not matter.
 
     Exit status 3: an offset is not certain, and nothing is written.
 

@@ -60,8 +60,7 @@ def track(
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
     exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`
-    of other commands). It takes half as long again; --no-both-ways leaves it out. Ctrl-C during the second pass leaves the
-    take of the first pass.
+    of other commands). --no-both-ways leaves it out; Ctrl-C during it leaves the take of the first pass.
 
     Examples: `zenocap track cam01.mp4 cam02.mp4 --calibration calibration.toml`
 

@@ -68,13 +68,13 @@ COSTS = Costs(
     silhouette=Linear(0.9, 7.0),
     # load page, frame rate reached: 0.26 cores at 160 x 120 and 60/s, 0.25 at 640 x 480 and 30/s.
     two_view=Linear(4.0, 14.0),
-    decoding=Linear(0.05, 0.8),  # docs/measured.md: 0.3 ms at 640 x 480
+    decoding=Linear(0.05, 0.8),  # docs/measured.md at commit 8523d15f: 0.3 ms at 640 x 480
     integrator=2.5,  # load page: 0.16 cores at 60/s
     # `zenocap load --method hybrid --rate 30`: 0.50, 0.55, 0.63 cores with 2, 4 and 7 views, both threads; 18 ms of four
-    # views at 8, 15 and 30/s, 14 ms at 60/s.  Longer than the 9.4 ms of docs/measured.md, where it never waits.
+    # views at 8, 15 and 30/s, 14 ms at 60/s.  Longer than where it never waits.
     tracker=Linear(14.8, 0.85),
     timekeeper=5.0,  # of a second; `zenocap load --method hybrid`: 0.01 cores of the integrator without a log
-    logged=0.043,  # docs/measured.md: the log's thread, 1720 messages/s: 7.4 % of a core,
+    logged=0.043,  # docs/measured.md at commit ebbdaf21: the log's thread, 1720 messages/s: 7.4 % of a core,
     logged_foxglove=0.1,  # and 17 % with Foxglove channels
     forwarded=0.05,  # `zenocap load --rigs 16`: 0.08 cores of the router for about 1400 messages/s
     animator=5.0,  # page of the animator: 27 % of a core without a page at 60/s, less the health of the process
@@ -96,7 +96,7 @@ COSTS = Costs(
     foxglove_size=1.6,  # of a take with Foxglove channels relative to one without; by hand
     viewer_mb=115.0,  # load page, soak test
     integrator_mb=100.0,
-    tracker_mb=175.0,  # docs/machines.md: 80 to 175 MB
+    tracker_mb=175.0,  # docs/machines.md at commit e72cdbe6: 80 to 175 MB
     animator_mb=220.0,  # page of the animator
     router_mb=40.0,
 )

@@ -18,10 +18,12 @@ from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
 from tests.support.command import app, printed, refused, zenocap
+from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import COMMANDS, program
+from zenocap.tools.cli.main import COMMANDS, HELP, program
+from zenocap.tools.cli.options import UNUSABLE
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 runner = CliRunner()
@@ -86,6 +88,25 @@ def test_the_help_lists_every_command_in_its_group() -> None:
         panel: set(names) for panel, names in COMMANDS.items()
     }
     assert sum(map(len, listed.values())) == len(NAMES)
+
+
+def test_the_help_has_the_exit_statuses_of_the_readme() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"^Exit status of every command: (.*)$", readme, re.MULTILINE)
+    assert line in " ".join(HELP.split())
+    assert f"also {UNUSABLE}, done but unusable" in line
+
+
+@pytest.mark.slow
+def test_help_texts_have_no_chains() -> None:
+    chain = re.compile(r"\b(by how long|by which|of how|of which|of whom)\b")
+    texts = [
+        (name, text or "")
+        for name, command in commands_in(get_command(app))
+        for text in (command.help, *(getattr(one, "help", None) for one in command.params))
+    ]
+    assert len(texts) > 300
+    assert [(name, text) for name, text in texts if chain.search(" ".join(text.split()))] == []
 
 
 @pytest.mark.slow

@@ -59,14 +59,14 @@ class BoardCalibrationArguments:
     output: CalibrationOption = Path("calibration.toml")
     force: ForceOption = False
     as_json: JsonOption = False
-    live: bool = option(False, "Search the board in live cameras, on a page that tells what to show next.")
+    live: bool = option(False, "Search the board in live cameras, on a page that guides.")
 
 
 @dataclass(frozen=True)
 class DelaysArguments:
     """Whether delays are estimated."""
 
-    delays: bool = option(True, "Estimate by how long each camera's images are late.", "--delays/--no-delays")
+    delays: bool = option(True, "Estimate camera delays.", "--delays/--no-delays")
 
 
 def board(

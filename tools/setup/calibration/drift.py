@@ -72,7 +72,7 @@ def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outl
     """
     kept = [one for one in instants if len(one) > 1]
     if len(kept) < LEAST_INSTANTS:
-        raise ValueError(f"the person is seen by two cameras at {len(kept)} instants: allowed: {LEAST_INSTANTS} or more")
+        raise ValueError(f"the person is seen by two cameras in {len(kept)} frame sets: allowed: {LEAST_INSTANTS} or more")
     kept = [kept[k] for k in np.unique(np.linspace(0, len(kept) - 1, MOST_INSTANTS).astype(int))]
     names = [name for name in cameras if sum(name in one for one in kept) >= LEAST_INSTANTS]
     rays = {name: hulls_of(cameras[name], [one.get(name) for one in kept]) for name in names}

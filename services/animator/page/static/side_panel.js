@@ -58,7 +58,7 @@ function statusText(service) {
 const LOSS_WORDS = {
   'camera frames dropped': 'images that came faster than this service takes them; the newest are used',
   'camera frames skipped under overload': 'images that the whole rig leaves out at equal times, because a service is too slow for all of them',
-  'frame sets skipped': 'instants without a pose, because a newer one had come',
+  'frame sets skipped': 'without a pose, because a newer one had come',
   'messages dropped': 'messages that waited too long and were replaced by newer ones',
   'messages invalid': 'messages of another version, or of other programs, that were not used',
   'steps failed': 'messages whose processing failed; the log of the service has the error',

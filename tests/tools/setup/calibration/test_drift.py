@@ -111,7 +111,7 @@ def test_a_camera_that_cannot_be_compared_is_named_and_is_not_called_unmoved():
 
 
 def test_few_instants_are_refused():
-    with pytest.raises(ValueError, match="seen by two cameras at 5 instants: allowed: 12 or more"):
+    with pytest.raises(ValueError, match="seen by two cameras in 5 frame sets: allowed: 12 or more"):
         drift_of(CAMERAS, instants(CAMERAS, CAMERAS, 5))
 
 
@@ -122,7 +122,7 @@ def test_takes_are_checked_and_short_ones_refused(tmp_path):
     assert list(cameras) == ["cam01", "cam02", "cam03"]
     assert found.moved == ()
     assert drift_data(found)["instants"] == found.instants >= 12
-    with pytest.raises(UserError, match=r"a\.mcap: the person is seen by two cameras at .* film a person who walks"):
+    with pytest.raises(UserError, match=r"a\.mcap: the person is seen by two cameras in .* film a person who walks"):
         take_drift(tmp_path / "a.mcap", seen[: len(seen) // 4])
     with pytest.raises(UserError, match=r"a\.mcap: 0 camera\(s\): allowed: a take of two or more"):
         take_drift(tmp_path / "a.mcap", [])

@@ -225,7 +225,7 @@ def _unconnected(
         if own:
             best = max(own, key=lambda one: one.agreeing / one.common)
             reasons.append(
-                f"{name}: its way of the person agrees with the others' at {best.agreeing} of {best.common} instants: are "
-                "the videos in step (sync.toml), is its lens right, is it the same person?"
+                f"{name}: its way of the person agrees with the others' in {best.agreeing} of {best.common} frame sets: "
+                "are the videos in step (sync.toml), is its lens right, is it the same person?"
             )
     return "not all cameras can be connected: " + "; ".join(reasons)

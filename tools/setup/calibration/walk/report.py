@@ -16,13 +16,13 @@ from zenocap.tools.setup.calibration.walk.parameters import (
 def report(found: WalkCalibration) -> list[str]:
     """Lines of text."""
     lines = [
-        f"compared at {found.instants} instants; the walk covers {found.area_m[0]:.1f} by {found.area_m[1]:.1f} m; scale "
+        f"{found.instants} frame sets compared; the walk covers {found.area_m[0]:.1f} by {found.area_m[1]:.1f} m; scale "
         f"from a person of {found.stature_m:g} m"
     ]
     for one in found.cameras:
         x, y, z = one.camera.centre
         lines.append(
-            f"{one.camera.name}: whole at {one.instants} instants, {one.off_px:.1f} px ({one.off_mrad:.1f} mrad) off, at "
+            f"{one.camera.name}: whole in {one.instants} frame sets, {one.off_px:.1f} px ({one.off_mrad:.1f} mrad) off, at "
             f"({x:.2f}, {y:.2f}, {z:.2f}) m"
         )
     if found.delays:

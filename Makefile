@@ -23,7 +23,7 @@ CORE := core and not nightly
 
 # With no target: the list of targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo test checked tested test-unit test-core test-nightly coverage check format compile docs benchmark evaluate priors postures sbom lock clean
+.PHONY: help demo test checked tested tested-nightly test-unit test-core test-nightly coverage check format compile docs benchmark evaluate priors postures sbom lock clean
 
 help:
 	@echo "make demo        set up $(VENV) and run the demo; open http://127.0.0.1:8080"
@@ -60,8 +60,12 @@ test-unit: $(DEV)
 test-core: $(DEV)
 	$(PYTEST) -m "$(CORE)" $(PARALLEL) $(ARGS)
 
+# The checks, one process after another, run beside the tests; what they find is shown at once.
 test-nightly: $(RUNTIME)
-	@$(MAKE) --no-print-directory -j2 compile check docs ARGS=
+	@$(MAKE) --no-print-directory -j2 compile docs ARGS=
+	@$(MAKE) --no-print-directory -j2 check tested-nightly
+
+tested-nightly:
 	$(PYTEST) $(NIGHTLY) --durations=25 $(ARGS)
 
 coverage: $(DEV)

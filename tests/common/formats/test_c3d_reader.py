@@ -61,20 +61,24 @@ def test_a_missing_and_a_cut_file_are_errors(tmp_path: Path, share: float) -> No
         read_c3d(path)
 
 
-@pytest.mark.parametrize(
-    ("before", "value", "text"),
-    [
-        (b"CHANNEL\x06\x00\x02", 247, "reading it was ended by SIGSEGV"),
-        (b"_START\x07\x00\x02\x00\x1d\x00", 179, "bad_alloc"),
-    ],
-)
-def test_damage_that_ends_the_library_is_a_one_line_error(tmp_path: Path, before: bytes, value: int, text: str) -> None:
-    """By a false dimension, which ezc3d follows beyond its memory, or by a length for which it takes all memory."""
-    path = tmp_path / "a.c3d"
-    write_points(path, acted_centres())
+FALSE_DIMENSION, FALSE_LENGTH = (b"CHANNEL\x06\x00\x02", 247), (b"_START\x07\x00\x02\x00\x1d\x00", 179)
+
+
+def damage(path: Path, before: bytes, value: int) -> None:
+    """Replace the byte behind `before`."""
     content = bytearray(path.read_bytes())
     content[content.index(before) + len(before)] = value
     path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("place", "text"), [(FALSE_DIMENSION, "reading it was ended by SIGSEGV"), (FALSE_LENGTH, "bad_alloc")]
+)
+def test_damage_that_ends_the_library_is_a_one_line_error(tmp_path: Path, place: tuple[bytes, int], text: str) -> None:
+    """By a false dimension, which ezc3d follows beyond its memory, or by a length for which it takes all memory."""
+    path = tmp_path / "a.c3d"
+    write_points(path, acted_centres())
+    damage(path, *place)
     with pytest.raises(UserError, match=rf"^{path}: not a C3D file: .*{text}$"):
         read_c3d(path)
 

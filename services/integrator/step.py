@@ -73,7 +73,8 @@ def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result
             rate, messages = rate_control.resume(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
         case FrameRate():
-            return replace(state, rate=rate_control.hear(setup.rate, state.rate, message)), []
+            rate, messages = rate_control.hear(setup.rate, state.rate, message)
+            return _follow(replace(state, rate=rate), messages)
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):

@@ -1,8 +1,8 @@
 """A camera that another program films: its failures, and copies that are whole or not there."""
 
+import _thread
 import hashlib
 import itertools
-import _thread
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,17 +69,24 @@ def detect(
         paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]
         for path in paths:
             check_new(path, given.force)
-        written: list[dict[str, object]] = []
-        failures: list[UserError] = []
-        for film, path in zip(found, paths, strict=True):
-            with gathering(failures):
-                written.append(_detected(described, film, path, given))
-        if given.as_json:
-            typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
-        elif written:
-            there = f"{CORNERS}/ of the film's folder where the calibration is made"
-            typer.echo(f"next: copy into {there}; there, zenocap calibrate board")
-        check_failures(failures)
+        _detect_all(described, dict(zip(paths, found, strict=True)), given)
+
+
+def _detect_all(described: Board, films: Mapping[Path, BoardFilm], given: DetectArguments) -> None:
+    """Write the corners of each film to its path, and print what follows.  Raises UserError at the end, of all that failed."""
+    from zenocap.common.rig.folder import CORNERS
+
+    written: list[dict[str, object]] = []
+    failures: list[UserError] = []
+    for path, film in films.items():
+        with gathering(failures):
+            written.append(_detected(described, film, path, given))
+    if given.as_json:
+        typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
+    elif written:
+        there = f"{CORNERS}/ of the film's folder where the calibration is made"
+        typer.echo(f"next: copy into {there}; there, zenocap calibrate board")
+    check_failures(failures)
 
 
 def _detected(described: Board, film: BoardFilm, path: Path, given: DetectArguments) -> dict[str, object]:

@@ -35,7 +35,8 @@ from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
-from zenocap.tools.record.launcher.statement import Unresumed, frame_lines, new_takes, statement
+from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
+from zenocap.tools.record.launcher.statement import frame_lines, statement
 from zenocap.tools.service_arguments import arguments_of, words
 
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs

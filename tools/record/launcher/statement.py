@@ -1,27 +1,24 @@
 """Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from copy import deepcopy
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from types import MappingProxyType
 
 from msgspec import structs
 
-from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.messages import PROCESS, SENT, Health
-from zenocap.common.observe.account import Account, Life, Line, Sender, Span
-from zenocap.common.observe.several_logs import began, completed, joined
+from zenocap.common.messages import SENT
+from zenocap.common.observe.account import Account, Line, Span
+from zenocap.common.observe.several_logs import completed, joined
 from zenocap.common.observe.view import RigView, ServiceView
-from zenocap.common.recording.take_account import Place, TakeAccount, readable
-from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title
+from zenocap.common.recording.take_account import Place, TakeAccount
+from zenocap.common.rig.services import ServiceKey, title
 from zenocap.common.runtime.frame_rate import CAPTURED, DROPPED, PROCESSED, SKIPPED
 from zenocap.common.topics import Topic
+from zenocap.tools.record.launcher.run_takes import ended_with_its_integrator, next_process
 
 MOST_LINES = 20  # of topics with losses, and of spans
-MOST_RESTARTS = 64  # of the integrator, after which no further one is told apart; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -133,31 +130,6 @@ class Statement:
         )
 
 
-class Unresumed:
-    """Integrators that were started again and recorded nothing by themselves, as of a run without a log.
-
-    accounts: by number of the process, account of the healths that were received until its second one: each service has
-    sent one then since the start.
-    """
-
-    def __init__(self) -> None:
-        self.accounts: dict[int, Account] = {}
-        self._healths = Counter[int]()
-
-    def note(self, event: Envelope | Alive, reports: Account) -> None:
-        """Note an event that is in `reports` already."""
-        match event:
-            case Envelope(message=Health(service=name, id=id, counts=counts)) if (name, id) == (TIMEKEEPER, MAIN):
-                process = counts.get(PROCESS, 0)
-                if process in self._healths or len(self._healths) < MOST_RESTARTS:
-                    self._healths[process] += 1
-                if self._healths[process] == 2 and len(self._healths) > 1 and not counts.get("log_on"):
-                    senders = deepcopy(reports.senders)
-                    if (own := senders.get((name, id))) is not None:
-                        own.lives.pop(process, None)  # it has sent nothing that was to be recorded
-                    self.accounts[process] = Account(senders, reports.end_ns, reports.steps)
-
-
 def statement(
     takes: Sequence[TakeAccount], reports: Account, services: Collection[ServiceKey], *, whole: bool = True,
     unresumed: Mapping[int, Account] = MappingProxyType({}),
@@ -177,8 +149,8 @@ def statement(
     for take in takes:  # a later part continues the take, also when the file before it was removed
         before = shares[-1].take if shares else None
         gap = None
-        if before is not None and _ended_with_its_integrator(before):
-            end = None if resumed else _next_process(before, reports)
+        if before is not None and ended_with_its_integrator(before):
+            end = None if resumed else next_process(before, reports)
             gap = (before.account.end_ns or before.start_ns, take.start_ns if end is None else end[1].first.at_ns)
         all = joined(account, take.account, continued=bool(take.previous) or (gap is not None and resumed))
         own = missing(take.account)
@@ -186,7 +158,7 @@ def statement(
         between = max(0, missing(all) - missing(account) - own) + sum(idle.values())
         shares.append(TakeShare(take, own + refused, gap, between))
         account = all
-        end = _next_process(take, reports) if _ended_with_its_integrator(take) else None
+        end = next_process(take, reports) if ended_with_its_integrator(take) else None
         resumed, idle = end is None or end[0] not in unresumed, Counter[Place]()
         if end is not None and not resumed:
             idle = _lost_until(account, take, unresumed[end[0]], services)
@@ -196,13 +168,6 @@ def statement(
     lines = {place: _with_lost(line, lost_before[place]) for place, line in account.lines().items() if place[0] in services}
     refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
     return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))
-
-
-def _next_process(take: TakeAccount, reports: Account) -> tuple[int, Life] | None:
-    """The integrator that was started after the one of a take: its number, and what it reported."""
-    own = next(reversed(take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives), None)
-    known = iter(reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.items())
-    return next(known, None) if any(process == own for process, _ in known) else None
 
 
 def _lost_until(
@@ -220,12 +185,6 @@ def _with_lost(line: Line, count: int) -> Line:
     """The line with so many messages that were to be recorded, among those that were sent while no take was written."""
     count = min(count, line.unlogged)
     return structs.replace(line, missing=line.missing + count, unlogged=line.unlogged - count)
-
-
-def _ended_with_its_integrator(take: TakeAccount) -> bool:
-    """Whether a take was written until its integrator ended, and not until its user ended the recording."""
-    last = next(reversed(take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.values()), None)
-    return not take.complete or (last is not None and last.last.ended)
 
 
 def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
@@ -262,34 +221,6 @@ def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
 
 def _added(terms: Mapping[str, int]) -> str:
     return " + ".join(f"{count} {name}" for name, count in terms.items())
-
-
-def new_takes(
-    folder: Path, known: Collection[Path], rig: str, reports: Account, on_reading: Callable[[Path], None] = lambda _: None
-) -> tuple[list[TakeAccount], list[str]]:
-    """Takes of a rig in `folder` besides the known ones, in order; and why others cannot be read.
-
-    reports: see `statement`.  on_reading: see `take_account`.
-    """
-
-    def is_own(take: TakeAccount) -> bool:
-        """Whether a take may be of this run: of a second rig of the same name another integrator has reported."""
-        processes = take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
-        seen = reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
-        return (take.rig == rig and (not processes or not seen or bool(processes & seen))) or not (
-            take.rig or take.complete
-        )
-
-    paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
-    found = [readable(path, on_reading) for path in paths]
-    takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
-    takes.sort(key=lambda take: take.start_ns)
-    order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
-    ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())
-    for take in takes:  # one without a health, by its time
-        if order[take.path] is None:
-            ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
-    return ordered, [one for one in found if isinstance(one, str)]
 
 
 def _shortened(lines: Iterator[str]) -> Iterator[str]:

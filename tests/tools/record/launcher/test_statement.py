@@ -32,7 +32,8 @@ from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.health import Meter
 from zenocap.common.topics import HEALTH, SILHOUETTE, TOPICS, topic_of
-from zenocap.tools.record.launcher.statement import Statement, Unresumed, frame_lines, new_takes, statement
+from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
+from zenocap.tools.record.launcher.statement import Statement, frame_lines, statement
 
 SECOND = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND

@@ -105,12 +105,13 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
         return state, [first, *_detail(setup, state, now_ns)]
     repeats = state.repeats
     state, rates, details = _adapted(setup, state, now_ns)
-    if repeats:  # the rate has not changed, reports remain of use
-        state, details = replace(state, repeats=repeats - 1), details or _detail(setup, state, now_ns)
-        if not rates:
-            again = _again(decided, time_after(decided.captured_ns, now_ns), now_ns)
-            state, rates = replace(state, decided=again), [again]
-    return state, [*details, *rates]
+    if not repeats:
+        return state, [*details, *rates]
+    state = replace(state, repeats=repeats - 1)
+    if not rates:  # it has not changed: reports remain of use
+        again = _again(decided, time_after(decided.captured_ns, now_ns), now_ns)
+        state, rates = replace(state, decided=again), [again]
+    return state, [*rates, *(details or _detail(setup, state, now_ns))]
 
 
 def _adapted(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message], list[Message]]:

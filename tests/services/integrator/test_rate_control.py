@@ -254,7 +254,7 @@ def test_a_decision_of_another_integrator_is_answered(other: FrameRate | Tracker
         plant.state, again = step(plant.setup, plant.state, envelope(message))
         assert again == []
     repeated = [message for _, message in plant.run(REPEATS + 2).published[before:]]
-    assert [type(message) for message in repeated] == times * [TrackerDetail, FrameRate]
+    assert [type(message) for message in repeated] == times * [FrameRate, TrackerDetail]
     for message in repeated:
         plant.state, again = step(plant.setup, plant.state, envelope(message))
         assert again == []

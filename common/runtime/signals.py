@@ -10,7 +10,7 @@ from types import FrameType
 
 STACKS: signal.Signals | None = getattr(signal, "SIGUSR1", None)  # None on Windows
 STDERR = 2
-# Longest wait of a main thread, which handles the signals: one that another thread receives does not wake it; chosen by hand
+# Longest wait of a main thread, which handles the signals: one that another thread receives does not wake it; by hand
 WAIT_S = 0.2
 
 

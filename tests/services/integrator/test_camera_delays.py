@@ -171,7 +171,7 @@ def test_a_decision_that_names_a_camera_of_another_rig_is_not_continued(named: s
 
 
 def test_a_correction_that_none_can_have_found_is_not_continued() -> None:
-    """One of 100 s before the first own one held for ever, while the tracker waited for 3,000 silhouettes of each viewer."""
+    """100 s, received before the first own one, held for ever: the tracker waited for 3,000 silhouettes of each viewer."""
     false = structs.replace(CORRECTION, applied_ms={"cam01": 0.0, "cam02": 1e5})
     assert timekeeper.step(setup(), TimekeeperState(), envelope(false)) == (TimekeeperState(), [])
 

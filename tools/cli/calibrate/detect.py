@@ -73,7 +73,7 @@ def detect(
 
 
 def _detect_all(described: Board, films: Mapping[Path, BoardFilm], given: DetectArguments) -> None:
-    """Write the corners of each film to its path, and print what follows.  Raises UserError at the end, of all that failed."""
+    """Write the corners of each film to its path, and print what follows.  Raises UserError at the end, of all failures."""
     from zenocap.common.rig.folder import CORNERS
 
     written: list[dict[str, object]] = []

@@ -175,7 +175,9 @@ class World:
         self.health(process, ended=True)
         if key == INTEGRATOR:
             self.close_log()
-            counts = {name: max(end.get(name, 0) for end in self.ends) for name in ("log_stopped", "log_removed")}
+            counts = {
+                name: max((end.get(name, 0) for end in self.ends), default=0) for name in ("log_stopped", "log_removed")
+            }
             self.health(process, {"log_closed": 1, **counts}, ended=True)
         self.processes.pop(key).bus.close()
         self.observe()

@@ -168,15 +168,13 @@ def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[m.Silho
         track, outcome = tracking.track(with_detail(setup, state.detail), state.track, captured_ns, masks)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
         return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
-    state = replace(state, track=track, findings=outcome.findings, used=outcome.views)
-    messages: list[m.Message] = []
+    own, messages = state.body, list[m.Message]()
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        state = replace(
-            state, body=m.TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured)
-        )
-    if state.body is not None and (outcome.body is not None or state.contradicted):
-        state, messages = replace(state, contradicted=False), [state.body]
+        own = m.TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured)
+    if own is not None and (outcome.body is not None or state.contradicted):
+        messages.append(own)
+    state = replace(state, track=track, findings=outcome.findings, used=outcome.views, body=own, contradicted=False)
     pose = _pose_message(setup.anatomy, state.pose, outcome, frame, captured_ns)
     if pose is not None:
         messages.append(pose)

@@ -97,6 +97,20 @@ def is_too_slow(message: FrameRate, fps: float) -> bool:
     return share != FULL and share.value * fps < 0.99 * SLOWEST_HZ
 
 
+def is_overtaken(message: FrameRate, last: FrameRate | None) -> bool:
+    """Whether a decision is older than the last one that was followed.
+
+    One that is older by more than OVERTAKEN_NS is not: the time of the last was wrong, or forged.
+    """
+    last_ns = last.captured_ns if last is not None else 0
+    return last_ns - OVERTAKEN_NS <= message.captured_ns < last_ns
+
+
+def time_after(last_ns: int, now_ns: int) -> int:
+    """Time of a decision that is followed after one of last_ns: now, or just after one that is little ahead."""
+    return last_ns + 1 if 0 <= last_ns - now_ns <= OVERTAKEN_NS else now_ns
+
+
 def holds_from_ns(message: FrameRate) -> int:
     """Capture time from which a decision holds; its own time when the one in it is impossible."""
     near = abs(message.from_ns - message.captured_ns) <= FARTHEST_NS
@@ -147,12 +161,8 @@ class FrameChoice:
         return self._grids[2].share
 
     def set_rate(self, message: FrameRate) -> None:
-        """Follow a decision of the integrator, unless it is older than the last, or too slow.
-
-        One that is older by more than OVERTAKEN_NS is followed: the time of the last was wrong, or forged.
-        """
-        last_ns = self._message.captured_ns if self._message is not None else 0
-        if is_too_slow(message, self._fps) or last_ns - OVERTAKEN_NS <= message.captured_ns < last_ns:
+        """Follow a decision of the integrator, unless it is older than the last, or too slow."""
+        if is_too_slow(message, self._fps) or is_overtaken(message, self._message):
             return
         self._message = message
         self._grids = (self._grids[2], holds_from_ns(message), Grid(share_of(message), message.phase_ns))

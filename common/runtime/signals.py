@@ -10,6 +10,8 @@ from types import FrameType
 
 STACKS: signal.Signals | None = getattr(signal, "SIGUSR1", None)  # None on Windows
 STDERR = 2
+# Longest wait of a main thread, which handles the signals: one that another thread receives does not wake it; by hand
+WAIT_S = 0.2
 
 
 def print_stacks_on_signal() -> None:

@@ -16,6 +16,8 @@ from typing import Generic, Self, TypeVar
 import cv2
 import numba
 
+from zenocap.common.runtime.signals import WAIT_S
+
 T = TypeVar("T")
 
 DEPTH = 4  # items ahead of the consumer, which bounds the images in memory; chosen by hand
@@ -84,7 +86,7 @@ class _Ahead(Generic[T], Iterator[T]):
     def __next__(self) -> T:
         with self._changed:
             while not self._ready and not self._ended:
-                self._changed.wait()
+                self._changed.wait(WAIT_S)
             if not self._ready:
                 error, self._error = self._error or StopIteration(), None
                 raise error

@@ -23,6 +23,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from zenocap.common.rig.animator import PageTable
+from zenocap.common.runtime.signals import WAIT_S
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.common.web.content import OFFERED_PATH, Answer, OfferedFiles, PageContent
@@ -81,7 +82,8 @@ class PageServer(Generic[C]):
     def listen(self) -> None:
         """Begin to serve.  Raises OSError and UnicodeError for an address that cannot be listened on."""
         self._thread.start()
-        self._started.wait()
+        while not self._started.wait(WAIT_S):  # finding the address of a host may take long
+            pass
         if self._problem is not None:
             self._thread.join()
             raise self._problem

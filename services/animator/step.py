@@ -8,6 +8,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import camera_of, points_of
 from zenocap.common.observe.bodies import posed
+from zenocap.common.runtime.frame_rate import is_overtaken
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
 from zenocap.services.animator.states import ActorPose, AnimatorSetup, AnimatorState
 
@@ -73,8 +74,8 @@ def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> Anim
         case m.ScenePoints():
             points_of(message)
             return replace(state, points=message)
-        case m.FrameRate():
-            return replace(state, frame_rate=message)
+        case m.FrameRate():  # the one that viewers follow
+            return state if is_overtaken(message, state.frame_rate) else replace(state, frame_rate=message)
         case m.TrackerDetail(share=share):
             return replace(state, detail=share)
         case _:

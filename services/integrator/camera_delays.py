@@ -93,9 +93,12 @@ def awaits_recovery(state: DelayState) -> bool:
 def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple[DelayState, list[Message]]:
     """Continue with the decision before a restart, of viewers that the rig has, and publish it again.
 
-    It is published as it was, or without its corrections where they are not followed any more.
+    It is published as it was, or without its corrections where they are not followed any more.  One with a correction that
+    none can have found is ignored.
     """
-    if not message.found_ms.keys() | message.errors_ms.keys() | message.applied_ms.keys() <= setup.cameras.keys():
+    most_ms = 1e3 * MOST_DELAY_S * (len(setup.cameras) - 1)  # of cameras in a row
+    known = message.found_ms.keys() | message.errors_ms.keys() | message.applied_ms.keys() <= setup.cameras.keys()
+    if not known or max(message.applied_ms.values(), default=0.0) > most_ms:
         return state, []
     applied = dict(message.applied_ms) if setup.follow else {}
     if applied != message.applied_ms:

@@ -12,7 +12,14 @@ from msgspec import structs
 
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.messages import FrameRate, Health, Message, TrackerDetail
-from zenocap.common.runtime.frame_rate import ViewerCounts, common_phase, farthest_phase, reduced_text, share_of
+from zenocap.common.runtime.frame_rate import (
+    ViewerCounts,
+    common_phase,
+    farthest_phase,
+    reduced_text,
+    share_of,
+    time_after,
+)
 from zenocap.services.integrator import parameters
 from zenocap.services.integrator.rate_ladder import Ladder, lowered, raised
 from zenocap.services.integrator.rate_reports import TRACKER, Limit, LossShares, RateSetup, RateState, losses, report
@@ -26,7 +33,7 @@ def step(setup: RateSetup, state: RateState, event: FrameLike | Envelope | Alive
         case Envelope(message=FrameRate() as message) if awaits_recovery(state):
             return resume(setup, state, message)
         case Envelope(message=FrameRate() | TrackerDetail() as message):
-            return hear(setup, state, message), []
+            return hear(setup, state, message)
         case Tick(received_ns=now_ns):
             return decide(setup, state, now_ns)
         case _:
@@ -42,71 +49,89 @@ def resume(setup: RateSetup, state: RateState, message: FrameRate) -> tuple[Rate
     """Continue with the decision before a restart, and publish it again; one of another rig is ignored."""
     if share_of(message) not in setup.shares:
         return state, []
-    now_ns = message.captured_ns
+    now_ns = min(message.captured_ns, state.now_ns or message.captured_ns)  # since a time ahead nothing would ever be calm
     rate = Ladder(setup.shares.index(share_of(message)), calm_ns=now_ns)
-    state = replace(state, decided=message, rate=rate, detail=Ladder(calm_ns=now_ns), limit=message.limit)
+    state = replace(state, decided=message, rate=rate, detail=Ladder(calm_ns=now_ns), limit=message.limit, now_ns=now_ns)
     return replace(state, limiting=tuple(message.viewers)), [message, *_detail(setup, state, now_ns)]
 
 
-def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail) -> RateState:
-    """Note a decision that is not this integrator's: viewers and tracker follow the last one until there is another.
+def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail) -> tuple[RateState, list[Message]]:
+    """Contradict a decision that is not this integrator's: viewers and tracker follow the last one until there is another.
 
-    As of a second integrator, in the other part of a network that was cut.
+    As of a second integrator, in the other part of a network that was cut.  Its own is sent again at once, but once between
+    two ticks, and at REPEATS ticks: a viewer may receive both in the other order.
     """
     decided = state.decided
+    if decided is None:
+        return state, []
     match message:
         case FrameRate():
             # One of a later time is not own: viewers would ignore the next decision until then.
-            own = decided is None or (
-                _followed(decided) == _followed(message) and message.captured_ns <= decided.captured_ns
-            )
+            own = _content(decided) == _content(message) and message.captured_ns <= decided.captured_ns
             repeats = parameters.REPEATS
         case TrackerDetail(share=share):
-            own = decided is None or not setup.has_tracker or share == parameters.DETAIL_LEVELS[state.detail.level]
+            own = not setup.has_tracker or share == parameters.DETAIL_LEVELS[state.detail.level]
             repeats = 1  # it is followed whatever its time is
-    return state if own else replace(state, repeats=max(repeats, state.repeats))
-
-
-def _followed(message: FrameRate) -> tuple[int, int, int, float]:
-    """Values of a decision that viewers and tracker follow."""
-    return message.keep, message.of, message.phase_ns, message.fps
-
-
-def _repeated(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
-    """The decisions in force once more, after another one was received."""
-    if state.decided is None:
+    if own:
         return state, []
-    message = structs.replace(state.decided, frame=state.decided.frame + 1, captured_ns=now_ns, from_ns=now_ns)
-    repeated = _settling(replace(state, decided=message, repeats=state.repeats - 1), now_ns)
-    return repeated, [message, *_detail(setup, state, now_ns)]
+    state = replace(state, repeats=max(repeats, state.repeats))
+    if state.answered:
+        return state, []
+    own_ns = time_after(decided.captured_ns, state.now_ns + 1)  # a time of its own: takes are verified by it
+    if isinstance(message, FrameRate):
+        own_ns = time_after(message.captured_ns, own_ns)
+    again = _again(decided, own_ns, state.now_ns)
+    return replace(state, decided=again, answered=True), [again, *_detail(setup, state, own_ns)]
+
+
+def _content(message: FrameRate) -> tuple[int, int, int, float, str, list[str]]:
+    """What viewers and tracker follow, and what is shown."""
+    return message.keep, message.of, message.phase_ns, message.fps, message.limit, message.viewers
+
+
+def _again(decided: FrameRate, own_ns: int, from_ns: int) -> FrameRate:
+    """The decision in force once more, at another time."""
+    return structs.replace(decided, frame=decided.frame + 1, captured_ns=own_ns, from_ns=from_ns)
 
 
 def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
-    """Levels of the next interval, and a message when they change."""
-    state = replace(state, ticks=state.ticks + 1)
-    if state.decided is None:
+    """Levels of the next interval, and a message when they change, or when another decision was received."""
+    state = replace(state, ticks=state.ticks + 1, now_ns=now_ns, answered=False)
+    if (decided := state.decided) is None:
         if state.ticks < parameters.RECOVERY_TICKS:
             return state, []
         state = replace(state, rate=Ladder(calm_ns=now_ns), detail=Ladder(calm_ns=now_ns))
         state, first = _new_rate(setup, state, now_ns)
-        return state, [*first, *_detail(setup, state, now_ns)]
-    if state.repeats:
-        return _repeated(setup, state, now_ns)
+        return state, [first, *_detail(setup, state, now_ns)]
+    repeats = state.repeats
+    state, rates, details = _adapted(setup, state, now_ns)
+    if not repeats:
+        return state, [*details, *rates]
+    state = replace(state, repeats=repeats - 1)
+    if not rates:  # it has not changed: reports remain of use
+        again = _again(decided, time_after(decided.captured_ns, now_ns), now_ns)
+        state, rates = replace(state, decided=again), [again]
+    return state, [*rates, *(details or _detail(setup, state, now_ns))]
+
+
+def _adapted(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message], list[Message]]:
+    """The levels by the reports since the last change; the message of a new rate, and of a new detail, if any."""
     if now_ns < state.settled_ns or not state.newest:
-        return state, []
+        return state, [], []
     found = losses(state)
     if not found.overrun:
-        return state, []
+        return state, [], []
     after = _adjusted(setup, state, found, now_ns)
     after = replace(after, since=after.newest, since_instants=after.instants)
-    messages: list[Message] = []
+    rates: list[Message] = []
+    details: list[Message] = []
     if after.detail.level != state.detail.level:
-        messages += _detail(setup, after, now_ns)
+        details = _detail(setup, after, now_ns)
         after = _settling(after, now_ns)
     if after.rate.level != state.rate.level or _out_of_phase(setup, after):
-        after, more = _new_rate(setup, after, now_ns)
-        messages += more
-    return after, messages
+        after, rate = _new_rate(setup, after, now_ns)
+        rates = [rate]
+    return after, rates, details
 
 
 def _adjusted(setup: RateSetup, state: RateState, found: LossShares, now_ns: int) -> RateState:
@@ -151,16 +176,17 @@ def _out_of_phase(setup: RateSetup, state: RateState) -> bool:
     return now > parameters.FARTHEST_PHASE and now - best > parameters.PHASE_GAIN
 
 
-def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
+def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, FrameRate]:
     """State after the rate has changed, and the message for viewers and tracker."""
-    share = setup.shares[state.rate.level]
+    share, last = setup.shares[state.rate.level], state.decided
     message = FrameRate(
-        frame=0 if state.decided is None else state.decided.frame + 1, captured_ns=now_ns, keep=share.keep, of=share.of,
+        frame=0 if last is None else last.frame + 1,
+        captured_ns=now_ns if last is None else time_after(last.captured_ns, now_ns), keep=share.keep, of=share.of,
         from_ns=now_ns + parameters.LEAD_NS, phase_ns=common_phase(state.phases.values(), setup.fps), fps=setup.fps,
         limit=state.limit if state.rate.level else "",
         viewers=list(state.limiting[:parameters.MOST_NAMED]) if state.rate.level else [],
     )  # fmt: skip
-    return _settling(replace(state, decided=message), now_ns), [message]
+    return _settling(replace(state, decided=message), now_ns), message
 
 
 def _detail(setup: RateSetup, state: RateState, now_ns: int) -> list[Message]:

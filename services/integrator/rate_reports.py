@@ -46,8 +46,10 @@ class RateState:
     before the first report.  busy: share of its time that a viewer's or the tracker's loop works.
     phases: of the capture times by viewer, ns.
     settled_ns: time before which reports are about the rate before.  suspected: the last reports had losses.
-    ticks: decisions so far.  repeats: ticks at which the decision is sent again, because another than this integrator's was
-    received, or a viewer follows another: of two messages of the network it may receive one and this integrator the other.
+    ticks: decisions so far.  now_ns: time of the last.
+    repeats: ticks at which the decision is sent again, because another than this integrator's was received, or a viewer
+    follows another: of two messages of the network it may receive one and this integrator the other.
+    answered: whether it was sent again at once since the last tick.
     """
 
     decided: FrameRate | None = None
@@ -64,7 +66,9 @@ class RateState:
     limit: Limit = ""
     limiting: tuple[str, ...] = ()
     ticks: int = 0
+    now_ns: int = 0
     repeats: int = 0
+    answered: bool = False
 
     @property
     def share(self) -> Share:
@@ -103,10 +107,12 @@ def report(setup: RateSetup, state: RateState, health: Health) -> RateState:
         return with_instants(replace(state, busy={**state.busy, TRACKER: health.busy}), Instants(*numbers))
     if health.service != "viewer" or health.id not in setup.viewers:
         return state
-    if state.decided is not None and health.counts.get(KEPT_PERCENT, state.share.percent) != state.share.percent:
+    follows = state.decided is None or health.counts.get(KEPT_PERCENT, state.share.percent) == state.share.percent
+    if not follows:
         state = replace(state, repeats=max(1, state.repeats))
     counts_now, before = counts_in(health), state.since.get(health.id)
-    restarted = before is None or counts_now.processed < before.processed
+    # What a viewer lost at another rate is no evidence about this one.
+    restarted = not follows or before is None or counts_now.processed < before.processed
     return replace(
         state, since={**state.since, health.id: counts_now} if restarted else state.since,
         newest={**state.newest, health.id: counts_now}, busy={**state.busy, health.id: health.busy},

@@ -58,7 +58,7 @@ def integrator_service(rig: Rig) -> Service[IntegratorSetup, IntegratorState, Ne
 
 def service_of(setup: IntegratorSetup) -> Service[IntegratorSetup, IntegratorState, Never]:
     """Service of the integrator of a method whose viewers run the exchange of [Two-view]."""
-    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
+    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE, UNIVERSAL_BDP)
     return Service(
         "integrator", ID, setup, partial(initial_state, setup), step,
         (*(TopicSubscription(topic) for topic in topics), TopicSubscription(HEALTH, names={"service": "viewer"})), describe,
@@ -103,9 +103,12 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
 
 def warn_of_others(once: OncePerSource, state: object) -> None:
     """Log the first decision of another program that viewers or tracker may have followed until it is contradicted."""
-    rate = isinstance(state, IntegratorState | TimekeeperState) and state.rate.repeats > 0
-    if rate or (isinstance(state, TimekeeperState) and state.delays.contradicted):
-        what = "frame rate" if rate else "delays of cameras"
+    found = {
+        "frame rate": isinstance(state, IntegratorState | TimekeeperState) and state.rate.repeats > 0,
+        "delays of cameras": isinstance(state, TimekeeperState) and state.delays.contradicted,
+        "body": isinstance(state, IntegratorState) and state.contradicted,
+    }
+    for what in (one for one, is_contradicted in found.items() if is_contradicted):
         once.warn(what, "contradicted", "not this integrator's, of another program or before a cut: its own is sent again")
 
 

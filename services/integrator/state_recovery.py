@@ -74,3 +74,16 @@ def republish_body(state: IntegratorState, frames: FrameSet[Sighting]) -> tuple[
     overdue = {viewer: now_ns for viewer, last_ns in answered.items() if abs(now_ns - last_ns) > REMINDER_NS}
     state = replace(state, answered={**state.answered, **answered, **overdue})
     return state, [body] if overdue else []
+
+
+def hear_body(state: IntegratorState, message: UniversalBdp) -> IntegratorState:
+    """Note a body that is not the published one: viewers use the last one that they receive."""
+    own = state.published_body
+    return state if own is None or message.body == own.body else replace(state, contradicted=True)
+
+
+def contradict_body(state: IntegratorState) -> tuple[IntegratorState, list[Message]]:
+    """Publish the universal BDP again after another one."""
+    if not state.contradicted or state.published_body is None:
+        return state, []
+    return replace(state, contradicted=False), [state.published_body]

@@ -107,6 +107,7 @@ class IntegratorState:
     published_body: last universal BDP, of this integrator or recovered from the one before a restart.
     discard_recovered: a new measurement was requested; recovered bodies and poses are ignored.
     answered: by viewer, time of its last partial BAP or of the last reminder.  rate: of the frames under overload.
+    contradicted: another universal BDP than the published one was received, which the viewers have now.
     """
 
     sightings: Synchronizer[Sighting]
@@ -125,3 +126,4 @@ class IntegratorState:
     discard_recovered: bool = False
     answered: Mapping[str, int] = field(default_factory=dict)
     rate: RateState = field(default_factory=RateState)
+    contradicted: bool = False

@@ -25,7 +25,7 @@ from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spaci
 from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
 from zenocap.services.integrator.rate_reports import Instants, report, with_instants
-from zenocap.services.integrator.state_recovery import note_answer, republish_body, resume
+from zenocap.services.integrator.state_recovery import contradict_body, hear_body, note_answer, republish_body, resume
 from zenocap.services.integrator.states import IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.fusion import pose_person
@@ -49,7 +49,9 @@ def initial_state(setup: IntegratorSetup) -> IntegratorState:
 def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result:
     """Process one event: (state, messages).  Pure."""
     if isinstance(event, Tick):
-        return _decide_rate(setup, state, event)
+        state, bodies = contradict_body(state)
+        state, decisions = _decide_rate(setup, state, event)
+        return state, [*bodies, *decisions]
     if not isinstance(event, Envelope):
         return state, []
     message = event.message
@@ -73,9 +75,12 @@ def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result
             rate, messages = rate_control.resume(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
         case FrameRate():
-            return replace(state, rate=rate_control.hear(setup.rate, state.rate, message)), []
+            rate, messages = rate_control.hear(setup.rate, state.rate, message)
+            return _follow(replace(state, rate=rate), messages)
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
+        case UniversalBdp():
+            return hear_body(state, message), []
         case Request(what="measure"):
             return measure_again(state), []
         case _:
@@ -119,7 +124,7 @@ def measure_again(state: IntegratorState) -> IntegratorState:
     """Drop person and body; on the next assignments the viewers measure the T-pose."""
     return replace(
         state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, published_body=None, answered={},
-        discard_recovered=True,
+        discard_recovered=True, contradicted=False,
     )  # fmt: skip
 
 

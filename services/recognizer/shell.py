@@ -23,7 +23,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.runtime.signals import loading
+from zenocap.common.runtime.signals import WAIT_S, loading
 from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
 from zenocap.services.recognizer.command_runner import CommandRunner
 from zenocap.services.recognizer.jit_warmup import load_compiled
@@ -45,7 +45,6 @@ logger = logging.getLogger(__name__)
 
 ID = "main"
 FAILED = 1
-JOIN_S = 0.2  # a signal that comes just before a wait without end is handled after it; chosen by hand
 SOURCES: dict[Source, Topic] = {"integrator": UNIVERSAL_BAP, "tracker": TRACKER_POSE}
 
 
@@ -135,7 +134,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
         thread.start()
     for thread in threads:
         while thread.is_alive():
-            thread.join(JOIN_S)
+            thread.join(WAIT_S)
     return max(statuses)
 
 

@@ -50,6 +50,7 @@ def service_of(setup: TrackerSetup) -> Service[TrackerSetup, TrackerState, Never
         TopicSubscription(t.FRAME_RATE),
         TopicSubscription(t.TRACKER_DETAIL),
         TopicSubscription(t.CAMERA_DELAYS),
+        TopicSubscription(t.TRACKER_BDP),
         TopicSubscription(t.HEALTH, names={"service": "viewer"}),
         TopicSubscription(t.REQUEST),
     )

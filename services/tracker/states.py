@@ -216,6 +216,7 @@ class TrackerState:
     previous_body: of the tracker before a restart, waiting for its pose.  remeasure: a new measurement was requested, so a
     previous body is ignored.  detail: share of the points and particles in use, less than 1 under overload.
     delays_ns: corrected age of the viewers' images beyond their capture times.
+    body: last published.  contradicted: another one was received, which is shown now: the own one is sent again.
     behind: frame sets to be tracked without a drop before a second one waits again.  reduced: the rig leaves out frames.
     """
 
@@ -234,5 +235,7 @@ class TrackerState:
     remeasure: bool = False
     detail: float = 1.0
     delays_ns: Mapping[str, int] = field(default_factory=dict)
+    body: TrackerBdp | None = None
+    contradicted: bool = False
     behind: int = 0
     reduced: bool = False

@@ -58,9 +58,12 @@ def step(setup: TrackerSetup, state: TrackerState, event: Event) -> Result:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
         case Envelope(message=m.TrackerBdp() | m.TrackerPose() as previous) if awaiting_person(state):
             return _resume(setup, state, previous)
+        case Envelope(message=m.TrackerBdp(body=body)):
+            own = state.body
+            return (state if own is None or body == own.body else replace(state, contradicted=True)), []
         case Envelope(message=m.Request(what="measure")):
             fresh = tracking.remeasure(setup)
-            return replace(state, track=fresh, pose=None, findings=(), previous_body=None, remeasure=True), []
+            return replace(state, track=fresh, pose=None, findings=(), previous_body=None, remeasure=True, body=None), []
         case _:
             return state, []
 
@@ -114,7 +117,7 @@ def _resume(setup: TrackerSetup, state: TrackerState, previous: m.TrackerBdp | m
         match previous:
             case m.TrackerBdp() if state.previous_body is None:
                 bdp_of(setup.anatomy, previous.body)
-                return replace(state, previous_body=previous), [previous]
+                return replace(state, previous_body=previous, body=previous), [previous]
             case m.TrackerPose() if state.previous_body is not None:
                 body = bdp_of(setup.anatomy, state.previous_body.body)
                 angles = angles_of(setup.anatomy, previous.angles, setup.anatomy.neutral)
@@ -165,11 +168,13 @@ def _track(setup: TrackerSetup, state: TrackerState, frame_set: FrameSet[m.Silho
         track, outcome = tracking.track(with_detail(setup, state.detail), state.track, captured_ns, masks)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
         return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
-    state = replace(state, track=track, findings=outcome.findings, used=outcome.views)
-    messages: list[m.Message] = []
+    own, messages = state.body, list[m.Message]()
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        messages.append(m.TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured))
+        own = m.TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured)
+    if own is not None and (outcome.body is not None or state.contradicted):
+        messages.append(own)
+    state = replace(state, track=track, findings=outcome.findings, used=outcome.views, body=own, contradicted=False)
     pose = _pose_message(setup.anatomy, state.pose, outcome, frame, captured_ns)
     if pose is not None:
         messages.append(pose)

@@ -1,12 +1,16 @@
 """Iterators advanced by threads: order, errors, bounded look-ahead, end."""
 
+import signal
+import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import cv2
 import numba
 import pytest
 
+from tests.support.processes import ended, output_of, started, wait_until
 from zenocap.common.session.lookahead import DEPTH, Lookahead, limited_threads
 
 
@@ -118,3 +122,30 @@ def test_an_iterator_whose_threads_are_gone_ends_for_its_consumer() -> None:
     assert len(held) == 2
     assert ended.wait(60)
     consumer.join()
+
+
+WAITS = """
+import time
+from zenocap.common.runtime.signals import stop_signals
+from zenocap.common.session.lookahead import Lookahead
+
+def items(stopped):
+    print("begun", flush=True)
+    while not stopped():
+        time.sleep(0.01)
+    yield "stopped"
+
+with stop_signals() as stopped, Lookahead(2) as lookahead:
+    print(*lookahead.ahead(items(stopped)))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds threads in /proc")
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+def test_a_consumer_that_waits_for_an_item_is_stopped(by: signal.Signals, tmp_path: Path) -> None:
+    """It slept on when another thread received the signal, whose handler then waited for the item."""
+    with started(["items"], tmp_path, zenocap=[sys.executable, "-P", "-c", WAITS]) as process:
+        wait_until(lambda: "begun" in output_of(tmp_path), tmp_path, running=[process])
+        assert ended(process, by) == 0
+    assert output_of(tmp_path).split() == ["begun", "stopped"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from tests.common.runtime.test_frame_rate import decision
 from tests.support.animator_stand_in import NOW, after, assignment, bap, body, body_message, pose_at, sighting
 from tests.support.built_messages import built
 from zenocap.common import messages as m
@@ -64,6 +65,14 @@ def test_an_impossible_camera_is_counted_and_ignored() -> None:
     info = camera_info(demo_rig("two-view").viewers[0], NOW)
     state = after(structs.replace(info, matrix=[1.0] * 9))
     assert (dict(state.cameras), counts(state)) == ({}, {"unusable": 1})
+
+
+def test_the_frame_rate_that_is_shown_is_the_one_that_viewers_follow() -> None:
+    """One that a later one has overtaken was shown."""
+    own = decision(1, 2, captured_ns=NOW, from_ns=NOW)
+    false = structs.replace(own, captured_ns=NOW - 1, of=6)
+    assert after(own, false).frame_rate == own
+    assert after(structs.replace(false, captured_ns=2**62), own).frame_rate == own
 
 
 def test_unknown_viewers_are_limited_in_number_and_do_not_displace_the_rigs_own() -> None:

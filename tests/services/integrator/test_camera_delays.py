@@ -170,6 +170,12 @@ def test_a_decision_that_names_a_camera_of_another_rig_is_not_continued(named: s
     assert (state, messages) == (TimekeeperState(), [])
 
 
+def test_a_correction_that_none_can_have_found_is_not_continued() -> None:
+    """100 s, received before the first own one, held for ever: the tracker waited for 3,000 silhouettes of each viewer."""
+    false = structs.replace(CORRECTION, applied_ms={"cam01": 0.0, "cam02": 1e5})
+    assert timekeeper.step(setup(), TimekeeperState(), envelope(false)) == (TimekeeperState(), [])
+
+
 def test_a_correction_of_another_program_is_answered_with_the_own_one() -> None:
     foreign = structs.replace(CORRECTION, found_ms={}, errors_ms={}, applied_ms={"cam01": 500.0})
     one, state = setup(), ticked()

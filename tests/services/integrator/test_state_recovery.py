@@ -10,6 +10,7 @@ from tests.support.two_view_run import VIEWERS
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.proportions import average_lengths, body_from_lengths
+from zenocap.common.bus.protocol import Tick
 from zenocap.services.integrator import step as integrator
 from zenocap.services.integrator.state_recovery import standing_height
 from zenocap.services.integrator.states import IntegratorState
@@ -50,6 +51,26 @@ def test_a_recovered_pose_without_its_body_is_ignored() -> None:
 
 def test_recovered_messages_are_ignored_after_the_body_is_measured() -> None:
     assert play(TRACKED, BODY, POSE) == (TRACKED, [])
+
+
+def test_a_body_that_is_not_the_published_one_is_contradicted_once_a_tick() -> None:
+    """Viewers used that of another program until the end."""
+    small = replace(BODY.body, sizes=dict.fromkeys(BODY.body.sizes, (0.1, 0.1, 0.1)))
+    false = replace(BODY, captured_ns=2**62, body=small)
+    state, published = play(TRACKED, *[false] * 20)
+    assert published == []
+    state, bodies = ticked(state)
+    assert bodies == [BODY]
+    state, _ = play(state, BODY)  # its own, which it hears too
+    assert ticked(state)[1] == []
+    state, _ = play(state, false, m.Request(frame=0, captured_ns=0, what="measure"))
+    assert ticked(state)[1] == []  # there is none until the next
+
+
+def ticked(state: IntegratorState) -> tuple[IntegratorState, list[m.Message]]:
+    """State after a tick, and the bodies that are published in it."""
+    state, published = integrator.step(SETUP, state, Tick(BODY.captured_ns + 10**9))
+    return state, [message for message in published if isinstance(message, m.UniversalBdp)]
 
 
 def test_recovered_messages_are_ignored_after_a_measure_request() -> None:

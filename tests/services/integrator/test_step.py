@@ -228,9 +228,8 @@ def test_a_frame_rate_of_another_integrator_is_answered() -> None:
     own = state.rate.decided
     assert own is not None
     other = m.FrameRate(frame=9, captured_ns=0, keep=1, of=100, from_ns=0, phase_ns=0, fps=own.fps)
-    state, published = integrator.step(SETUP, state, envelope(other))
-    assert published == []
-    state, published = integrator.step(SETUP, state, Tick(EPOCH_NS + 60_000_000_000))
-    (answer,) = (message for message in published if isinstance(message, m.FrameRate))
-    assert (answer.keep, answer.of) == (own.keep, own.of)
-    assert state.sightings.spacing == 1
+    for event in (envelope(other), Tick(EPOCH_NS + 60_000_000_000)):
+        state, published = integrator.step(SETUP, state, event)
+        (answer,) = (message for message in published if isinstance(message, m.FrameRate))
+        assert (answer.keep, answer.of) == (own.keep, own.of)
+        assert state.sightings.spacing == 1

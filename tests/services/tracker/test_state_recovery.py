@@ -1,6 +1,7 @@
 """A restarted tracker finds the person by the body and pose published before."""
 
 import pytest
+from msgspec import structs
 
 from tests.support.built_messages import silhouette
 from tests.support.tracker_ring import FRAME_NS, hip_error, in_motion, rendered_masks, ring, setup, t_pose_at
@@ -65,3 +66,19 @@ def test_incomplete_foreign_or_discarded_state_is_not_used(before: tuple[m.Track
     assert published == []
     assert not awaiting_person(after)
     assert tracker.describe(after) == "waiting for silhouettes"
+
+
+@pytest.mark.slow
+def test_a_body_that_is_not_the_published_one_is_contradicted_with_the_next_frame_set(
+    before: tuple[m.TrackerBdp, m.TrackerPose],
+) -> None:
+    """Pages and viewers used that of another program until the end."""
+    body, _ = before
+    state, _ = pass_to(SETUP, None, before)
+    small = structs.replace(body.body, sizes=dict.fromkeys(body.body.sizes, (0.1, 0.1, 0.1)))
+    state, published = pass_to(SETUP, state, [structs.replace(body, captured_ns=2**62, body=small)] * 20)
+    assert published == []
+    state, published = play(state, AFTER[:2], 10)
+    assert [message for message in published if isinstance(message, m.TrackerBdp)] == [body]
+    state, published = pass_to(SETUP, state, [body])  # its own, which it hears too
+    assert (state.contradicted, published) == (False, [])

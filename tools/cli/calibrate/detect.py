@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.common.errors import UserError
 from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, write_result
+from zenocap.tools.cli.calibrate.output import ForceOption, check_failures, check_new, gathering, write_result
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import EXPERT, option
@@ -46,7 +48,8 @@ def detect(
 
     A file NAME.corners for each camera has the camera's name, the size of the images, and the times, numbers and image
     points of the corners: no picture. `zenocap calibrate board` takes it in place of the video, with the same result, from
-    corners/ in the folder of the film; the board must be described by the same options there.
+    corners/ in the folder of the film; the board must be described by the same options there. A film that fails loses no
+    other one; exit status 1 then.
 
     Example, on the camera's machine: `zenocap calibrate detect films/monday-20261123T221734Z --square 35`
     """
@@ -66,13 +69,24 @@ def detect(
         paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]
         for path in paths:
             check_new(path, given.force)
-        written = [_detected(described, film, path, given) for film, path in zip(found, paths, strict=True)]
+        _detect_all(described, dict(zip(paths, found, strict=True)), given)
+
+
+def _detect_all(described: Board, films: Mapping[Path, BoardFilm], given: DetectArguments) -> None:
+    """Write the corners of each film to its path, and print what follows.  Raises UserError at the end, of all failures."""
+    from zenocap.common.rig.folder import CORNERS
+
+    written: list[dict[str, object]] = []
+    failures: list[UserError] = []
+    for path, film in films.items():
+        with gathering(failures):
+            written.append(_detected(described, film, path, given))
     if given.as_json:
         typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
-    else:
-        typer.echo(
-            f"next: copy into {CORNERS}/ of the film's folder where the calibration is made; there, zenocap calibrate board"
-        )
+    elif written:
+        there = f"{CORNERS}/ of the film's folder where the calibration is made"
+        typer.echo(f"next: copy into {there}; there, zenocap calibrate board")
+    check_failures(failures)
 
 
 def _detected(described: Board, film: BoardFilm, path: Path, given: DetectArguments) -> dict[str, object]:

@@ -10,7 +10,7 @@ import typer
 
 from zenocap.common.atomic_write import free_names
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.options import DONE
+from zenocap.tools.cli.options import DONE, one_line_errors
 
 POOR = 3  # exit status of a calibration with remarks
 MOST_NAMES = 1000  # tried for a result whose name another file has taken; by hand
@@ -62,6 +62,21 @@ def write_result(output: Path, force: bool, write: Callable[[Path, bool], object
     raise _exists(output)
 
 
+@contextmanager
+def gathering(failures: list[UserError]) -> Iterator[None]:
+    """Add the UserError of one output to `failures`: it loses no other one."""
+    try:
+        yield
+    except UserError as error:
+        failures.append(error)
+
+
+def check_failures(failures: Sequence[UserError]) -> None:
+    """Raise one UserError with the texts of all."""
+    if failures:
+        raise UserError("\n".join(map(str, failures)))
+
+
 def _exists(path: Path | str) -> UserError:
     return UserError(f"{path}: exists already: allowed: another name, or --force")
 
@@ -75,13 +90,20 @@ def show(lines: Sequence[str], verdict: tuple[str, Sequence[str]]) -> int:
 
 
 def finish(
-    output: Path, lines: Sequence[str], verdict: tuple[str, Sequence[str]], data: Mapping[str, object] | None = None
-) -> NoReturn:
-    """Print the report of the calibration in `output`, or its data as JSON, and end the command."""
+    output: Path | None, lines: Sequence[str], verdict: tuple[str, Sequence[str]],
+    data: Mapping[str, object] | None = None, failures: Sequence[UserError] = (),
+) -> NoReturn:  # fmt: skip
+    """Print the report of the calibration in `output`, or its data as JSON, and end the command.
+
+    output: None where it could not be written there.  failures: to write files, which are said at the end.
+    """
     if data is None:
         status = show(lines, verdict)
-        typer.echo(f"next: zenocap calibrate check {output}")
+        if output is not None:
+            typer.echo(f"next: zenocap calibrate check {output}")
     else:
         status = POOR if verdict[0] == "poor" else DONE
-        typer.echo(json.dumps({**data, "written": str(output)}, indent=2))
+        typer.echo(json.dumps({**data, "written": None if output is None else str(output)}, indent=2))
+    with one_line_errors():
+        check_failures(failures)
     raise typer.Exit(status)

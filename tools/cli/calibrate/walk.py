@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.calibrate.output import CalibrationOption, ForceOption, LensesOption, check_new, finish, write_result
+from zenocap.tools.cli.calibrate.output import (
+    CalibrationOption,
+    ForceOption,
+    LensesOption,
+    check_new,
+    finish,
+    gathering,
+    write_result,
+)
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.option_groups import option
@@ -46,13 +54,14 @@ def walk(folder: WalkFolder, *, given: WalkArguments) -> None:
     from zenocap.tools.setup.calibration.walk.report import report, report_data, verdict
 
     with one_line_errors():
-        found, offsets = _calibrated(folder, given)
+        found, lines, failures = _calibrated(folder, given)
     data = report_data(found) if given.as_json else None
-    finish(given.output, [*report(found), f"written: {given.output}", *offsets], verdict(found), data)
+    output = given.output if f"written: {given.output}" in lines else None
+    finish(output, [*report(found), *lines], verdict(found), data, failures)
 
 
-def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, list[str]]:
-    """Calibrate and write the files; the result, and lines about the beginnings of the videos.  Raises UserError."""
+def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, list[str], list[UserError]]:
+    """Calibrate and write the files; the result, lines about the files, and failures to write them.  Raises UserError."""
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.tools.setup.calibration.walk.calibration import calibrated_films
@@ -72,10 +81,16 @@ def _calibrated(folder: Path, given: WalkArguments) -> tuple[WalkCalibration, li
         typer.echo(f"note: {note}", err=True)
     cameras = {one.camera.name: one.camera for one in found.cameras}
     error_px = max(one.off_px for one in found.cameras)
-    write_result(output, given.force, lambda path, new: write_calibration(path, cameras, error_px=error_px, new=new))
+    lines: list[str] = []
+    failures: list[UserError] = []
+    with gathering(failures):
+        write_result(output, given.force, lambda path, new: write_calibration(path, cameras, error_px=error_px, new=new))
+        lines.append(f"written: {output}")
     late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
-    is_late = any(one.is_certain for one in found.delays.values())
-    return found, sync_lines(folder, late, given.force) if is_late else []
+    if any(one.is_certain for one in found.delays.values()):
+        with gathering(failures):
+            lines += sync_lines(folder, late, given.force)
+    return found, lines, failures
 
 
 def sync_lines(folder: Path, begins: Mapping[str, float], force: bool) -> list[str]:

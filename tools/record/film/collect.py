@@ -4,10 +4,10 @@ import hashlib
 import os
 import shutil
 import socket
+import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Literal
 
@@ -16,6 +16,7 @@ from zenocap.common.formats.model_files import MAX_BYTES
 from zenocap.common.messages import FilmBoard, FilmFile, FilmReply
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.runtime.foreign_text import printable
+from zenocap.common.runtime.signals import WAIT_S
 from zenocap.common.video.parameters import RESERVE_BYTES
 from zenocap.services.camera.files import Kind
 from zenocap.tools.record.film.parameters import (
@@ -73,18 +74,30 @@ def collected(
             failures.append(f"{camera.name}: not copied: {error}")
     if board is not None and away:
         report(f"searching the board where the films are: {', '.join(f'{one.name} on {one.host}' for one in away)}")
+        ended = threading.Event()  # also by Ctrl-C: a search may take an hour
         with ThreadPoolExecutor(len(away)) as pool:
-            found = pool.map(partial(_corners, folder=folder, board=board), away)
-            for camera, (note, failure) in zip(away, found, strict=True):
+            found = [pool.submit(_corners, camera, folder, board, ended) for camera in away]
+            try:
+                while wait(found, WAIT_S).not_done:
+                    pass
+            finally:
+                ended.set()
+            for camera, one in zip(away, found, strict=True):
+                note, failure = one.result()
                 notes[camera.name] += (note,) * bool(note)
                 failures += [f"{camera.name}: no corners: {failure}"] * bool(failure)
     return notes, failures
 
 
-def _corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> tuple[str, str]:
-    """Note and failure of the corners of one camera."""
+def _corners(camera: RemoteCamera, folder: Path, board: FilmBoard, ended: threading.Event) -> tuple[str, str]:
+    """Note and failure of the corners of one camera.  ended: whether they are not waited for any more."""
+
+    def pause(seconds: float) -> None:
+        if ended.wait(seconds):
+            raise UserError(f"{camera.name} on {camera.host}: not waited for")
+
     try:
-        return f"its corners copied, {copy_corners(camera, folder, board) / 1e6:.1f} MB", ""
+        return f"its corners copied, {copy_corners(camera, folder, board, pause) / 1e6:.1f} MB", ""
     except (UserError, OSError) as error:
         return "", f"{error}"
 
@@ -128,10 +141,10 @@ def copy(camera: RemoteCamera, folder: Path, report: Callable[[str], None]) -> t
     return total, time.monotonic() - begin_s
 
 
-def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> int:
+def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard, pause: Callable[[float], object]) -> int:
     """Have a board searched in the film of a camera, and copy the checked corners into `folder`; returns bytes.
 
-    Raises UserError, OSError.
+    pause: between two questions, seconds.  Raises UserError, OSError, and what `pause` raises.
     """
     from zenocap.tools.setup.calibration.board import checked_board
     from zenocap.tools.setup.calibration.corners_file import check_board, read_corners
@@ -141,10 +154,10 @@ def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> int:
     while (reply := _asked(camera, "state")).board == "searching":
         if time.monotonic() > end_s:
             raise UserError(f"{camera.name} on {camera.host}: the board is not searched within {DETECT_S:.0f} s")
-        time.sleep(POLL_S)
+        pause(POLL_S)
     if reply.board != "found":
         raise UserError(f"{camera.name} on {camera.host}: {printable(reply.board_failure) or 'no board is searched'}")
-    file = _checksums(camera, ("corners",))["corners"]
+    file = _checksums(camera, ("corners",), pause)["corners"]
     if file.bytes > MAX_BYTES:
         raise UserError(f"{camera.name} on {camera.host}: {file.bytes} bytes of corners: allowed: at most {MAX_BYTES}")
     path = folder / CORNERS / f"{camera.name}{CORNERS_SUFFIX}"
@@ -161,7 +174,9 @@ def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> int:
     return file.bytes
 
 
-def _checksums(camera: RemoteCamera, kinds: Sequence[Kind]) -> dict[Kind, FilmFile]:
+def _checksums(
+    camera: RemoteCamera, kinds: Sequence[Kind], pause: Callable[[float], object] = time.sleep
+) -> dict[Kind, FilmFile]:
     """Sizes and checksums of these files, once they are all known."""
     end_s = time.monotonic() + CHECKSUM_S
     while True:
@@ -172,7 +187,7 @@ def _checksums(camera: RemoteCamera, kinds: Sequence[Kind]) -> dict[Kind, FilmFi
             return dict(files)
         if time.monotonic() > end_s:
             raise UserError(f"{camera.name} on {camera.host}: no checksum within {CHECKSUM_S:.0f} s")
-        time.sleep(POLL_S / 5)
+        pause(POLL_S / 5)
 
 
 def _copy(camera: RemoteCamera, kind: Kind, file: FilmFile, path: Path, report: Callable[[str], None]) -> int:

@@ -35,7 +35,8 @@ from zenocap.tools.record.launcher.fork_server import fork_server
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
-from zenocap.tools.record.launcher.statement import frame_lines, new_takes, statement
+from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
+from zenocap.tools.record.launcher.statement import frame_lines, statement
 from zenocap.tools.service_arguments import arguments_of, words
 
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
@@ -142,7 +143,7 @@ class Supervisor:
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(RigView(bus.rig, tuple(services)))
-        self._reports = Account()
+        self._reports, self._unresumed = Account(), Unresumed()
         self._frames = frames
         self._folder, self._takes_before = folder, set(folder.glob("*.mcap"))
         self._first_s: float | None = None
@@ -240,8 +241,8 @@ class Supervisor:
             return False
         whole = integrator is None or not (integrator.total("log_stopped") or integrator.total("log_removed"))
         whole = whole and self._integrator.status is not None  # else it had ended before the others were stopped
-        whole = whole and bool(takes) and not unreadable and all(one.complete for one in takes)
-        found = statement(takes, self._reports, self._services, whole=whole)
+        whole = whole and bool(takes) and not unreadable and takes[-1].complete
+        found = statement(takes, self._reports, self._services, whole=whole, unresumed=self._unresumed.accounts)
         for line in unreadable:
             self._print(f"take: {printable(line)}")
         for line in found.take_text():
@@ -252,7 +253,7 @@ class Supervisor:
             longest = max(takes, key=lambda take: take.messages).path
             self._print(f"content: zenocap info {longest}")
             self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
-        return not (found.complete and whole)
+        return not (found.complete and whole and all(one.complete for one in takes))
 
     def _say_reading(self, path: Path) -> None:
         with suppress(OSError):  # it was removed meanwhile
@@ -263,6 +264,8 @@ class Supervisor:
         if isinstance(event, Envelope | Alive):
             self._status = self._status.updated(event, time.monotonic_ns())
             self._reports.add(event)
+            if self._take is None:  # else the next integrator begins another one at once
+                self._unresumed.note(event, self._reports)
 
     def _is_over(self) -> bool:
         viewers = {title(service) for service in self._services if service[0] == "viewer"}

@@ -1,17 +1,22 @@
 """Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
+from types import MappingProxyType
+
+from msgspec import structs
 
 from zenocap.common.messages import SENT
-from zenocap.common.observe.account import Account, Line, Sender, Span
-from zenocap.common.observe.several_logs import began, completed, joined
-from zenocap.common.observe.view import RigView
-from zenocap.common.recording.take_account import Place, TakeAccount, readable
-from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title
+from zenocap.common.observe.account import Account, Line, Span
+from zenocap.common.observe.several_logs import completed, joined
+from zenocap.common.observe.view import RigView, ServiceView
+from zenocap.common.recording.take_account import Place, TakeAccount
+from zenocap.common.rig.services import ServiceKey, title
+from zenocap.common.runtime.frame_rate import CAPTURED, DROPPED, PROCESSED, SKIPPED
 from zenocap.common.topics import Topic
+from zenocap.tools.record.launcher.run_takes import ended_with_its_integrator, next_process
 
 MOST_LINES = 20  # of topics with losses, and of spans
 
@@ -126,55 +131,86 @@ class Statement:
 
 
 def statement(
-    takes: Sequence[TakeAccount], reports: Account, services: Collection[ServiceKey], *, whole: bool = True
-) -> Statement:
+    takes: Sequence[TakeAccount], reports: Account, services: Collection[ServiceKey], *, whole: bool = True,
+    unresumed: Mapping[int, Account] = MappingProxyType({}),
+) -> Statement:  # fmt: skip
     """Statement on the messages of some services.
 
     takes: of the run, in order.  reports: account of the healths that were received beside the logs.
-    whole: whether each log finished its files, and none was removed.
+    whole: whether the last log finished its files, and none was removed.  unresumed: see `Unresumed`.
     """
 
     def missing(account: Account) -> int:
         return sum(line.missing for (service, _), line in account.lines().items() if service in services)
 
     account, shares = Account(), list[TakeShare]()
+    lost_before = Counter[Place]()  # after takes that were not resumed
+    resumed, idle = True, Counter[Place]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
         before = shares[-1].take if shares else None
         gap = None
-        if before is not None and _ended_with_its_integrator(before):
-            gap = (before.account.end_ns or before.start_ns, take.start_ns)
-        all = joined(account, take.account, continued=bool(take.previous) or gap is not None)
+        if before is not None and ended_with_its_integrator(before):
+            end = None if resumed else next_process(before, reports)
+            gap = (before.account.end_ns or before.start_ns, take.start_ns if end is None else end[1].first.at_ns)
+        all = joined(account, take.account, continued=bool(take.previous) or (gap is not None and resumed))
         own = missing(take.account)
         refused = sum(count for (service, _), count in take.refused.items() if service in services)
-        shares.append(TakeShare(take, own + refused, gap, max(0, missing(all) - missing(account) - own)))
+        between = max(0, missing(all) - missing(account) - own) + sum(idle.values())
+        shares.append(TakeShare(take, own + refused, gap, between))
         account = all
+        end = next_process(take, reports) if ended_with_its_integrator(take) else None
+        resumed, idle = end is None or end[0] not in unresumed, Counter[Place]()
+        if end is not None and not resumed:
+            idle = _lost_until(account, take, unresumed[end[0]], services)
+            lost_before += idle
     last, gaps = takes[-1].account if takes else None, any(one.gap is not None for one in shares)
-    account = completed(account, reports, continued=not whole, last=last, between=gaps)
-    lines = {place: line for place, line in account.lines().items() if place[0] in services}
+    account = completed(account, reports, continued=not whole and resumed, last=last, between=gaps and not lost_before)
+    lines = {place: _with_lost(line, lost_before[place]) for place, line in account.lines().items() if place[0] in services}
     refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
     return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))
 
 
-def _ended_with_its_integrator(take: TakeAccount) -> bool:
-    """Whether a take was written until its integrator ended, and not until its user ended the recording."""
-    last = next(reversed(take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.values()), None)
-    return not take.complete or (last is not None and last.last.ended)
+def _lost_until(
+    account: Account, take: TakeAccount, restarted: Account, services: Collection[ServiceKey]
+) -> Counter[Place]:
+    """Messages that are not in the last take of an account and were sent before its integrator was started again."""
+    before, found = account.lines(), completed(account, restarted, continued=True, last=take.account, between=True).lines()
+    return Counter({
+        place: line.missing - (before[place].missing if place in before else 0)
+        for place, line in found.items() if place[0] in services
+    })  # fmt: skip
+
+
+def _with_lost(line: Line, count: int) -> Line:
+    """The line with so many messages that were to be recorded, among those that were sent while no take was written."""
+    count = min(count, line.unlogged)
+    return structs.replace(line, missing=line.missing + count, unlogged=line.unlogged - count)
 
 
 def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
     """What became of the frames that all viewers' sources gave.  topic: of the message that is sent with every frame."""
-    viewers = [one for (service, _), one in view.services.items() if service == "viewer"]
+    all = {title(key): one for key, one in view.services.items() if key[0] == "viewer"}
+    # One of an earlier release does not say what its source gave.
+    uncounted = {name: one for name, one in all.items() if one.total(PROCESSED) and not _has_count(one, CAPTURED)}
+    viewers = [one for name, one in all.items() if name not in uncounted]
 
     def total(name: str) -> int:
         return sum(one.total(name) for one in viewers)
 
-    captured, processed = total("captured_frames"), total("frames")
-    terms = {"processed": processed, "failed": total("failed_frames"), "dropped": total("dropped_frames")}
-    terms["skipped under overload"] = total("skipped_frames")
+    captured, processed = total(CAPTURED), total(PROCESSED)
+    terms = {"processed": processed, "failed": total("failed_frames"), "dropped": total(DROPPED)}
+    terms["skipped under overload"] = total(SKIPPED)
     uses = {"sent": total(SENT + topic.name), "for the background": total("learning_frames")}
     uses["not sendable"] = total("unsendable")
     if captured or any(terms.values()):
         yield f"frames: {_equation(captured, 'captured', terms)}; {_equation(processed, 'processed', uses)}"
+    for name, one in uncounted.items():
+        yield f"frames of {name}: {one.total(PROCESSED)} processed of an unknown number: its release does not count them"
+
+
+def _has_count(one: ServiceView, name: str) -> bool:
+    """Whether the present process of a service and those before have a count."""
+    return one.health is not None and name in one.health.counts and (not one.past or name in one.past)
 
 
 def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
@@ -185,34 +221,6 @@ def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
 
 def _added(terms: Mapping[str, int]) -> str:
     return " + ".join(f"{count} {name}" for name, count in terms.items())
-
-
-def new_takes(
-    folder: Path, known: Collection[Path], rig: str, reports: Account, on_reading: Callable[[Path], None] = lambda _: None
-) -> tuple[list[TakeAccount], list[str]]:
-    """Takes of a rig in `folder` besides the known ones, in order; and why others cannot be read.
-
-    reports: see `statement`.  on_reading: see `take_account`.
-    """
-
-    def is_own(take: TakeAccount) -> bool:
-        """Whether a take may be of this run: of a second rig of the same name another integrator has reported."""
-        processes = take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
-        seen = reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
-        return (take.rig == rig and (not processes or not seen or bool(processes & seen))) or not (
-            take.rig or take.complete
-        )
-
-    paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
-    found = [readable(path, on_reading) for path in paths]
-    takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
-    takes.sort(key=lambda take: take.start_ns)
-    order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
-    ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())
-    for take in takes:  # one without a health, by its time
-        if order[take.path] is None:
-            ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
-    return ordered, [one for one in found if isinstance(one, str)]
 
 
 def _shortened(lines: Iterator[str]) -> Iterator[str]:

@@ -2,15 +2,19 @@
 
 import json
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.support.command import printed
+from tests.support.command import printed, zenocap
 from tests.support.places import ROOT
 from zenocap.common.camera import line_calibration
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.tools.cli.calibrate.lines import EXAMPLE
+from zenocap.tools.setup.calibration.walk import calibration, films
+from zenocap.tools.setup.calibration.walk import report as walk_report
+from zenocap.tools.setup.calibration.walk.delays import Delay
 
 DEMO = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
 MEASURED = (
@@ -138,3 +142,31 @@ def test_a_file_that_was_made_while_it_calibrated_stays_and_the_result_is_beside
         assert set(read_calibration(tmp_path / name)) == {"cam01", "cam02"}
     lines(*OPTIONS, "-o", path, "--force")
     assert set(read_calibration(path)) == {"cam01", "cam02"}
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_calibration_of_a_walk_that_is_beside_another_one_loses_no_delays(as_json, tmp_path, monkeypatch):
+    """The command ended before it wrote sync.toml, and showed no report."""
+    path, cameras = tmp_path / "a.toml", read_calibration(DEMO)
+
+    def calibrated(*_):
+        path.write_text("mine")
+        sighted = [SimpleNamespace(camera=camera, off_px=0.5) for camera in cameras.values()]
+        return SimpleNamespace(cameras=sighted, delays={"cam01": Delay(0.0, 0.0), "cam02": Delay(0.12, 0.001)})
+
+    begins = dict.fromkeys(cameras, 0.0)
+    monkeypatch.setattr(films, "filmed", lambda *_: films.FilmedWalk(cameras, {}, None, begins, ()))
+    monkeypatch.setattr(calibration, "calibrated_films", calibrated)
+    monkeypatch.setattr(walk_report, "report", lambda _: ["seen well"])
+    monkeypatch.setattr(walk_report, "report_data", lambda _: {"error_m": 0.1})
+    monkeypatch.setattr(walk_report, "verdict", lambda _: ("good", ()))
+    options = ("--height", "1.75", "--lenses", DEMO, "-o", path, *["--json"] * as_json)
+    status, text, errors = zenocap("calibrate", "walk", tmp_path, *options)
+    assert status == 1
+    assert f"error: {path}: exists since a moment ago, and stays: the result is in {tmp_path / 'a-2.toml'}\n" in errors
+    if as_json:
+        assert json.loads(text) == {"error_m": 0.1, "written": None}
+    else:
+        assert text == f"seen well\nwritten: {tmp_path / 'sync.toml'}\nverdict: good\n"
+    assert '"cam02" = 0.1200' in (tmp_path / "sync.toml").read_text()
+    assert list(read_calibration(tmp_path / "a-2.toml")) == list(cameras)

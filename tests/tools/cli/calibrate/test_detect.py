@@ -4,6 +4,7 @@ import json
 import shutil
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +12,9 @@ from tests.support.board_films import board_videos
 from tests.support.board_views import places, rig_error_m
 from tests.support.command import printed, zenocap
 from tests.support.stored import stored_files
+from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
+from zenocap.tools.setup.calibration import corners_file, detection
 from zenocap.tools.setup.calibration.board_films import board_films
 
 pytestmark = pytest.mark.slow
@@ -95,6 +98,26 @@ def test_existing_corners_are_kept_without_force_and_json_names_them(machines, t
     assert camera["views"] > 30
     assert camera["written"] == str(tmp_path / "there" / "cam01.corners")
     assert board_films([tmp_path / "there"])[0][0].name == "cam01"
+
+
+def test_corners_that_are_beside_others_lose_no_other_film(films, tmp_path, monkeypatch):
+    """The first of two ended the command, and the second was not searched."""
+
+    def searched(board, path, name, report):
+        if name == "cam01":
+            (tmp_path / "cam01.corners").write_text("mine")
+        return SimpleNamespace(camera=name, looks=70, most=SimpleNamespace(views=[], coverage=0.5))
+
+    monkeypatch.setattr(detection, "detected", searched)
+    monkeypatch.setattr(corners_file, "write_corners", lambda path, one, new: write_atomically(path, b"corners", new=new))
+    output = detect(films, *BOARD, "-o", tmp_path, status=1)
+    beside = tmp_path / "cam01-2.corners"
+    assert output.endswith(
+        f"error: {tmp_path / 'cam01.corners'}: exists since a moment ago, and stays: the result is in {beside}\n"
+    )
+    assert f"written: {tmp_path / 'cam02.corners'}" in output
+    assert (tmp_path / "cam01.corners").read_text() == "mine"
+    assert beside.read_text() == (tmp_path / "cam02.corners").read_text() == "corners"
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """A camera that another program films: its failures, and copies that are whole or not there."""
 
+import _thread
 import hashlib
 import itertools
 import threading
@@ -203,6 +204,26 @@ def board_film(network: Network, folder: Path) -> RemoteFilm:
     _, reason = film([], folder, 1.5, lambda: False, lambda _: None, remote=one)
     assert reason == ""
     return one
+
+
+def test_a_search_of_a_board_ends_by_ctrl_c(network: Network, tmp_path: Path) -> None:
+    """The command waited for the end of the search, up to an hour, and slept when another thread received the signal."""
+    one, asked, most = remote_of(network), 0, 500
+    (camera,) = one.cameras
+    camera.reply = structs.replace(camera.reply, frames=5)
+
+    def searching(reply: FilmReply) -> FilmReply:
+        nonlocal asked
+        asked += 1
+        if asked == 2:
+            _thread.interrupt_main()  # in the thread that searches: it wakes no other
+        board = "searching" if asked < most else "failed"
+        return structs.replace(reply, refused="", film=camera.film, frames=5, board=board)
+
+    network.changed = searching
+    with pytest.raises(KeyboardInterrupt):
+        collected(one, tmp_path / "out", fetch=False, report=lambda _: None, board=BOARD)
+    assert 2 <= asked < most
 
 
 @pytest.mark.nightly

@@ -237,17 +237,18 @@ def test_a_detector_of_a_package_finds_points_and_needs_no_model(installed: Inst
     assert "'bands': needs no model file" in installed.zenocap("models", "add", "bands").stderr.replace("\n", " ")
 
 
-def test_a_method_of_a_package_tracks_and_is_not_verified(installed: Installation, tmp_path: Path) -> None:
+@pytest.mark.parametrize("given", [False, True], ids=["of the rig", "by --method"])
+def test_a_method_of_a_package_tracks_and_is_not_verified(installed: Installation, given: bool, tmp_path: Path) -> None:
     shutil.copy(demo_rig_file().with_name("demo-calibration.toml"), tmp_path)
     viewers = "".join(
         f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "actor:raise-both-arms?seed=7"\nbackground = "first:30"\n'
         "size = [160, 120]\nfps = 15\n"
         for k in (1, 2)
     )
-    head = 'name = "arms"\nmethod = "upright"\ncalibration = "demo-calibration.toml"\n'
+    head = f'name = "arms"\nmethod = "{"two-view" if given else "upright"}"\ncalibration = "demo-calibration.toml"\n'
     (tmp_path / "rig.toml").write_text(head + viewers)
     take = tmp_path / "a.mcap"
-    done = installed.zenocap("track", tmp_path / "rig.toml", "-o", take)
+    done = installed.zenocap("track", tmp_path / "rig.toml", "-o", take, *(["--method", "upright"] if given else []))
     assert done.returncode in (0, 3), done.stderr  # 3: its verdict is doubtful
     assert "method upright" in installed.zenocap("info", take).stdout
     assert "nothing can be verified" in installed.zenocap("verify", take).stderr

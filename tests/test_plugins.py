@@ -81,6 +81,28 @@ def test_a_format_of_a_package_is_exported_by_its_suffix(installed: Installation
     assert ".sto" in done.stderr.replace("\n", "")  # beside the suffixes of zenocap
 
 
+def test_a_format_of_a_package_is_saved_by_the_page(installed: Installation, tmp_path: Path) -> None:
+    shutil.copy(GOLDEN / "arms.mcap", tmp_path)
+    code = """
+        import sys, threading
+        from pathlib import Path
+        from zenocap.services.animator.page.save_messages import SaveTake
+        from zenocap.services.animator.save_command import format_choices
+        from zenocap.services.animator.save_job import SaveJob
+        take, states, ended = Path(sys.argv[1]), [], threading.Event()
+        def keep(update):
+            states.append(update)
+            if update.state != "running":
+                ended.set()
+        SaveJob(keep, lambda path: "").start(SaveTake("sto", axes="opensim"), take, take.parent)
+        ended.wait()
+        print(format_choices()[-1].name, states[-1].state, states[-1].name, states[-1].text)
+    """
+    found = installed.printed(code, str(tmp_path / "arms.mcap"))
+    assert found.startswith("sto done arms.sto 97 frames")
+    assert "DataType=Vec3" in (tmp_path / "arms.sto").read_text()
+
+
 def test_recorded_motion_of_a_package_is_a_truth(installed: Installation, tmp_path: Path) -> None:
     truth = tmp_path / "arms.sto"
     installed.zenocap("export", GOLDEN / "arms.mcap", "-o", truth)

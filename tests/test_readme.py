@@ -10,6 +10,7 @@ from tests.support.places import ROOT
 from zenocap.common.topics import TOPICS
 
 WIRE = TEXTS[ROOT / "docs" / "wire.md"]
+LAYERS = ("common", "simulation", "services", "tools")
 REFUSED = {
     "zenocap trak walk -o walk.mcap": "did you mean zenocap track",
     "zenocap calibrate bord films --square 35": "No such command 'bord'",
@@ -86,6 +87,18 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
 def test_every_page_is_linked_from_the_readme() -> None:
     linked = {(ROOT / link).resolve() for link in re.findall(r"\]\(([\w/-]+\.md)\)", TEXTS[PAGES[0]])}
     assert linked == set(PAGES[1:])
+
+
+def test_the_map_of_the_code_has_every_folder_of_a_layer_and_every_module_of_the_tools() -> None:
+    lines = TEXTS[ROOT / "docs" / "code.md"].partition("```\n")[2].partition("```\n")[0].splitlines()
+    start = {name: lines.index(next(line for line in lines if line.startswith(f"{name}/"))) for name in (*LAYERS, "deploy")}
+    ends = {"common": "simulation", "services": "tools", "tools": "deploy"}
+    for layer, end in ends.items():
+        named = set(re.findall(r"^  ([\w· ]+?)(?:/|  )", "\n".join(lines[start[layer] : start[end]]), re.MULTILINE))
+        words = {word for text in named for word in text.split(" · ")}
+        folders = {path.parent.name for path in (ROOT / layer).glob("*/__init__.py")}
+        modules = {path.stem for path in (ROOT / "tools").glob("*.py")} - {"__init__"} if layer == "tools" else set()
+        assert folders | modules <= words, layer
 
 
 def test_every_named_make_target_exists() -> None:

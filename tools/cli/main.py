@@ -42,7 +42,7 @@ HELP = """Markerless human motion capture from ordinary fixed cameras, in real t
     `zenocap calibrate`, a rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and
     others `zenocap export`.
 
-    Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss."""
+    Exit status: 0 done, 1 failed, 2 wrong usage, 3 done, with loss or doubt; of `track` also 4, done but unusable."""
 # The extra that installs an optional module.
 EXTRAS = {
     "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots",

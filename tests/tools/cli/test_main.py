@@ -18,10 +18,12 @@ from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
 from tests.support.command import app, printed, refused, zenocap
+from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import COMMANDS, program
+from zenocap.tools.cli.main import COMMANDS, HELP, program
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, UNUSABLE, USAGE
 from zenocap.tools.option_groups import EXPERT, RESEARCH
 
 runner = CliRunner()
@@ -114,6 +116,12 @@ def test_commands_with_many_options_have_them_in_panels() -> None:
         if len(options) > MOST_OPTIONS and not {EXPERT, RESEARCH} & panels:
             without.append(name)
     assert without == []
+
+
+@pytest.mark.parametrize("text", [HELP, (ROOT / "README.md").read_text(encoding="utf-8")], ids=["help", "README"])
+def test_every_exit_status_is_explained(text: str) -> None:
+    (line,) = re.findall(r"Exit status\b[^:]*: (0 .*)", text)
+    assert [int(digit) for digit in re.findall(r"\d", line)] == [DONE, FAILED, USAGE, LOSS, UNUSABLE]
 
 
 @pytest.mark.slow

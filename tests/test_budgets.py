@@ -17,7 +17,7 @@ LEAST_RELEASES = 3
 FIRST = 100  # letters of the first line of a module
 DOCSTRING = re.compile(r'(?:#[^\n]*\n)*r?"""(.*?)(?:\n|"""|$)')
 ASKING = re.compile(r"(What|How|Which|Where|By)\b")
-FOLDERS = ("common", "services", "simulation", "tools", "zenocap", "tests", "examples")
+FOLDERS = ("common", "services", "simulation", "tools", "zenocap", "tests", "benchmarks", "examples")
 
 
 def above(used: Mapping[str, int], budgets: Mapping[str, int]) -> dict[str, tuple[int, int]]:

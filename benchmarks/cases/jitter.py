@@ -1,4 +1,4 @@
-"""Jitter, error and delay of the tracker's poses: as tracked, smoothed live, smoothed afterwards, tracked both ways."""
+"""Jitter, error and delay of the tracker's poses: as tracked, smoothed, tracked both ways."""
 
 from collections.abc import Sequence
 from math import nan

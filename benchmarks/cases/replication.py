@@ -1,4 +1,4 @@
-"""Replication of Table II and figures of [Hybrid]: people who are the model, as many frames as in the paper."""
+"""Replication of Table II and figures of [Hybrid]: people who are the model, frames as in the paper."""
 
 from collections.abc import Mapping
 from dataclasses import replace

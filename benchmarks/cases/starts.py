@@ -1,4 +1,4 @@
-"""Starts of the tracker, confidence of its poses, and the limits that [Two-view] admits: simulated people, two cameras."""
+"""Starts of the tracker, confidence of its poses, limits of [Two-view]: people before two cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Simulated people before the paper's two cameras, in colour, from the video: two-view, its variants, and the tracker."""
+"""Two-view, its variants, and the tracker: colour videos of people before the paper's two cameras."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""One fault at a time against a rig that `zenocap up` runs: effect on the other services, and time to recovery."""
+"""One fault at a time against a rig: effect on the other services, and time to recovery."""
 
 import random
 import tempfile

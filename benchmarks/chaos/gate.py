@@ -1,4 +1,4 @@
-"""A TCP forwarder between the services of a rig and their router, in which the links of one service can be cut.
+"""A TCP forwarder between services and router, in which the links of one service can be cut.
 
 No privileges are needed: the process behind a connection is found in /proc by the port that it connects from.
 """

@@ -1,4 +1,4 @@
-"""Silent losses: poses that are in no take although the integrator recorded, and that nobody has counted as lost."""
+"""Silent losses: poses that are in no take while the integrator records, and not counted as lost."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What a run did: every round with its recovery, and everything that is checked at the end."""
+"""Result of a run: every round with its recovery, and all that is checked at the end."""
 
 from dataclasses import dataclass, field
 

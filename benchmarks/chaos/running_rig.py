@@ -1,4 +1,4 @@
-"""A rig of simulated cameras around a router, run by `zenocap up`, with a gate between the services and the router."""
+"""A rig of simulated cameras under `zenocap up`, with a gate between services and router."""
 
 import os
 import re

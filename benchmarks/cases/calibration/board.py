@@ -1,4 +1,4 @@
-"""Calibration with a board: errors on simulated views with known truth, and the claimed error beside them.
+"""Calibration with a board: errors on simulated views, and the claimed error beside them.
 
 Rooms of 1280 x 720 cameras at 3 to 4 m, and a board of 7 x 9 squares of 60 mm that is carried about, 10 detections a
 second.  Errors are of places within 0.8 m of the middle of the room, after the best motion.

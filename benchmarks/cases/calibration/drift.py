@@ -1,4 +1,4 @@
-"""The drift check: one camera turned about a random axis, and unmoved ones, on simulated people who walk."""
+"""The drift check: one camera turned about a random axis, and unmoved ones, on simulated walks."""
 
 import cv2
 import numpy as np

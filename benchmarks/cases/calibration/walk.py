@@ -1,4 +1,4 @@
-"""Calibration from a walk: errors on simulated walkers with known truth, and the claimed error beside them.
+"""Calibration from a walk: errors on simulated walkers, and the claimed error beside them.
 
 Adults walk a figure of eight for 20 s, seen in 320 x 240 with ragged edges by cameras at 4 to 6 m, 0.9 to 2.6 m high and
 rolled by up to 4 degrees, whose poses are unknown.

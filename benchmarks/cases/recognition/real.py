@@ -1,4 +1,4 @@
-"""Real motion: classification of examples from the shared motion capture, and rejection of untrained movements.
+"""Real motion: classification of motion capture, and rejection of untrained movements.
 
 The six kinds are CMU's names of its files (subject 02: walk, walk, run, jump, punch, bend and scoop up, sword, broom;
 subject 07: walks; 10_01 and 11_01: kick a ball).  Cuts were chosen by the speed of the joints.

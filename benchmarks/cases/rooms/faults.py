@@ -1,4 +1,4 @@
-"""Faults of a camera or its place: films with one each, and the advice that is right for the situations of the rooms."""
+"""Faults of a camera or its place: films with one each, and the right advice for each situation."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace

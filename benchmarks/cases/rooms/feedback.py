@@ -1,4 +1,4 @@
-"""Silhouettes with the tracker in the loop: all views of a seed, with and without its pose fed back to the viewers."""
+"""Silhouettes with and without the tracker's pose fed back to the viewers."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

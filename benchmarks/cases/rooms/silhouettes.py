@@ -1,4 +1,4 @@
-"""Silhouettes in rooms that change: overlap with the true silhouette, by situation and background method."""
+"""Overlap with the true silhouette in rooms that change, by situation and background method."""
 
 from pathlib import Path
 from time import perf_counter

@@ -1,4 +1,4 @@
-"""Budgets of speed: videos to a take, the tracker and the viewers in real time; the others are kinds of their own.
+"""Budgets of speed: videos to a take, tracker and viewers in real time.
 
 Offline: `zenocap track` of videos of 640x480, both passes, from the first frame set to the complete take, and the first
 pass alone.  Real time: silhouettes in memory to pose, 30 frame sets a second, also beside processes that never wait.

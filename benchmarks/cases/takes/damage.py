@@ -1,4 +1,4 @@
-"""Takes cut at every 1 % of their length and damaged at random: results of reading, `info` and `recover`.
+"""Takes cut at every 1 % or damaged at random: results of reading, `info` and `recover`.
 
 Each damaged file must be rejected or read, without a traceback; the exit status may be 0 only when nothing is lost;
 messages read must equal messages written; and recovered files must be intact for the reader of the mcap package.

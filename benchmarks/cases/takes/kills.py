@@ -1,4 +1,4 @@
-"""`kill -9` of an integrator at random times: readability of the take, seconds lost, messages restored by `recover`.
+"""`kill -9` of an integrator: readability of the take, seconds lost, messages restored.
 
 Each time a new integrator process is started; this process publishes the messages of the two viewers of the tracked demo.
 Seconds lost: from the last message in the file to the kill, both by this machine's clock.

@@ -1,4 +1,4 @@
-"""Faults of a recording, injected into the silhouettes of simulated people or into the calibration that the tracker gets.
+"""Faults of a recording, injected into silhouettes or into the calibration.
 
 A fault whose effect on silhouettes is exactly known is injected there: a camera that is turned is a homography, a late
 video is a shift.  Low contrast, shadows and clutter are imitated by what they do to a silhouette.

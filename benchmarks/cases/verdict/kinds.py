@@ -1,4 +1,4 @@
-"""The verdict against the true error: simulated people with faults, other people and motions than those of the fit.
+"""The verdict against the true error: other people, motions and faults than those of the fit.
 
 good: mean error of the joints up to 75 mm and up to 5 % lost, in truth; unusable: no pose, above 150 mm, or more than 25 %
 lost.  Silhouettes of 320 x 240, 25 frames/s, two to four cameras, with ragged edges and one fault each.

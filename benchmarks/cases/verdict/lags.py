@@ -1,4 +1,4 @@
-"""Lags that the verdict states, on takes without a fault whose silhouettes of one view are stamped late or early."""
+"""Lags that the verdict states, where the silhouettes of one view are stamped late or early."""
 
 import msgspec
 

@@ -1,4 +1,4 @@
-"""Takes of simulated people with faults: the services' messages on their silhouettes, and the true joint centres."""
+"""Takes of simulated people with faults, and the true joint centres."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

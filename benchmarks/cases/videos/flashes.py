@@ -1,4 +1,4 @@
-"""Offsets of videos from a flash or a lamp, as `zenocap sync --by flash` finds them, on films of simulated people.
+"""Offsets of videos from a flash or a lamp (`zenocap sync --by flash`), on simulated films.
 
 A light is added to the images as far as it falls into the exposure of each: as long as stated in frame periods, or switched
 on for good; 0.03 periods are 1 ms.

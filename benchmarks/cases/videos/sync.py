@@ -1,4 +1,4 @@
-"""Offsets of videos that did not begin together, as `zenocap sync` finds them, from silhouettes and from sound.
+"""Offsets of videos from silhouettes and from sound (`zenocap sync`).
 
 Errors are against the first camera, in frame periods at 30 frames/s (of real_beam4 too); of clips at 60 frames/s every
 second frame is used in another phase, so that true offsets are multiples of half a frame period.

@@ -73,7 +73,7 @@ def test_the_first_line_of_a_module_is_a_short_noun_phrase() -> None:
 def test_one_class_name_has_one_meaning() -> None:
     """A name that begins with _ is its module's own."""
     places: dict[str, list[str]] = {}
-    for path in house.sources(ROOT, *house.PACKAGE):
+    for path in house.sources(ROOT, *house.PACKAGE, "benchmarks"):
         for name in house.definitions(path).classes:
             if not name.startswith("_"):
                 places.setdefault(name, []).append(str(path.relative_to(ROOT)))

@@ -11,7 +11,7 @@ import msgspec
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg, with_true_angles
 from benchmarks.harness.cache import content
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, Value, case
+from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, Value, case
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import TRAINING_FRAMES
@@ -132,7 +132,7 @@ REPLICATION = Kind(
     "as many test frames as in the paper. Unfamiliar: a prior of boxing, for boxing of walking. M: regions of the prior, "
     "else 20.",
     run,
-    (*COLUMNS, Column("of the paper's", digits=1)),
+    (*COLUMNS, Quantity("of the paper's", digits=1)),
     _cases(),
     case("walking", method="image-force", start=TRUE_POSE, tested=20),
     rows="method, force, start, motion",

@@ -17,7 +17,7 @@ CHUNK = 1 << 16
 CONNECTED = "01"  # state of a connection in /proc/net/tcp
 
 
-class Gate:
+class LinkGate:
     """Forwards a port of this machine to another one; a context manager.
 
     owner: name of the service that a process id belongs to; None for other processes, whose links are never cut.

@@ -10,7 +10,7 @@ import pytest
 from benchmarks import __main__ as program
 from benchmarks.harness import cache, pages, results
 from benchmarks.harness.cache import Closure
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
 from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from zenocap.common.errors import UserError
@@ -30,7 +30,7 @@ KIND = Kind(
     "doubled",
     "Twice the size.",
     doubled,
-    (Column("mm", "mm"), Column("lost", "%", 0, "")),
+    (Quantity("mm", "mm"), Quantity("lost", "%", 0, "")),
     {"small": case("film"), "large": case("film", size=10)},
     case("film"),
 )
@@ -112,7 +112,7 @@ def test_a_case_that_fails_does_not_end_the_others_and_is_not_kept() -> None:
 
 
 def test_a_figure_without_a_column_is_an_error() -> None:
-    (done,) = runs(replace(KIND, columns=(Column("mm"),)), [case("film")])
+    (done,) = runs(replace(KIND, columns=(Quantity("mm"),)), [case("film")])
     assert "figures without a column: lost" in done.problem
 
 
@@ -130,17 +130,17 @@ def test_equal_options_make_equal_cases() -> None:
 @pytest.mark.parametrize(
     ("column", "values", "expected"),
     [
-        (Column("mm"), (1.0, 2.0, 6.0), [3.0, 6.0]),
-        (Column("overlap", worst="low"), (0.5, 0.9), [0.7, 0.5]),
-        (Column("ms", joined="median"), (1.0, 2.0, 9.0), [2.0, 9.0]),
-        (Column("losses", joined="sum"), (1.0, 2.0), [3.0]),
-        (Column("true", worst=""), (1.0, 3.0), [2.0]),
-        (Column("mm"), (5.0,), [5.0]),
-        (Column("mm"), (5.0, NAN, 7.0), [6.0, 7.0]),
-        (Column("mm"), (NAN, NAN), [None]),
+        (Quantity("mm"), (1.0, 2.0, 6.0), [3.0, 6.0]),
+        (Quantity("overlap", worst="low"), (0.5, 0.9), [0.7, 0.5]),
+        (Quantity("ms", joined="median"), (1.0, 2.0, 9.0), [2.0, 9.0]),
+        (Quantity("losses", joined="sum"), (1.0, 2.0), [3.0]),
+        (Quantity("true", worst=""), (1.0, 3.0), [2.0]),
+        (Quantity("mm"), (5.0,), [5.0]),
+        (Quantity("mm"), (5.0, NAN, 7.0), [6.0, 7.0]),
+        (Quantity("mm"), (NAN, NAN), [None]),
     ],
 )
-def test_seeds_make_one_figure_and_the_worst(column: Column, values: tuple[float, ...], expected: list[float]) -> None:
+def test_seeds_make_one_figure_and_the_worst(column: Quantity, values: tuple[float, ...], expected: list[float]) -> None:
     assert column.summary(values) == pytest.approx(expected)
 
 
@@ -185,7 +185,7 @@ def test_rows_whose_sources_have_changed_since_are_listed(
         assert listed() == changed
     for kind in (
         replace(KIND, cases={"small": case("film", size=2)}),
-        replace(KIND, columns=(Column("mm", "mm", joined="median"),)),
+        replace(KIND, columns=(Quantity("mm", "mm", joined="median"),)),
         replace(KIND, cases={}),
     ):
         with monkeypatch.context() as patch:

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate
@@ -90,7 +90,7 @@ REAL = Kind(
     "Segments of motion capture of six kinds (walk, run, punch, bend, kick, jump) that are recognized, by protocol, and of "
     "untrained kinds (sword, broom; walks without a model) that are rejected. Nothing in it is random.",
     run,
-    tuple(Column(name, "%", 0, "low") for name in (*PROTOCOLS, "untrained rejected", "walks rejected")),
+    tuple(Quantity(name, "%", 0, "low") for name in (*PROTOCOLS, "untrained rejected", "walks rejected")),
     {classifier: case("motions", classifier=classifier) for classifier in CLASSIFIERS},
     case("motions"),
     seeds=1,

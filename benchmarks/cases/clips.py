@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 
 from benchmarks.harness.cache import content
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from benchmarks.people.mesh_joints import in_mesh_convention
 from benchmarks.people.priors import KINDS, prior_named, training_frames

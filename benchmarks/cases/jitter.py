@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cases import clips
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import MOTIONS, motion_file
 from benchmarks.people.priors import prior_named
 from benchmarks.people.simulated_clips import STANDING, captured_clip

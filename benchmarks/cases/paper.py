@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases import clips
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.tracker import TrackedPath, errors, trajectories
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.formats.angle_series import angle_series

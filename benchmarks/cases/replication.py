@@ -11,7 +11,7 @@ import msgspec
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg, with_true_angles
 from benchmarks.harness.cache import content
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, Value, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, Value, case
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import TRAINING_FRAMES

@@ -9,7 +9,7 @@ import numpy as np
 from sklearn.metrics import roc_auc_score
 
 from benchmarks.cases.two_cameras import tracked_by
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.errors import REVERSED_DEG, film_errors, frame_error, limbs_right
 from benchmarks.people.films import (
     MOTIONS,
@@ -287,7 +287,12 @@ LIMITS = Kind(
     "a joint more than 150 mm off; reversed: frames with a heading more than 90° off; again: frames after a jump until "
     "all limbs are right.",
     run_limits,
-    (Quantity("wrong limbs", "%"), Quantity("joints", "mm", 0), Quantity("reversed", "%", 1), Quantity("again", "frames", 0)),
+    (
+        Quantity("wrong limbs", "%"),
+        Quantity("joints", "mm", 0),
+        Quantity("reversed", "%", 1),
+        Quantity("again", "frames", 0),
+    ),
     {
         f"{title}, {name}": case(film, method=method)
         for film, title in (

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.errors import film_errors, summary
 from benchmarks.people.films import MOTIONS, PEOPLE, TAKES, Film, captured_film, motion_file, posture_film, size_of
 from benchmarks.people.mesh_joints import in_mesh_convention

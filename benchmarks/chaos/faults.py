@@ -12,7 +12,7 @@ from benchmarks.chaos.observer import Observer, settled_ns
 from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import ANIMATOR, INTEGRATOR, RECOGNIZER, ROUTER, SERVICES, TRACKER, Fault
 from benchmarks.chaos.takes import content, dishonest
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 
 RIG, SIZE, FPS = "faults", "160x120", 15.0
 START_S, LATE_S = 180.0, 45.0  # until the first poses; observation of a rig that has not recovered

@@ -14,12 +14,12 @@ from benchmarks.chaos import invariants
 from benchmarks.chaos.injection import Injector
 from benchmarks.chaos.losses import losses
 from benchmarks.chaos.observer import Observer, longest_gap_s, settled_ns
-from benchmarks.chaos.outcome import PATIENCE_S, RecoveryLimits, RunOutcome, Recovery
+from benchmarks.chaos.outcome import PATIENCE_S, Recovery, RecoveryLimits, RunOutcome
 from benchmarks.chaos.page_visitors import answers
 from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.small_disk import mounted
 
 RIG = "chaos"

@@ -58,7 +58,9 @@ class TrackedPath:
         return self.poses[max(self.poses)][0]
 
 
-def track_clip(clip: PersonClip, setup: TrackerSetup, empty: range = range(0), state: TrackState | None = None) -> TrackedPath:
+def track_clip(
+    clip: PersonClip, setup: TrackerSetup, empty: range = range(0), state: TrackState | None = None
+) -> TrackedPath:
     """Track every frame set of the clip.  empty: frames in which all views are empty.  state: the first one."""
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []

@@ -10,7 +10,7 @@ from benchmarks.harness.case import Case
 from benchmarks.harness.results import load_all
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, prior_of
 from benchmarks.people.tracker import offsets, trajectories
-from benchmarks.pictures.plots import BarPanel, PlottedCurve, CurvePanel, bar_panels, curve_panels, picture_grid
+from benchmarks.pictures.plots import BarPanel, CurvePanel, PlottedCurve, bar_panels, curve_panels, picture_grid
 from benchmarks.pictures.views import ESTIMATED, TRUTH, pose_view
 from zenocap.common.arrays import Image
 
@@ -100,7 +100,9 @@ def _errors_by_regions(path: Path) -> None:
     for motion in MOTIONS:
         names = [LAWS[0] if count == REGIONS else f"M = {count}" for count in COUNTS]
         values = [_stored(f"hybrid, {name}, {TRUE_POSE}, {FEWER} frames, {motion}", "RMSE")[0] for name in names]
-        curves.append(PlottedCurve(motion, np.array(COUNTS, dtype=np.float64), np.array(values), MOTION_COLOURS[motion], "o-"))
+        curves.append(
+            PlottedCurve(motion, np.array(COUNTS, dtype=np.float64), np.array(values), MOTION_COLOURS[motion], "o-")
+        )
     panel = CurvePanel("hybrid", "RMSE (mm)", tuple(curves), "regions M", COUNTS)
     curve_panels(path, "[Hybrid] Fig. 8: RMSE by number of regions", [panel])
 
@@ -116,7 +118,9 @@ def _errors_by_frame(path: Path) -> None:
             kept = film.truth.frames >= film.motion_from
             squares = np.sum(offsets(tracked(one), film.truth)[kept] ** 2, axis=2)
             values = 1e3 * np.sqrt(squares.mean(axis=1))
-            curves.append(PlottedCurve(method, np.arange(len(values), dtype=np.float64), values, METHOD_COLOURS[method], "-", 1.3))
+            curves.append(
+                PlottedCurve(method, np.arange(len(values), dtype=np.float64), values, METHOD_COLOURS[method], "-", 1.3)
+            )
         panels.append(CurvePanel(motion, "RMSE (mm)", tuple(curves), _last(motion, "test frame"), y_ticks=ERROR_TICKS))
     curve_panels(path, "[Hybrid] Fig. 9: RMSE of the joint positions", panels)
 

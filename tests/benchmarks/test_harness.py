@@ -10,7 +10,7 @@ import pytest
 from benchmarks import __main__ as program
 from benchmarks.harness import cache, pages, results
 from benchmarks.harness.cache import Closure
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from zenocap.common.errors import UserError

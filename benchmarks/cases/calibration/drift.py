@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.simulated_clips import cycle_clip
 from zenocap.common.lags.tangents import outline_of
 from zenocap.tools.setup.calibration.drift import drift_of, moved_camera

@@ -10,7 +10,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.simulated_clips import cycle_clip
 from benchmarks.people.tracker import ANATOMY, track_clip
 from benchmarks.people.tracker import errors as tracking_errors

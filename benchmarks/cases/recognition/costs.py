@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.cases.recognition.examples import SETTINGS_SEED, posture_examples
 from benchmarks.cases.recognition.streams import MODEL
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.stream import initial_stream, push, stream_setup

@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from benchmarks.cases.recognition.examples import posture_examples
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.features import Kind as Features

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.cases.recognition.examples import session_take
 from benchmarks.cases.recognition.scenario import Event, EventScore, events_of, score_of, session_of, sum_of
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.stored import stored
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import DEFAULT

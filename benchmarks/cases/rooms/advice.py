@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases.rooms.faults import FILMS, TRUTH_EVERY, FaultFilm
-from benchmarks.cases.rooms.film import RoomScene, RoomFrame
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.cases.rooms.film import RoomFrame, RoomScene
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from tests.support.stored import stored
 from zenocap.common.messages import AdviceCode, CameraAdvice

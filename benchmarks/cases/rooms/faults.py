@@ -7,7 +7,7 @@ from itertools import islice
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, RoomScene, RoomFrame, Situation, shots
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, RoomFrame, RoomScene, Situation, shots
 from benchmarks.cases.rooms.situations import SITUATIONS, WHITE_BALANCE, scaled
 from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration
@@ -150,7 +150,11 @@ RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
 }
 MIRRORS = frozenset({A.GLOSSY_FLOOR}), frozenset({A.CONTRAST, A.CUT_OFF})  # wanted and allowed
 FILMS = (
-    *(FaultFilm(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S))) for one in SITUATIONS if one.name != SEVERAL),
+    *(
+        FaultFilm(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S)))
+        for one in SITUATIONS
+        if one.name != SEVERAL
+    ),
     FaultFilm(Situation("the demo"), demo=True),
     FaultFilm(Situation("colours drift slowly", tone=_slow_colours), COLOUR, LIGHT),
     FaultFilm(Situation("lamps flicker", tone=_flicker), frozenset({A.FLICKER}), LIGHT),

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, FPS, RoomScene, RoomFrame, shots
+from benchmarks.cases.rooms.film import EMPTY_S, FPS, RoomFrame, RoomScene, shots
 from benchmarks.cases.rooms.silhouettes import NAMED, OVERLAP, SETTLED_S, SMALLEST, UNUSABLE, edge_px, overlap
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.session import rig_of, stepped
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS

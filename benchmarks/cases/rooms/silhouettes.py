@@ -6,9 +6,9 @@ from time import perf_counter
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, RoomScene, RoomFrame, shots
+from benchmarks.cases.rooms.film import EMPTY_S, RoomFrame, RoomScene, shots
 from benchmarks.cases.rooms.situations import SITUATIONS
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.rig.sources import parse_background

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.cases import clips
 from benchmarks.cases.speed.busy import busy_processes
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import posture_film, size_of
 from benchmarks.people.session import frame_sets, rig_of
 from zenocap.common.messages import Message

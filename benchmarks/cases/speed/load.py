@@ -6,7 +6,7 @@ from typing import cast
 from rich.console import Console
 
 from benchmarks.cases.speed.busy import busy_processes
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.tools.measure.installation import demand

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from benchmarks.cases.takes.mixture import START_NS, instants, mixture, sized, with_viewers
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import Size, size_of
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.local import LocalBus, LocalNetwork

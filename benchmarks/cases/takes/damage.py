@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from typer.testing import CliRunner
 
 from benchmarks.cases.takes.mixture import tracked_take
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.tools.cli.main import program
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.cases.takes.mixture import instants, mixture, with_viewers
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
-from benchmarks.harness.case import SHARED, Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.shared_clips import clip_table, motion_from
 from tests.support.stored import stored
 from tests.support.video_file import write_video

@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 from benchmarks.cases.verdict.faults import FAULTS
 from benchmarks.cases.verdict.takes import MOTIONS, FaultTrial, shots, taken, trial_of, trials
 from benchmarks.cases.verdict.truth import CLASSES, TrueError, true_error
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
 from zenocap.tools.judge.evidence import evidence_of

@@ -4,7 +4,7 @@ import msgspec
 
 from benchmarks.cases.verdict.faults import FAULTS
 from benchmarks.cases.verdict.takes import FPS, MOTIONS, FaultyTake, taken, trials
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
 from zenocap.tools.judge.evidence import TakeEvidence, evidence_of

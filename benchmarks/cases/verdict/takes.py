@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.cases.verdict.faults import FAULTS, Masks, FaultyScene
+from benchmarks.cases.verdict.faults import FAULTS, FaultyScene, Masks
 from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take
 from benchmarks.people.films import motion_file

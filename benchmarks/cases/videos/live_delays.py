@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.built_messages import silhouette
 from tests.support.walkers import Walker, walker
 from zenocap.common.bus.protocol import Envelope, Tick

@@ -11,7 +11,7 @@ from itertools import combinations, permutations
 import numpy as np
 from scipy.signal import butter, fftconvolve, sosfilt
 
-from benchmarks.harness.case import Case, Quantity, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
 from benchmarks.people.tracker import PersonClip

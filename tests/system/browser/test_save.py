@@ -200,11 +200,19 @@ def test_formats_are_those_of_the_table_with_what_each_has_to_choose(
             assert visit.evaluate(texts) == [[one.name, one.title] for one in format_choices()]
             assert page.input_value("#save-kind") == "bvh"
             boxes = ("#save-joints", "#save-axes", "#save-start", "#save-view", "#save-follow")
-            for kind, expected in (("sto", "11100"), ("bvh", "01100"), ("glb", "00100"), ("mp4", "00111"), ("png", "00010")):
+            for kind, expected in (
+                ("sto", "11100"),
+                ("bvh", "01100"),
+                ("glb", "00100"),
+                ("mp4", "00111"),
+                ("png", "00010"),
+            ):
                 page.select_option("#save-kind", kind)
                 assert "".join(str(int(page.is_visible(box))) for box in boxes) == expected, kind
             page.select_option("#save-kind", "sto")
-            axes = "[...document.getElementById('save-axes').options].filter((one) => !one.disabled).map((one) => one.value)"
+            axes = (
+                "[...document.getElementById('save-axes').options].filter((one) => !one.disabled).map((one) => one.value)"
+            )
             assert visit.evaluate(axes) == ["y-up", "opensim"]
             assert save(visit).startswith("not saved: the command ended with status 2")  # its process has no such row
     finally:

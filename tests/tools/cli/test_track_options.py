@@ -51,6 +51,6 @@ def test_a_method_of_a_package_is_chosen_and_named_beside_the_own_ones(line: str
     add_row(monkeypatch, METHODS, "upright", TWO_VIEW)
     for method in (AUTO, *METHODS.names()):
         parse(f"zenocap {line} --method {method}")
-    with pytest.raises(Exception, match="'joint': allowed: auto, two-view, .*, both, upright$") as error:
+    with pytest.raises(Exception, match=r"'joint': allowed: auto, two-view, .*, both, upright$") as error:
         parse(f"zenocap {line} --method joint")
     assert error.value.exit_code == 2

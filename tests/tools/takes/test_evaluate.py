@@ -210,7 +210,9 @@ def _turned(points: np.ndarray, angle: float) -> np.ndarray:
     return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
 
 
-@pytest.mark.parametrize(("angles", "allowed"), [(True, r"\.mot, \.trc, \.sto, \.mcap$"), (False, r"\.trc, \.sto, \.mcap$")])
+@pytest.mark.parametrize(
+    ("angles", "allowed"), [(True, r"\.mot, \.trc, \.sto, \.mcap$"), (False, r"\.trc, \.sto, \.mcap$")]
+)
 def test_files_of_a_truth_are_those_of_the_import_formats(
     angles: bool, allowed: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -2,6 +2,7 @@
 
     python -m benchmarks KIND ... [--only TEXT ...] [--seeds N] [--jobs N] [--fresh] [--plot] [--publish]
     python -m benchmarks --list
+    python -m benchmarks --stale            # lists stored figures whose sources have changed since; measures nothing
     python -m benchmarks --publish          # only writes the pages again
     python -m benchmarks --pictures NAME ... [--folder docs]
 
@@ -19,7 +20,7 @@ from typing import cast
 from rich.console import Console
 
 from benchmarks.harness import pages, results
-from benchmarks.harness.cache import ROOT
+from benchmarks.harness.cache import ROOT, source_digest
 from benchmarks.harness.case import Kind
 from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
@@ -35,13 +36,16 @@ FEWEST_SEEDS = 3  # of a figure that is published, unless nothing is random
 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
-    if not (options.kind or options.list or options.publish or options.pictures):
-        parser().error("KIND, --list, --publish or --pictures expected")
+    if not (options.kind or options.list or options.stale or options.publish or options.pictures):
+        parser().error("KIND, --list, --stale, --publish or --pictures expected")
     if options.publish and options.small:
         parser().error("--publish with --small: figures of the smallest case have no meaning")
     try:
         if options.list:
             _list()
+            return 0
+        if options.stale:
+            _stale()
             return 0
         for name in options.pictures:
             cast(Callable[[Path], None], attribute(DRAWN[name]))(options.folder)
@@ -62,6 +66,7 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("kind", nargs="*", help="kinds, or `all`")
     found.add_argument("--list", action="store_true", help="list kinds and cases")
+    found.add_argument("--stale", action="store_true", help="list stored figures whose sources have changed since")
     found.add_argument(
         "--only", nargs="+", default=(), metavar="TEXT", help="cases of these names, or with one of these in their names"
     )
@@ -83,6 +88,12 @@ def _list() -> None:
             print(f"    {case}")
 
 
+def _stale() -> None:
+    for name, found in results.load_all().items():
+        for line in results.stale(found, KINDS.row(name)):
+            print(line)
+
+
 def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
     """Run the chosen cases; False where one failed, or where a kind that the user named has none.  Raises UserError."""
     chosen = {"smallest": kind.small} if options.small else dict(kind.selected(options.only))
@@ -93,6 +104,7 @@ def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
         if missing := kind.missing(case):
             print(f"{kind.name}: {name}: skipped: {', '.join(missing)} missing (expected in `shared` beside the checkout)")
             del chosen[name]
+    sources = {name: source_digest(kind, case) for name, case in chosen.items()}  # as the run begins
     wanted = {name: [case.of_seed(seed) for seed in range(seeds)] for name, case in chosen.items()}
     every = list(dict.fromkeys(case for cases in wanted.values() for case in cases))
     found, failed = {}, named and not chosen
@@ -103,7 +115,7 @@ def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
         if done.problem:
             print(done.problem, file=sys.stderr, flush=True)
     rows = [
-        results.summary(name, kind, [found[case] for case in cases])
+        results.summary(name, kind, [found[case] for case in cases], sources[name])
         for name, cases in wanted.items()
         if all(found[case] for case in cases)
     ]

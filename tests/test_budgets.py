@@ -18,7 +18,7 @@ LEAST_RELEASES = 3
 FIRST = 100  # letters of the first line of a module
 DOCSTRING = re.compile(r'(?:#[^\n]*\n)*r?"""(.*?)(?:\n|"""|$)')
 ASKING = re.compile(r"(What|How|Which|Where|By)\b")
-FOLDERS = ("common", "services", "simulation", "tools", "zenocap", "tests", "examples")
+FOLDERS = ("common", "services", "simulation", "tools", "zenocap", "tests", "benchmarks", "examples")
 
 
 def above(used: Mapping[str, int], budgets: Mapping[str, int]) -> dict[str, tuple[int, int]]:
@@ -94,7 +94,7 @@ def test_texts_of_the_package_say_frame_sets() -> None:
 def test_one_class_name_has_one_meaning() -> None:
     """A name that begins with _ is its module's own."""
     places: dict[str, list[str]] = {}
-    for path in house.sources(ROOT, *house.PACKAGE):
+    for path in house.sources(ROOT, *house.PACKAGE, "benchmarks"):
         for name in house.definitions(path).classes:
             if not name.startswith("_"):
                 places.setdefault(name, []).append(str(path.relative_to(ROOT)))

@@ -81,6 +81,28 @@ def test_a_format_of_a_package_is_exported_by_its_suffix(installed: Installation
     assert ".sto" in done.stderr.replace("\n", "")  # beside the suffixes of zenocap
 
 
+def test_a_format_of_a_package_is_saved_by_the_page(installed: Installation, tmp_path: Path) -> None:
+    shutil.copy(GOLDEN / "arms.mcap", tmp_path)
+    code = """
+        import sys, threading
+        from pathlib import Path
+        from zenocap.services.animator.page.save_messages import SaveTake
+        from zenocap.services.animator.save_command import format_choices
+        from zenocap.services.animator.save_job import SaveJob
+        take, states, ended = Path(sys.argv[1]), [], threading.Event()
+        def keep(update):
+            states.append(update)
+            if update.state != "running":
+                ended.set()
+        SaveJob(keep, lambda path: "").start(SaveTake("sto", axes="opensim"), take, take.parent)
+        ended.wait()
+        print(format_choices()[-1].name, states[-1].state, states[-1].name, states[-1].text)
+    """
+    found = installed.printed(code, str(tmp_path / "arms.mcap"))
+    assert found.startswith("sto done arms.sto 97 frames")
+    assert "DataType=Vec3" in (tmp_path / "arms.sto").read_text()
+
+
 def test_recorded_motion_of_a_package_is_a_truth(installed: Installation, tmp_path: Path) -> None:
     truth = tmp_path / "arms.sto"
     installed.zenocap("export", GOLDEN / "arms.mcap", "-o", truth)
@@ -237,17 +259,18 @@ def test_a_detector_of_a_package_finds_points_and_needs_no_model(installed: Inst
     assert "'bands': needs no model file" in installed.zenocap("models", "add", "bands").stderr.replace("\n", " ")
 
 
-def test_a_method_of_a_package_tracks_and_is_not_verified(installed: Installation, tmp_path: Path) -> None:
+@pytest.mark.parametrize("given", [False, True], ids=["of the rig", "by --method"])
+def test_a_method_of_a_package_tracks_and_is_not_verified(installed: Installation, given: bool, tmp_path: Path) -> None:
     shutil.copy(demo_rig_file().with_name("demo-calibration.toml"), tmp_path)
     viewers = "".join(
         f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "actor:raise-both-arms?seed=7"\nbackground = "first:30"\n'
         "size = [160, 120]\nfps = 15\n"
         for k in (1, 2)
     )
-    head = 'name = "arms"\nmethod = "upright"\ncalibration = "demo-calibration.toml"\n'
+    head = f'name = "arms"\nmethod = "{"two-view" if given else "upright"}"\ncalibration = "demo-calibration.toml"\n'
     (tmp_path / "rig.toml").write_text(head + viewers)
     take = tmp_path / "a.mcap"
-    done = installed.zenocap("track", tmp_path / "rig.toml", "-o", take)
+    done = installed.zenocap("track", tmp_path / "rig.toml", "-o", take, *(["--method", "upright"] if given else []))
     assert done.returncode in (0, 3), done.stderr  # 3: its verdict is doubtful
     assert "method upright" in installed.zenocap("info", take).stdout
     assert "nothing can be verified" in installed.zenocap("verify", take).stderr

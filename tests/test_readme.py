@@ -16,7 +16,7 @@ REFUSED = {
     "zenocap calibrate bord films --square 35": "No such command 'bord'",
     "zenocap track walk -o walk.mcap --particels 60": "No such option: --particels",
     "zenocap track walk -o walk.mcap --seed seven": "valid integer",
-    "zenocap track walk -o walk.mcap --method joint": "'joint' is not one of",
+    "zenocap track walk -o walk.mcap --method joint": "'joint': allowed: auto, two-view, hybrid, ",
     "zenocap animator studio.toml --port 70000": "less than or equal to 65535",
     "zenocap replay monday.mcap --rate": "requires an argument",
     "zenocap export -o walk.bvh": "Missing parameter: take",

@@ -7,6 +7,13 @@ The public interface is what this module lists in `__all__`:
 - `subscribe(rig)` receives the poses of a running rig, as an iterator and as an asynchronous iterator;
 - `Rig.load(path)` reads a rig file or a folder of videos; `demo_rig()` returns a rig of two simulated cameras.
 
+A package that extends zenocap (docs/extend.md) also uses the row types of its tables, and the types that their fields name:
+
+- `zenocap.common.rig.source_kinds.SourceKind`, `zenocap.common.rig.outputs.OutputKind`;
+- `zenocap.common.rig.detectors.Detector`, `zenocap.common.rig.methods.Method`;
+- `zenocap.common.formats.export_format.ExportFormat`, `zenocap.common.formats.import_format.ImportFormat`;
+- `zenocap.common.camera.calibration_layouts.CalibrationLayout`.
+
 Errors that a user can put right are `UserError`s, whose text names file, key, value and what is allowed.  Everything else
 in the package may change without notice.
 """

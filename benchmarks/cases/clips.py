@@ -10,14 +10,14 @@ from typing import cast
 import numpy as np
 
 from benchmarks.harness.cache import content
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from benchmarks.people.mesh_joints import in_mesh_convention
 from benchmarks.people.priors import KINDS, prior_named, training_frames
 from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
 from benchmarks.people.tracker import (
-    Film,
+    PersonClip,
     TrackedPath,
     angle_errors,
     both_ways,
@@ -62,22 +62,22 @@ ANGLES = {
 }  # fmt: skip
 
 ERRORS = (
-    Column("first pose", digits=0),
-    Column("mean", "mm", 0),
-    Column("RMSE", "mm", 1),
-    Column("shape", "mm", 0),
-    Column("lost", "%", 2),
-    Column("losses", digits=0, joined="sum"),
+    Quantity("first pose", digits=0),
+    Quantity("mean", "mm", 0),
+    Quantity("RMSE", "mm", 1),
+    Quantity("shape", "mm", 0),
+    Quantity("lost", "%", 2),
+    Quantity("losses", digits=0, joined="sum"),
 )
-DEGREES = tuple(Column(f"{name}{suffix}", "°", 1) for name in ANGLES for suffix in ("", " unbiased"))
+DEGREES = tuple(Quantity(f"{name}{suffix}", "°", 1) for name in ANGLES for suffix in ("", " unbiased"))
 COLUMNS = (
     *ERRORS,
-    Column("mesh", "mm", 0),
+    Quantity("mesh", "mm", 0),
     *DEGREES,
-    Column("recovered", "frames", 0),
-    Column("MediaPipe", "mm", 0, ""),
-    Column("MediaPipe shape", "mm", 0, ""),
-    Column("MediaPipe lost", "%", 1, ""),
+    Quantity("recovered", "frames", 0),
+    Quantity("MediaPipe", "mm", 0, ""),
+    Quantity("MediaPipe shape", "mm", 0, ""),
+    Quantity("MediaPipe lost", "%", 1, ""),
 )
 
 
@@ -114,7 +114,7 @@ def tracked(one: Case) -> TrackedPath:
     return stored(made, key, [content(SHARED / name) for name in inputs(one)], sources=(__name__,))
 
 
-def film_of(one: Case) -> Film:
+def film_of(one: Case) -> PersonClip:
     """A shared clip, or one of CYCLES, by a person for each seed."""
     if one.film in CYCLES:
         return cycle_clip(f"{one.film}-{FIRST_PERSON + one.seed}")
@@ -123,7 +123,7 @@ def film_of(one: Case) -> Film:
     return clip.of_views(tuple(f"cam{k:02d}" for k in RINGS[one.option("views", 7)]))
 
 
-def setup_of(one: Case, clip: Film) -> TrackerSetup:
+def setup_of(one: Case, clip: PersonClip) -> TrackerSetup:
     method = cast(Method, one.option("method", "hybrid"))
     preset = PRESETS[one.option("preset", "default")]
     anatomy = ANATOMIES[preset.anatomy]
@@ -136,7 +136,7 @@ def setup_of(one: Case, clip: Film) -> TrackerSetup:
     return TrackerSetup(anatomy, clip.cameras, clip.frame_ns, prior, options, one.option("height", 0.0) or None)
 
 
-def prior_name(one: Case, clip: Film) -> str:
+def prior_name(one: Case, clip: PersonClip) -> str:
     """See `priors.prior_named`; "" for none."""
     paper = one.option("preset", "default") == "paper"
     match one.option("prior", "shipped"):
@@ -159,17 +159,17 @@ def take_prior(clip: str, frames: int, *, paper: bool) -> str:
     return f"take:{clip}/{frames}@{PAPER_REGIONS if kept >= PAPER_REGIONS * MIN_FRAMES_PER_REGION else FEWER_REGIONS}"
 
 
-def training(clip: Film) -> int:
+def training(clip: PersonClip) -> int:
     """Number of the first frames of a clip's motion that train a prior of the same take."""
     return training_frames(int((clip.truth.frames >= clip.motion_from).sum()))
 
 
-def first_frame(one: Case, clip: Film) -> int:
+def first_frame(one: Case, clip: PersonClip) -> int:
     """First scored frame: of the motion, or after the frames that train a prior of the same take."""
     return clip.motion_from + (training(clip) if one.option("test", False) else 0)
 
 
-def gap_of(one: Case, clip: Film) -> range:
+def gap_of(one: Case, clip: PersonClip) -> range:
     """The empty frames."""
     place = one.option("gap", -1)
     if place < 0:
@@ -178,7 +178,7 @@ def gap_of(one: Case, clip: Film) -> range:
     return range(start, start + EMPTY)
 
 
-def _recovered(path: TrackedPath, clip: Film, gap: range) -> float:
+def _recovered(path: TrackedPath, clip: PersonClip, gap: range) -> float:
     """Frames after the empty ones, or after the jump, until the error is small again."""
     frames, distances = frame_errors(path, clip.truth)
     if gap:
@@ -187,7 +187,7 @@ def _recovered(path: TrackedPath, clip: Film, gap: range) -> float:
     return frames_until(frames, distances, JUMP_FRAME, AS_BEFORE * float(np.nanmedian(before)), IN_ROW)
 
 
-def _angles(one: Case, path: TrackedPath, clip: Film, first: int) -> dict[str, float]:
+def _angles(one: Case, path: TrackedPath, clip: PersonClip, first: int) -> dict[str, float]:
     """RMS of ANGLES, and without the constant offset; of the real clip against OpenSim's inverse kinematics.
 
     Rendered clips: both from joint centres.  Their truth has no toes, hence no ankle angle.

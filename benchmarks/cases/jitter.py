@@ -1,4 +1,4 @@
-"""Jitter, error and delay of the tracker's poses: as tracked, smoothed live, smoothed afterwards, tracked both ways."""
+"""Jitter, error and delay of the tracker's poses: as tracked, smoothed, tracked both ways."""
 
 from collections.abc import Sequence
 from math import nan
@@ -7,11 +7,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cases import clips
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import MOTIONS, motion_file
 from benchmarks.people.priors import prior_named
 from benchmarks.people.simulated_clips import STANDING, captured_clip
-from benchmarks.people.tracker import ANATOMY, NAMES, Film, TrackedPath, both_ways, track_clip
+from benchmarks.people.tracker import ANATOMY, NAMES, PersonClip, TrackedPath, both_ways, track_clip
 from tests.support.stored import stored
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Bdp, Pose
@@ -41,7 +41,7 @@ def run(one: Case) -> Figures:
     return means | {"worst take": max(figures.get("mean", nan) for figures in found)}
 
 
-def _track(one: Case, film: str) -> tuple[PoseTrack | None, Film]:
+def _track(one: Case, film: str) -> tuple[PoseTrack | None, PersonClip]:
     """The smoothed track of a film, None without a pose."""
     smoothing, views = one.option("smoothing", SMOOTHINGS[0]), one.option("views", 2)
     if film not in (*MOTIONS, STANDING):
@@ -60,7 +60,7 @@ def _track(one: Case, film: str) -> tuple[PoseTrack | None, Film]:
     return (smoothed(track, DEFAULT_HZ) if CUT_OFF in smoothing else track), clip
 
 
-def _tracked(clip: Film, *, both: bool) -> TrackedPath:
+def _tracked(clip: PersonClip, *, both: bool) -> TrackedPath:
     setup = TrackerSetup(ANATOMY, clip.cameras, clip.frame_ns, prior_named("general"), Options())
     path = track_clip(clip, setup)
     return both_ways(clip, setup, path) if both else path
@@ -88,7 +88,7 @@ def live(track: PoseTrack) -> PoseTrack:
     return track_of(track.bdp, track.frames.tolist(), poses, track.rate)
 
 
-def _figures(track: PoseTrack | None, clip: Film) -> dict[str, float]:
+def _figures(track: PoseTrack | None, clip: PersonClip) -> dict[str, float]:
     if track is None:
         return {"lost": 100.0}
     truth, rate = clip.truth, clip.truth.rate
@@ -161,14 +161,14 @@ JITTER = Kind(
     "person who stands.",
     run,
     (
-        Column("acceleration", "m/s²"),
-        Column("mean", "mm", 0),
-        Column("worst take", "mm", 0),
-        Column("shape", "mm", 0),
-        Column("lost", "%"),
-        Column("delay", "ms", 0),
-        Column("step", "°"),
-        Column("drift", "°"),
+        Quantity("acceleration", "m/s²"),
+        Quantity("mean", "mm", 0),
+        Quantity("worst take", "mm", 0),
+        Quantity("shape", "mm", 0),
+        Quantity("lost", "%"),
+        Quantity("delay", "ms", 0),
+        Quantity("step", "°"),
+        Quantity("drift", "°"),
     ),
     {
         f"{film}, {views} views, {smoothing}": case(film, views=views, smoothing=smoothing)

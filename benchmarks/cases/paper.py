@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases import clips
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.tracker import TrackedPath, errors, trajectories
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.formats.angle_series import angle_series
@@ -67,13 +67,13 @@ def angle_rmse_deg(curves: AngleCurves) -> float:
 
 
 COLUMNS = (
-    Column("RMSE", "mm", 1),
-    Column("paper", "mm", 1, ""),
-    Column("true angles", "mm", 1, ""),
-    Column("shape", "mm", 1),
-    Column("lost", "%", 1),
-    Column("angles", "°", 1),
-    Column("training", "frames", 0, ""),
+    Quantity("RMSE", "mm", 1),
+    Quantity("paper", "mm", 1, ""),
+    Quantity("true angles", "mm", 1, ""),
+    Quantity("shape", "mm", 1),
+    Quantity("lost", "%", 1),
+    Quantity("angles", "°", 1),
+    Quantity("training", "frames", 0, ""),
     *(column for column in clips.ERRORS if column.name in ("first pose", "mean", "losses")),
 )
 SMALL = case("jog7", views=3, method="image-force", refinement="gauss-newton", test=True)

@@ -1,4 +1,4 @@
-"""Replication of Table II and figures of [Hybrid]: people who are the model, as many frames as in the paper."""
+"""Replication of Table II and figures of [Hybrid]: people who are the model, frames as in the paper."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,7 +11,7 @@ import msgspec
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg, with_true_angles
 from benchmarks.harness.cache import content
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, Value, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, Value, case
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import TRAINING_FRAMES
@@ -139,7 +139,7 @@ REPLICATION = Kind(
     "of a file, or of half of a shorter one, and the test frames are of the rest; too few are repeated. All: as many test "
     "frames as in the paper. Unfamiliar: a prior of boxing, for boxing of walking. M: regions of the prior, else 20.",
     run,
-    (*COLUMNS, Column("of the paper's", digits=1)),
+    (*COLUMNS, Quantity("of the paper's", digits=1)),
     _cases(),
     case("walking", method="image-force", start=TRUE_POSE, tested=20),
     rows="method, force, start, motion",

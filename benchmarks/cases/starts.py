@@ -1,4 +1,4 @@
-"""Starts of the tracker, confidence of its poses, and the limits that [Two-view] admits: simulated people, two cameras."""
+"""Starts of the tracker, confidence of its poses, limits of [Two-view]: people before two cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -9,7 +9,7 @@ import numpy as np
 from sklearn.metrics import roc_auc_score
 
 from benchmarks.cases.two_cameras import tracked_by
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.errors import REVERSED_DEG, film_errors, frame_error, limbs_right
 from benchmarks.people.films import (
     MOTIONS,
@@ -225,7 +225,7 @@ SCENARIOS: Mapping[str, Callable[[Person], list[PersonPose]]] = {
     "jump": _jump, "crossed": _crossed, "turn": _turn, "side": partial(_one_then_both, (5, 85, 0, 5)),
     "half": partial(_one_then_both, (5, 45, 0, 5)), "bent": partial(_one_then_both, (5, 45, 0, 90)),
 }  # fmt: skip
-COUNTS = tuple(Column(name, digits=0, joined="sum") for name in ("takes", "started", "turned at first", "turned round"))
+COUNTS = tuple(Quantity(name, digits=0, joined="sum") for name in ("takes", "started", "turned at first", "turned round"))
 STARTS = Kind(
     "starts",
     "Starts of the tracker, two cameras at 160×120, four people: without a T-pose in the middle of a motion, and in the "
@@ -233,11 +233,11 @@ STARTS = Kind(
     run,
     (
         *COUNTS,
-        Column("after", "s", 1, joined="median"),
-        Column("last", "s"),
-        Column("yaw", "°"),
-        Column("joints", "mm", 0),
-        Column("worst take", "mm", 0),
+        Quantity("after", "s", 1, joined="median"),
+        Quantity("last", "s"),
+        Quantity("yaw", "°"),
+        Quantity("joints", "mm", 0),
+        Quantity("worst take", "mm", 0),
     ),
     {
         f"{film}, {name}": case(film, t_pose=shown)
@@ -267,10 +267,10 @@ CONFIDENCE = Kind(
     "160×120.",
     run_confidence,
     (
-        Column("right", "", 2, "low"),
-        Column("area under ROC", "", 2, "low"),
+        Quantity("right", "", 2, "low"),
+        Quantity("area under ROC", "", 2, "low"),
         *(
-            Column(f"{_range(low, high)}: {what}", "%", 0, "")
+            Quantity(f"{_range(low, high)}: {what}", "%", 0, "")
             for low, high in pairwise(BINS)
             for what in ("share", "stated", "true")
         ),
@@ -287,7 +287,12 @@ LIMITS = Kind(
     "a joint more than 150 mm off; reversed: frames with a heading more than 90° off; again: frames after a jump until "
     "all limbs are right.",
     run_limits,
-    (Column("wrong limbs", "%"), Column("joints", "mm", 0), Column("reversed", "%", 1), Column("again", "frames", 0)),
+    (
+        Quantity("wrong limbs", "%"),
+        Quantity("joints", "mm", 0),
+        Quantity("reversed", "%", 1),
+        Quantity("again", "frames", 0),
+    ),
     {
         f"{title}, {name}": case(film, method=method)
         for film, title in (

@@ -1,11 +1,11 @@
-"""Simulated people before the paper's two cameras, in colour, from the video: two-view, its variants, and the tracker."""
+"""Two-view, its variants, and the tracker: colour videos of people before the paper's two cameras."""
 
 from collections.abc import Iterator, Sequence
 
 import msgspec
 import numpy as np
 
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.errors import film_errors, summary
 from benchmarks.people.films import MOTIONS, PEOPLE, TAKES, Film, captured_film, motion_file, posture_film, size_of
 from benchmarks.people.mesh_joints import in_mesh_convention
@@ -135,12 +135,12 @@ VARIANTS = Kind(
     "Lost: no pose, or a mean joint error above 250 mm. Matchings are those of the tri-tree searches.",
     run,
     (
-        Column("segments", "°"),
-        Column("median", "°"),
-        Column("joints", "mm", 0),
-        Column("yaw", "°"),
-        Column("lost", "%"),
-        *(Column(name, "matchings", 0, "") for name in ("arm", "leg", "view and frame")),
+        Quantity("segments", "°"),
+        Quantity("median", "°"),
+        Quantity("joints", "mm", 0),
+        Quantity("yaw", "°"),
+        Quantity("lost", "%"),
+        *(Quantity(name, "matchings", 0, "") for name in ("arm", "leg", "view and frame")),
     ),
     {f"{name}, postures": case("postures", variant=name, people=4) for name in _NAMES}
     | {f"{name}, motions": case("motions", variant=name, people=4) for name in _NAMES}
@@ -160,7 +160,7 @@ BODIES = Kind(
     "Mean absolute error of the body that two-view measures in the T-pose, sets of twelve simulated people, two takes "
     "each.",
     run_bodies,
-    (*(Column(name, "mm", 0) for name in (*SIZES, *BREADTHS)), Column("not measured", "takes", 0, joined="sum")),
+    (*(Quantity(name, "mm", 0) for name in (*SIZES, *BREADTHS)), Quantity("not measured", "takes", 0, joined="sum")),
     {"two-view": case("T-pose")},
     case("T-pose", people=1),
     rows="method",
@@ -170,7 +170,7 @@ TWO_VIEW_CLIPS = Kind(
     "Method `two-view` on the shared clips of two cameras, people of another kind than the simulated ones. Several of its "
     "constants were tried on these clips. Nothing in it is random.",
     run_clip,
-    (Column("mean", "mm", 0), Column("mesh", "mm", 0), Column("shape", "mm", 0), Column("lost", "%", 0)),
+    (Quantity("mean", "mm", 0), Quantity("mesh", "mm", 0), Quantity("shape", "mm", 0), Quantity("lost", "%", 0)),
     {
         f"{clip}, {size}, {variant}": case(clip, size=size, variant=variant)
         for variant in ("improved", "paper")

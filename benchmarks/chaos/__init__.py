@@ -1,1 +1,1 @@
-"""Chaos: a seeded schedule of faults against a whole rig that `zenocap up` runs, and the invariants that must hold."""
+"""Chaos: a seeded schedule of faults against a whole rig, and the invariants that must hold."""

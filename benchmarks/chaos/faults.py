@@ -1,4 +1,4 @@
-"""One fault at a time against a rig that `zenocap up` runs: effect on the other services, and time to recovery."""
+"""One fault at a time against a rig: effect on the other services, and time to recovery."""
 
 import random
 import tempfile
@@ -7,12 +7,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from benchmarks.chaos.injection import Injector
-from benchmarks.chaos.measures import Window, figures, recovery_ns
+from benchmarks.chaos.measures import FaultWindow, figures, recovery_ns
 from benchmarks.chaos.observer import Observer, settled_ns
 from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import ANIMATOR, INTEGRATOR, RECOGNIZER, ROUTER, SERVICES, TRACKER, Fault
 from benchmarks.chaos.takes import content, dishonest
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 
 RIG, SIZE, FPS = "faults", "160x120", 15.0
 START_S, LATE_S = 180.0, 45.0  # until the first poses; observation of a rig that has not recovered
@@ -56,7 +56,7 @@ def measured(fault: Fault, method: str, seed: int, folder: Path) -> dict[str, fl
         end_ns = time.time_ns()
         time.sleep(AFTER_S)
         settled(end_ns, LATE_S)
-        window = Window(begin_ns, max(end_ns, begin_ns + 1), time.time_ns())
+        window = FaultWindow(begin_ns, max(end_ns, begin_ns + 1), time.time_ns())
         rig.stop()
         observer.close()
         takes = [content(path) for path in sorted((folder / "takes").glob("*.mcap"))]
@@ -83,11 +83,11 @@ FAULTS = Kind(
     "continuous poses of all viewers.",
     run,
     (
-        *(Column(name, "%", 0, "low") for name in ("poses", "whole", "others")),
-        Column("gap", "s", 1),
-        Column("recovered", "s", 1),
-        *(Column(name, "frames", 0) for name in ("lost", "other lost")),
-        *(Column(name, "", 0, joined="sum") for name in ("takes", "wrong takes")),
+        *(Quantity(name, "%", 0, "low") for name in ("poses", "whole", "others")),
+        Quantity("gap", "s", 1),
+        Quantity("recovered", "s", 1),
+        *(Quantity(name, "frames", 0) for name in ("lost", "other lost")),
+        *(Quantity(name, "", 0, joined="sum") for name in ("takes", "wrong takes")),
     ),
     {
         f"{kind} {target}{f' for {seconds:g} s' if seconds else ''}, {method}": case(

@@ -1,4 +1,4 @@
-"""A TCP forwarder between the services of a rig and their router, in which the links of one service can be cut.
+"""A TCP forwarder between services and router, in which the links of one service can be cut.
 
 No privileges are needed: the process behind a connection is found in /proc by the port that it connects from.
 """
@@ -17,7 +17,7 @@ CHUNK = 1 << 16
 CONNECTED = "01"  # state of a connection in /proc/net/tcp
 
 
-class Gate:
+class LinkGate:
     """Forwards a port of this machine to another one; a context manager.
 
     owner: name of the service that a process id belongs to; None for other processes, whose links are never cut.

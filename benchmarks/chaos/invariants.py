@@ -1,4 +1,4 @@
-"""The invariants of a run.  Each function returns what is wrong, one line each; nothing when all is well."""
+"""The invariants of a run.  Each function returns lines on what is wrong; none when all is well."""
 
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise

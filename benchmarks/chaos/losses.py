@@ -1,16 +1,16 @@
-"""Silent losses: poses that are in no take although the integrator recorded, and that nobody has counted as lost."""
+"""Silent losses: poses that are in no take while the integrator records, and not counted as lost."""
 
 from collections.abc import Sequence
 from itertools import pairwise
 
 from benchmarks.chaos.invariants import counted_losses
 from benchmarks.chaos.observer import SeenHealth
-from benchmarks.chaos.outcome import MARGIN_NS, PATIENCE_S, Outcome
+from benchmarks.chaos.outcome import MARGIN_NS, PATIENCE_S, RunOutcome
 from benchmarks.chaos.schedule import INTEGRATOR, ROUTER
 from benchmarks.chaos.takes import Span, missing_poses, uncovered_poses, within
 
 
-def losses(outcome: Outcome, health: Sequence[SeenHealth], deleted_ns: Sequence[int]) -> list[str]:
+def losses(outcome: RunOutcome, health: Sequence[SeenHealth], deleted_ns: Sequence[int]) -> list[str]:
     """Poses that are in no take although one was written, beyond what was counted as lost at the same times.
 
     What Zenoh drops before a subscriber, on links that a flood of huge messages fills, is a note: the log counts it at the
@@ -45,7 +45,7 @@ def recorded_times(health: Sequence[SeenHealth]) -> list[Span]:
     return spans
 
 
-def excused_times(outcome: Outcome, deleted_ns: Sequence[int]) -> list[Span]:
+def excused_times(outcome: RunOutcome, deleted_ns: Sequence[int]) -> list[Span]:
     """Times at which messages need not be in a take: the log or the network is hit, or a take was deleted with them."""
     spans = []
     for recovery in outcome.recoveries:

@@ -10,7 +10,7 @@ BEFORE_NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Window:
+class FaultWindow:
     """Begin and end of a fault, and `until`, the end of the observation (ns)."""
 
     begin_ns: int
@@ -19,7 +19,7 @@ class Window:
 
 
 def figures(
-    poses: Sequence[SeenPose], frames: Mapping[str, Sequence[SeenFrame]], window: Window, fps: float,
+    poses: Sequence[SeenPose], frames: Mapping[str, Sequence[SeenFrame]], window: FaultWindow, fps: float,
     affected: Collection[str] = (),
 ) -> dict[str, float]:  # fmt: skip
     """Figures of a fault.  frames: by viewer, with their silhouettes.  affected: viewers that the fault affects.
@@ -44,13 +44,13 @@ def figures(
     return found if recovered_ns is None else found | {"recovered": max(0.0, (recovered_ns - window.end_ns) / 1e9)}
 
 
-def recovery_ns(poses: Sequence[SeenPose], window: Window, viewers: int) -> int | None:
+def recovery_ns(poses: Sequence[SeenPose], window: FaultWindow, viewers: int) -> int | None:
     """Time of the first of some consecutive poses from all viewers after the fault (ns); None without any."""
     within = [pose for pose in poses if pose.received_ns <= window.until_ns]
     return settled_ns(within, window.end_ns, lambda pose: not pose.lost and pose.views >= viewers)
 
 
-def missing_frames(seen: Sequence[SeenFrame], window: Window) -> list[int]:
+def missing_frames(seen: Sequence[SeenFrame], window: FaultWindow) -> list[int]:
     """Approximate capture times (ns) of frames that were not received, from gaps in the frame numbers.
 
     A restarted viewer continues with the current frame number, so that its pause is such a gap, too.
@@ -63,7 +63,7 @@ def missing_frames(seen: Sequence[SeenFrame], window: Window) -> list[int]:
     return [time_ns for time_ns in found if window.begin_ns - BEFORE_NS <= time_ns <= window.until_ns]
 
 
-def _share(viewers: Sequence[Sequence[SeenFrame]], window: Window, due: float) -> float:
+def _share(viewers: Sequence[Sequence[SeenFrame]], window: FaultWindow, due: float) -> float:
     """Share of the frames expected from viewers during the fault that arrived; 1 without viewers."""
     if not viewers:
         return 1.0

@@ -1,4 +1,4 @@
-"""What a peer of the rig sees of it: real poses, the health of its services, and nothing of strangers."""
+"""A peer of the rig: real poses, the health of its services, and nothing of strangers."""
 
 import threading
 from collections.abc import Callable, Collection

@@ -1,4 +1,4 @@
-"""What a run did: every round with its recovery, and everything that is checked at the end."""
+"""Result of a run: every round with its recovery, and all that is checked at the end."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ MARGIN_NS = 2_000_000_000  # around a fault in which what it does may be seen
 
 
 @dataclass(frozen=True)
-class Limits:
+class RecoveryLimits:
     """Longest times after the end of a fault (s).  poses_s: until poses are back.  all_s: until all views contribute."""
 
     poses_s: float = 5.0
@@ -35,7 +35,7 @@ class Recovery:
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """Result of a run.  notes: what is worth knowing and no violation.  begin_ns: of the time for faults."""
 
     seed: int

@@ -1,4 +1,4 @@
-"""Visitors of a page that do not behave: many connections, requests, malformed requests, and a page that never reads."""
+"""Visitors of a page that misbehave: many connections, malformed requests, a page that never reads."""
 
 import random
 import socket

@@ -14,12 +14,12 @@ from benchmarks.chaos import invariants
 from benchmarks.chaos.injection import Injector
 from benchmarks.chaos.losses import losses
 from benchmarks.chaos.observer import Observer, longest_gap_s, settled_ns
-from benchmarks.chaos.outcome import PATIENCE_S, Limits, Outcome, Recovery
+from benchmarks.chaos.outcome import PATIENCE_S, Recovery, RecoveryLimits, RunOutcome
 from benchmarks.chaos.page_visitors import answers
 from benchmarks.chaos.running_rig import RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.small_disk import mounted
 
 RIG = "chaos"
@@ -32,13 +32,13 @@ class Run:
     """A run of one seed.  say: called with a line for every round."""
 
     def __init__(
-        self, seed: int, seconds: float, limits: Limits, kinds: tuple[str, ...], say: Callable[[str], None]
+        self, seed: int, seconds: float, limits: RecoveryLimits, kinds: tuple[str, ...], say: Callable[[str], None]
     ) -> None:
         self._limits, self._kinds, self._say = limits, kinds, say
-        self.outcome = Outcome(seed, seconds)
+        self.outcome = RunOutcome(seed, seconds)
         self._removals = 0
 
-    def run(self, folder: Path, size: str, fps: float) -> Outcome:
+    def run(self, folder: Path, size: str, fps: float) -> RunOutcome:
         """Run the rig in `folder`, with the faults one round after another, and check everything."""
         outcome = self.outcome
         with ExitStack() as stack:
@@ -178,7 +178,7 @@ def _text(seconds: float | None) -> str:
 def run(one: Case) -> Figures:
     """A run of one seed; its violations are printed.  Options: seconds; only, kinds or targets of faults."""
     with tempfile.TemporaryDirectory() as folder:
-        outcome = Run(one.seed, one.option("seconds", 120.0), Limits(), one.option("only", ()), print).run(
+        outcome = Run(one.seed, one.option("seconds", 120.0), RecoveryLimits(), one.option("only", ()), print).run(
             Path(folder).resolve(), "160x120", 15.0
         )
     print(outcome.text())
@@ -200,11 +200,11 @@ CHAOS = Kind(
     "violations of what must hold.",
     run,
     (
-        *(Column(name, "", 0, joined="sum") for name in ("rounds", "faults", "not back")),
-        Column("poses back", "s", 1, joined="median"),
-        Column("worst", "s", 1),
-        Column("violations", "", 0, joined="sum"),
-        Column("load", "", 1),
+        *(Quantity(name, "", 0, joined="sum") for name in ("rounds", "faults", "not back")),
+        Quantity("poses back", "s", 1, joined="median"),
+        Quantity("worst", "s", 1),
+        Quantity("violations", "", 0, joined="sum"),
+        Quantity("load", "", 1),
     ),
     {f"{minutes} minutes": case("random", seconds=60.0 * minutes) for minutes in (2, 10, 120)}
     | {"impostor": case("random", only=("impostor",))},

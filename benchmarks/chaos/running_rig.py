@@ -1,4 +1,4 @@
-"""A rig of simulated cameras around a router, run by `zenocap up`, with a gate between the services and the router."""
+"""A rig of simulated cameras under `zenocap up`, with a gate between services and router."""
 
 import os
 import re
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from benchmarks.chaos.gate import Gate
+from benchmarks.chaos.gate import LinkGate
 from benchmarks.chaos.schedule import ROUTER, SERVICES, VIEWERS
 from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.rig import demo_rig_file
@@ -68,7 +68,7 @@ class RunningRig:
         self.killed: set[int] = set()
         self._router: subprocess.Popen[bytes] | None = None
         self._up: subprocess.Popen[bytes] | None = None
-        self.gate = Gate(gate_port, self.router_port, self._owner, self._candidates)
+        self.gate = LinkGate(gate_port, self.router_port, self._owner, self._candidates)
         self._ended = threading.Event()
         self._monitor = threading.Thread(target=self._watch, name="monitor", daemon=True)
         self.status: int | None = None

@@ -19,7 +19,7 @@ PAGE_FLOODS = ("connections", "requests", "malformed requests", "never reads")
 
 
 @dataclass(frozen=True)
-class Kind:
+class FaultKind:
     """A kind of fault.
 
     targets: drawn from.  seconds: shortest and longest.  weight: relative frequency; 0: drawn only where it is named.
@@ -32,16 +32,16 @@ class Kind:
 
 
 KINDS = (
-    Kind("kill", (*SERVICES, ROUTER), (0.0, 0.0), 3.0),
-    Kind("stop", (*SERVICES, ROUTER), (0.5, 6.0), 3.0),
-    Kind("cut", SERVICES, (0.5, 6.0), 2.0),  # its packets vanish
-    Kind("disconnect", SERVICES, (0.5, 6.0), 1.0),  # its connections are closed, and refused
-    Kind("flood", FLOODS, (1.0, 5.0), 3.0),
-    Kind("forgery", (IMPOSTOR,), (1.0, 5.0), 0.0),  # an open network does not protect against it: docs/machines.md
-    Kind("page", PAGE_FLOODS, (1.0, 5.0), 2.0),
-    Kind("full disk", ("",), (1.0, 5.0), 1.0),
-    Kind("recordings", ("deleted", "moved"), (0.0, 0.0), 1.0),
-    Kind("requests", ("record and stop",), (1.0, 5.0), 1.0),  # not "measure": the person then has to take the T-pose
+    FaultKind("kill", (*SERVICES, ROUTER), (0.0, 0.0), 3.0),
+    FaultKind("stop", (*SERVICES, ROUTER), (0.5, 6.0), 3.0),
+    FaultKind("cut", SERVICES, (0.5, 6.0), 2.0),  # its packets vanish
+    FaultKind("disconnect", SERVICES, (0.5, 6.0), 1.0),  # its connections are closed, and refused
+    FaultKind("flood", FLOODS, (1.0, 5.0), 3.0),
+    FaultKind("forgery", (IMPOSTOR,), (1.0, 5.0), 0.0),  # an open network does not protect against it: docs/machines.md
+    FaultKind("page", PAGE_FLOODS, (1.0, 5.0), 2.0),
+    FaultKind("full disk", ("",), (1.0, 5.0), 1.0),
+    FaultKind("recordings", ("deleted", "moved"), (0.0, 0.0), 1.0),
+    FaultKind("requests", ("record and stop",), (1.0, 5.0), 1.0),  # not "measure": the person then has to take the T-pose
 )
 OF_SERVICES = ("kill", "stop", "cut", "disconnect")
 PAUSE_S = (0.5, 3.0)  # from the recovery to the next fault
@@ -102,7 +102,7 @@ def schedule(seed: int, kinds: Collection[str] = ()) -> Iterator[Round]:
         yield Round(pause_s, tuple(faults))
 
 
-def _only(kind: Kind, names: Collection[str]) -> Kind:
+def _only(kind: FaultKind, names: Collection[str]) -> FaultKind:
     """A kind with those of its targets that are named, or all if it is named itself; without names, one with a weight."""
     if not names and not kind.weight:
         return replace(kind, targets=())
@@ -111,7 +111,7 @@ def _only(kind: Kind, names: Collection[str]) -> Kind:
     return replace(kind, targets=tuple(target for target in kind.targets if target in names), weight=kind.weight or 1.0)
 
 
-def _drawn(rng: random.Random, kinds: list[Kind]) -> Fault:
+def _drawn(rng: random.Random, kinds: list[FaultKind]) -> Fault:
     (kind,) = rng.choices(kinds, [kind.weight for kind in kinds])
     return Fault(kind.name, rng.choice(kind.targets), round(rng.uniform(*kind.seconds), 2))
 

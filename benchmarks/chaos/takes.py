@@ -1,4 +1,4 @@
-"""The takes of a run, read with the mcap package: what they have, and whether `zenocap info` and `verify` say so."""
+"""The takes of a run, read with the mcap package, and the answers of `zenocap info` and `verify`."""
 
 import subprocess
 import sys

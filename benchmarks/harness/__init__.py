@@ -1,1 +1,1 @@
-"""Benchmarks: cases as data, run in a pool, cached by their sources, stored as JSON and published in the pages."""
+"""Benchmarks: cases as data, run in a pool, cached by their sources, stored and published."""

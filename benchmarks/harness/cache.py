@@ -42,6 +42,14 @@ def digest(kind: Kind, one: Case) -> str:
     return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:24]
 
 
+def source_digest(kind: Kind, one: Case) -> str:
+    """Digest of the sources that decide a figure: the module of the kind, all that it imports, the case and the columns.
+
+    Without inputs and versions: it is the same on every machine.
+    """
+    return hashlib.sha256(f"{module_digest(kind.module)} {one!r} {kind.columns!r}".encode()).hexdigest()[:16]
+
+
 @cache
 def module_digest(module: str) -> str:
     """Digest of a module and of all that it imports."""

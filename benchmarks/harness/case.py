@@ -43,7 +43,7 @@ def case(film: str, **options: Value) -> Case:
 
 
 @dataclass(frozen=True)
-class Column:
+class Quantity:
     """A figure.  unit: "" for a number without one.  digits: after the point.
 
     joined: how the seeds make one figure.  worst: the end that is worse; "" where none is.
@@ -79,7 +79,7 @@ class Kind:
     name: str
     about: str
     run: Callable[[Case], Figures]
-    columns: tuple[Column, ...]
+    columns: tuple[Quantity, ...]
     cases: Mapping[str, Case]
     small: Case
     seeds: int = 3

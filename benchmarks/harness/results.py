@@ -1,14 +1,14 @@
 """Figures that are stored in the repository, one JSON file a kind."""
 
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from os import cpu_count
 from pathlib import Path
 
 import msgspec
 
-from benchmarks.harness.cache import ROOT
+from benchmarks.harness.cache import ROOT, source_digest
 from benchmarks.harness.case import Figures, Kind
 from zenocap.common.errors import UserError
 from zenocap.common.runtime.service_info import processor
@@ -30,7 +30,8 @@ class Row(msgspec.Struct, frozen=True, omit_defaults=True):
 
     figures: by column, the joined figure, and the worst seed's where there are several.  missing: seeds without that
     figure.
-    commit, date, command: with which they were measured.  machine: of what is timed.
+    commit, date, command: with which they were measured.  machine: of what is timed.  sources: see `source_digest`; "" for
+    figures from before there was one.
     """
 
     case: str
@@ -41,6 +42,7 @@ class Row(msgspec.Struct, frozen=True, omit_defaults=True):
     command: str
     missing: dict[str, int] = {}
     machine: str = ""
+    sources: str = ""
 
 
 class Results(msgspec.Struct, frozen=True):
@@ -67,7 +69,7 @@ class Results(msgspec.Struct, frozen=True):
         return found[name]
 
 
-def summary(name: str, kind: Kind, runs: Sequence[Figures]) -> Row:
+def summary(name: str, kind: Kind, runs: Sequence[Figures], sources: str) -> Row:
     """Row of one case from the runs of its seeds, of this commit and machine."""
     by_column = {column: [run.get(column.name, float("nan")) for run in runs] for column in kind.columns}
     measured = {column: values for column, values in by_column.items() if any(value == value for value in values)}
@@ -80,6 +82,7 @@ def summary(name: str, kind: Kind, runs: Sequence[Figures]) -> Row:
         f"python -m benchmarks {kind.name}",
         {column.name: n for column, values in measured.items() if (n := sum(value != value for value in values))},
         f"{processor()}, {cpu_count()} cores" if kind.timed else "",
+        sources,
     )
 
 
@@ -105,6 +108,17 @@ def store(kind: Kind, rows: Sequence[Row]) -> None:
     kept = [row for row in before if (row.case, row.machine) not in replaced and row.case in order]
     found = tuple(sorted([*kept, *rows], key=lambda row: order.index(row.case)))
     write(results_of(kind, found))
+
+
+def stale(found: Results, kind: Kind) -> Iterator[str]:
+    """A line for each row whose sources are others now, or are not known."""
+    for row in found.figures:
+        one = kind.cases.get(row.case)
+        measured = f"commit {row.commit}, {row.date}"
+        if not row.sources:
+            yield f"{kind.name}: {row.case}: before digests: {measured}"
+        elif one is None or source_digest(kind, one) != row.sources:
+            yield f"{kind.name}: {row.case}: sources changed since {measured}"
 
 
 def results_of(kind: Kind, rows: Sequence[Row]) -> Results:

@@ -1,4 +1,4 @@
-"""Processor time of the sending thread per pose, for each output with a reading receiver, and per picture."""
+"""Processor time of the sending thread, for each output with a reading receiver, and per picture."""
 
 import socket
 import threading

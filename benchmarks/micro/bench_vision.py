@@ -1,4 +1,7 @@
-"""Speed of the vision stages on a textured scene with a person and a shadow.  Run with `--benchmark-only`."""
+"""Speed of the vision stages on a textured scene with a person and a shadow.
+
+Run with `--benchmark-only`.
+"""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""Motion capture files (BVH) as motions of the simulated person: its own lengths, the file's directions of limbs."""
+"""Motion capture files (BVH) as motions of the simulated person, with its own lengths."""
 
 from dataclasses import dataclass
 from math import ceil

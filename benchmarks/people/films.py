@@ -1,4 +1,4 @@
-"""Colour films of simulated people by the paper's two cameras, with ground truth: postures, or motion capture."""
+"""Colour films of simulated people by the paper's two cameras, with ground truth."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

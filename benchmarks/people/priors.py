@@ -1,4 +1,4 @@
-"""Priors of the evaluation: shipped ones, and ones trained here, never on the motion of the evaluated clip."""
+"""Priors of the evaluation: shipped, or trained without the motion of the evaluated clip."""
 
 from dataclasses import replace
 from functools import partial

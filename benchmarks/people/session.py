@@ -1,4 +1,4 @@
-"""The services of a rig of simulated cameras in one process: the frames of a film in, messages and poses out."""
+"""The services of a rig in one process: frames of a film in, messages and poses out."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Clips of simulated people with exact silhouettes, ragged at the edges; they stand in for the shared clips."""
+"""Clips of simulated people with exact silhouettes, in place of the shared clips."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

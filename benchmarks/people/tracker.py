@@ -27,7 +27,7 @@ ANATOMY = FOURTEEN_PARTS
 NAMES = tuple(marker.name for marker in ANATOMY.markers)
 
 
-class Film(Protocol):
+class PersonClip(Protocol):
     """Silhouettes and truth of one person: a shared clip or a simulated one.  motion_from: first scored frame."""
 
     @property
@@ -58,7 +58,9 @@ class TrackedPath:
         return self.poses[max(self.poses)][0]
 
 
-def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0), state: TrackState | None = None) -> TrackedPath:
+def track_clip(
+    clip: PersonClip, setup: TrackerSetup, empty: range = range(0), state: TrackState | None = None
+) -> TrackedPath:
     """Track every frame set of the clip.  empty: frames in which all views are empty.  state: the first one."""
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []
@@ -82,7 +84,7 @@ def track_clip(clip: Film, setup: TrackerSetup, empty: range = range(0), state: 
     return TrackedPath(poses, tuple(lost), setup.anatomy, views)
 
 
-def both_ways(clip: Film, setup: TrackerSetup, path: TrackedPath) -> TrackedPath:
+def both_ways(clip: PersonClip, setup: TrackerSetup, path: TrackedPath) -> TrackedPath:
     """The poses of both directions, all with the last body.  path: of the forward pass, of all instants."""
     if not path.poses:
         return path

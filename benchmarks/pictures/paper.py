@@ -10,7 +10,7 @@ from benchmarks.harness.case import Case
 from benchmarks.harness.results import load_all
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, prior_of
 from benchmarks.people.tracker import offsets, trajectories
-from benchmarks.pictures.plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
+from benchmarks.pictures.plots import BarPanel, CurvePanel, PlottedCurve, bar_panels, curve_panels, picture_grid
 from benchmarks.pictures.views import ESTIMATED, TRUTH, pose_view
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
@@ -44,7 +44,7 @@ def _regions_of_the_prior(path: Path) -> None:
         rows = prior_of(motion, PEOPLE[0]).training.errors
         counts = np.array([row.regions for row in rows], dtype=np.float64)
         curves = [
-            Curve(name, counts, np.degrees(values), "tab:blue", style)
+            PlottedCurve(name, counts, np.degrees(values), "tab:blue", style)
             for name, values, style in (
                 ("training frames", [row.training for row in rows], "o-"),
                 ("held out", [row.held for row in rows], "s--"),
@@ -75,8 +75,8 @@ def _angles(path: Path) -> None:
         found = angle_curves(trajectories(tracked(one), film.truth.rate, film.motion_from), film.truth, film.motion_from)
         times_s = found.times_s - found.times_s[0]
         curves = (
-            Curve("truth", times_s, found.truth[angle], "black", "-", 2.2),
-            Curve("hybrid", times_s, found.take[angle], METHOD_COLOURS["hybrid"]),
+            PlottedCurve("truth", times_s, found.truth[angle], "black", "-", 2.2),
+            PlottedCurve("hybrid", times_s, found.take[angle], METHOD_COLOURS["hybrid"]),
         )
         panels.append(CurvePanel(f"{motion}: {label}", "angle (°)", curves, _last(motion, "test time (s)"), zero=False))
     curve_panels(path, "[Hybrid] Fig. 6: joint angles", panels)
@@ -101,7 +101,9 @@ def _errors_by_regions(path: Path) -> None:
     for motion in MOTIONS:
         names = [LAWS[0] if count == REGIONS else f"M = {count}" for count in COUNTS]
         values = [_stored(f"hybrid, {name}, {TRUE_POSE}, {FEWER} frames, {motion}", "RMSE")[0] for name in names]
-        curves.append(Curve(motion, np.array(COUNTS, dtype=np.float64), np.array(values), MOTION_COLOURS[motion], "o-"))
+        curves.append(
+            PlottedCurve(motion, np.array(COUNTS, dtype=np.float64), np.array(values), MOTION_COLOURS[motion], "o-")
+        )
     panel = CurvePanel("hybrid", "RMSE (mm)", tuple(curves), "regions M", COUNTS)
     curve_panels(path, "[Hybrid] Fig. 8: RMSE by number of regions", [panel])
 
@@ -117,7 +119,9 @@ def _errors_by_frame(path: Path) -> None:
             kept = film.truth.frames >= film.motion_from
             squares = np.sum(offsets(tracked(one), film.truth)[kept] ** 2, axis=2)
             values = 1e3 * np.sqrt(squares.mean(axis=1))
-            curves.append(Curve(method, np.arange(len(values), dtype=np.float64), values, METHOD_COLOURS[method], "-", 1.3))
+            curves.append(
+                PlottedCurve(method, np.arange(len(values), dtype=np.float64), values, METHOD_COLOURS[method], "-", 1.3)
+            )
         panels.append(CurvePanel(motion, "RMSE (mm)", tuple(curves), _last(motion, "test frame"), y_ticks=ERROR_TICKS))
     curve_panels(path, "[Hybrid] Fig. 9: RMSE of the joint positions", panels)
 

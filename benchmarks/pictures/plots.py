@@ -24,7 +24,7 @@ TITLE_PT, LABEL_PT, SMALL_PT = 11, 10, 9
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlottedCurve:
     """y against x, both (n,); NaN are gaps.  style: of the line, as in matplotlib.  width: of the line, points."""
 
     name: str
@@ -43,7 +43,7 @@ class CurvePanel:
 
     title: str
     y_label: str
-    curves: tuple[Curve, ...]
+    curves: tuple[PlottedCurve, ...]
     x_label: str = ""
     x_ticks: tuple[int, ...] | None = None
     y_ticks: tuple[int, ...] | None = None

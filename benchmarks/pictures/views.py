@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from benchmarks.people.tracker import Film, TrackedPath, trajectories
+from benchmarks.people.tracker import PersonClip, TrackedPath, trajectories
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
@@ -20,7 +20,7 @@ BONES = (
 )  # fmt: skip
 
 
-def pose_view(clip: Film, frame: int, path: TrackedPath) -> Image:
+def pose_view(clip: PersonClip, frame: int, path: TrackedPath) -> Image:
     """Cut-out (height, width, 3) RGB of the first view: silhouette, joints of the truth, and of the path if any."""
     view, camera = next(iter(clip.cameras.items()))
     (instant,) = (one for one in clip.instants if one.captured_ns >= 0 and one.frame == frame)

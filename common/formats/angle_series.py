@@ -15,15 +15,14 @@ from zenocap.common.body.rotations import perpendicular, unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import centres_of, common_ancestor, joint_roles, to_y_up_of
 from zenocap.common.formats.bvh_reader import Bvh, read_bvh
-from zenocap.common.formats.import_format import import_format_of, import_suffixes
+from zenocap.common.formats.import_format import import_format_of
 from zenocap.common.formats.mot import Mot, read_mot
-from zenocap.common.formats.motion_files import needed_centres, poses_of_centres, read_centres
+from zenocap.common.formats.motion_files import centre_suffixes, needed_centres, poses_of_centres, read_centres
 from zenocap.common.formats.opensim_coordinates import rotations_of
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import MATRICES, Trajectories
 
-FORMATS = (".mot", ".bvh", ".trc", ".c3d", ".mcap")
 SIDES = ("right", "left")
 # Of trunk and lower legs in the rest pose, for an upright one; chosen by hand, for skeletons in T- and A-pose.
 MOST_LEAN_DEG = 20.0
@@ -59,7 +58,7 @@ class AngleSeries:
 
 
 def read_source(path: Path) -> AngleSource:
-    """Poses, joint centres or coordinates of a file, by its suffix: of FORMATS or an import format.  Raises UserError."""
+    """Poses, joint centres or coordinates of a file, by its suffix, see `angle_suffixes`.  Raises UserError."""
     match path.suffix.lower():
         case ".mot":
             return read_mot(path)
@@ -70,7 +69,12 @@ def read_source(path: Path) -> AngleSource:
             return filled(read_poses(path).track())
     if import_format_of(path) is not None:
         return read_centres(path)
-    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(dict.fromkeys((*FORMATS, *import_suffixes())))}")
+    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(angle_suffixes())}")
+
+
+def angle_suffixes() -> tuple[str, ...]:
+    """Suffixes of files with joint angles, or with joint centres that give them."""
+    return (".mot", *centre_suffixes())
 
 
 def filled(track: PoseTrack) -> PoseTrack:

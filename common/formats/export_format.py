@@ -54,6 +54,7 @@ class ExportFormat:
     numbered: whether rows have frame numbers or times; else row k is frame k.  confidence: whether uncertain points can be
     left out.  bones: whether its bones have names to choose.  model: the file that it needs, in words; "" for none.
     empty: what a row without pose is, in words.  needs: module, package and extra of zenocap that write it.
+    title: in a list to choose from, "" for the name in capitals.
     """
 
     name: str
@@ -70,6 +71,7 @@ class ExportFormat:
     suffix_decides: bool = False
     empty: str = "blank"
     needs: tuple[str, str, str] | None = None
+    title: str = ""
 
     def written(self, output: Path, request: ExportRequest, *, new: bool = False) -> Sequence[str]:
         """Write the file.  new: none is replaced.  Raises UserError for a package that is missing, and OSError."""
@@ -86,22 +88,30 @@ class ExportFormat:
                 raise UserError(str(error).replace(str(unfinished), str(output))) from error
 
 
-TRC = ExportFormat("trc", "zenocap.common.formats.trc:export", (".trc",), points=True, confidence=True)
-BVH = ExportFormat(
-    "bvh", "zenocap.common.formats.bvh_writer:export", (".bvh",), "cm", numbered=False, empty="last pose repeated"
+TRC = ExportFormat(
+    "trc", "zenocap.common.formats.trc:export", (".trc",), points=True, confidence=True, title="TRC: OpenSim, Pose2Sim"
 )
+BVH = ExportFormat(
+    "bvh", "zenocap.common.formats.bvh_writer:export", (".bvh",), "cm", numbered=False, empty="last pose repeated",
+    title="BVH: Blender, Unity",
+)  # fmt: skip
 C3D = ExportFormat(
     "c3d", "zenocap.common.formats.c3d:export", (".c3d",), "mm", points=True, numbered=False, confidence=True
 )
-CSV = ExportFormat("csv", "zenocap.common.formats.tables:write_csv", (".csv",), points=True, confidence=True)
+CSV = ExportFormat(
+    "csv", "zenocap.common.formats.tables:write_csv", (".csv",), points=True, confidence=True, title="CSV: tables"
+)
 MOT = ExportFormat(
     "mot", "zenocap.common.formats.opensim_coordinates:export_mot", (".mot",), units=("m",), axes=("y-up", "opensim"),
-    empty="left out",
+    empty="left out", title="MOT: OpenSim's coordinates",
 )  # fmt: skip
 PARQUET = ExportFormat(
-    "parquet", "zenocap.common.formats.tables:write_parquet", (".parquet",), points=True, confidence=True
+    "parquet", "zenocap.common.formats.tables:write_parquet", (".parquet",), points=True, confidence=True,
+    title="Parquet: pandas, R",
+)  # fmt: skip
+NPZ = ExportFormat(
+    "npz", "zenocap.common.formats.tables:write_npz", (".npz",), points=True, confidence=True, title="NPZ: NumPy"
 )
-NPZ = ExportFormat("npz", "zenocap.common.formats.tables:write_npz", (".npz",), points=True, confidence=True)
 OPENSIM = ExportFormat(
     "opensim", "zenocap.tools.takes.opensim_folder:export", (), units=("m",), axes=("y-up", "opensim"),
     confidence=True, model="an .osim file", empty="left out",
@@ -109,6 +119,7 @@ OPENSIM = ExportFormat(
 GLB = ExportFormat(
     "glb", "zenocap.tools.takes.export:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
     numbered=False, bones=True, empty="last pose repeated", needs=("pygltflib", "pygltflib", "gltf"),
+    title="glTF (GLB): Blender, VRM avatars",
 )  # fmt: skip
 USD = ExportFormat(
     "usd", "zenocap.tools.takes.export:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),

@@ -66,8 +66,13 @@ def read_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
     if path.suffix.lower() == ".mcap":
         return every_frame(read_poses(path).track(), 0).trajectories()
     if (found := import_format_of(path)) is None:
-        raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join((*import_suffixes(), '.mcap'))}")
+        raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(centre_suffixes())}")
     return found.centres(path, joints)
+
+
+def centre_suffixes() -> tuple[str, ...]:
+    """Suffixes of files with joint centres: of the import formats, and of takes."""
+    return (*import_suffixes(), ".mcap")
 
 
 def trc_centres(path: Path, joints: JointMap | None) -> Trajectories:

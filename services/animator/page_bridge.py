@@ -24,6 +24,7 @@ from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import RECORD_PERIOD_NS, SAVING_NICENESS
 from zenocap.services.animator.playback import PlayFile, TakePlayer
 from zenocap.services.animator.presence import Presence, observed, troubled
+from zenocap.services.animator.save_command import format_choices
 from zenocap.services.animator.states import ActorPose, AnimatorState, Source
 from zenocap.services.animator.take_feed import TakeFeed
 
@@ -49,7 +50,8 @@ class PageBridge:
         recognizer = self._rig.recognizer
         commands = [] if recognizer is None else [(one.posture, one.action.target) for one in recognizer.commands]
         feed = self._feed = TakeFeed(table, self._direct, self._on_drop, self._bus.wake, SAVING_NICENESS)
-        feed.open(pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers, commands=commands))
+        rig, version = self._rig, versions()["zenocap"]
+        feed.open(pm.HelloUpdate(rig.name, rig.method, version, viewers, commands=commands, formats=format_choices()))
         feed.player = TakePlayer(takes, feed.page.updates, self._clock, topics)
         logger.info("the page is at %s", feed.page.address)
 

@@ -1,18 +1,22 @@
 """Command line that saves a take for a page: `zenocap export` or `zenocap render`."""
 
+import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import numpy as np
 
 from zenocap.common.errors import UserError, reading
-from zenocap.common.formats.export_format import FORMATS
+from zenocap.common.formats.export_format import FORMATS, ExportFormat
+from zenocap.common.formats.trajectories import Axes
 from zenocap.common.recording.summary import read_summary
-from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
+from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveFormat, SaveTake
 from zenocap.services.animator.replay_process import ERROR_PREFIX
 
+logger = logging.getLogger(__name__)
 BINARY_USD = ".usdc"  # .usd may be of either kind
 EDGE_S = 0.0005  # added at either end of a part: the page gives milliseconds, poses have nanoseconds
 NOTES = ("note: ", "lost: ")  # prefixes of lines on what a file lacks
@@ -25,13 +29,37 @@ class Progress(msgspec.Struct, frozen=True):
     total: int | None = None
 
 
+def page_formats() -> Mapping[str, ExportFormat]:
+    """Formats that a page saves: of one file, and without another that they need.  A row that cannot be used is logged."""
+    found = {}
+    for name in FORMATS.names():
+        try:
+            row = FORMATS.row(name)
+        except UserError as error:
+            logger.warning("not offered on the page: %s", error)
+            continue
+        if row.suffixes and not row.model and name not in DRAWN:
+            found[name] = row
+    return found
+
+
+def format_choices() -> list[SaveFormat]:
+    """The same for a page."""
+    return [
+        SaveFormat(name, row.title or name.upper(), row.points, list(row.axes or get_args(Axes)))
+        for name, row in page_formats().items()
+    ]
+
+
 def file_name(take: str, request: SaveTake) -> str:
     """Name of the file: that of the take, with the part in seconds, such as walk_2.50-8.00s.bvh."""
     part = ""
     if request.start_s is not None or request.end_s is not None:
         start = f"{request.start_s or 0.0:.2f}"
         part = f"_{start}s" if request.end_s is None else f"_{start}-{request.end_s:.2f}s"
-    return f"{take}{part}{BINARY_USD if request.kind == 'usd' else f'.{request.kind}'}"
+    if request.kind in DRAWN:
+        return f"{take}{part}.{request.kind}"
+    return f"{take}{part}{BINARY_USD if request.kind == 'usd' else FORMATS.row(request.kind).suffixes[0]}"
 
 
 def shift_s(take: Path, request: SaveTake, *, raw: bool) -> float:
@@ -73,7 +101,8 @@ def command_line(take: Path, output: Path, request: SaveTake, shift: float, *, r
     line += ["--to", request.kind]
     to = FORMATS.row(request.kind)
     line += ["--joints", request.joints] if to.points else []
-    line += ["--axes", request.axes] if to.axes is None or len(to.axes) > 1 else []
+    axes = request.axes if to.axes is None or len(to.axes) > 1 else to.axes[0]
+    line += ["--axes", axes] if to.axes != ("y-up",) else []
     return line
 
 

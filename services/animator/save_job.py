@@ -17,9 +17,18 @@ import msgspec
 
 from zenocap.common.atomic_write import free_names, rename_new
 from zenocap.common.errors import UserError
-from zenocap.services.animator.page.save_messages import SaveTake, SavingUpdate
+from zenocap.services.animator.page.save_messages import DRAWN, SaveTake, SavingUpdate
 from zenocap.services.animator.parameters import MAX_SAVED_LINES, MAX_SAVED_NAMES, SAVING_END_S
-from zenocap.services.animator.save_command import Progress, command_line, file_name, notes_of, progress_of, reason, shift_s
+from zenocap.services.animator.save_command import (
+    Progress,
+    command_line,
+    file_name,
+    notes_of,
+    page_formats,
+    progress_of,
+    reason,
+    shift_s,
+)
 
 logger = logging.getLogger(__name__)
 DONE, LOSS = 0, 3  # exit statuses with a file
@@ -44,8 +53,10 @@ class SaveJob:
     def start(self, request: SaveTake, take: Path, folder: Path, *, raw: bool = False, kept: bool = True) -> None:
         """Save `take` into `folder`; returns at once.
 
-        kept: see `SavingUpdate`.  Raises ValueError while another file is being written.
+        kept: see `SavingUpdate`.  Raises ValueError for an unknown format, and while another file is being written.
         """
+        if request.kind not in (allowed := (*page_formats(), *DRAWN)):
+            raise ValueError(f"refused: format {request.kind!r}: allowed: {', '.join(allowed)}")
         with self._lock:
             if self.running:
                 raise ValueError("refused: another file is being saved; wait for its end or cancel it")

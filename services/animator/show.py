@@ -18,6 +18,7 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
+from zenocap.services.animator.save_command import format_choices
 from zenocap.services.animator.states import TOPICS, ActorPose
 from zenocap.services.animator.take_feed import TakeFeed
 
@@ -162,7 +163,7 @@ class TakePage:
 
 
 def _hello(take: Path) -> pm.HelloUpdate:
-    return pm.HelloUpdate(take.stem, "take", versions()["zenocap"], [], live=False)
+    return pm.HelloUpdate(take.stem, "take", versions()["zenocap"], [], live=False, formats=format_choices())
 
 
 def check_take(take: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.cases.clips import take_prior
 from benchmarks.cases.paper import LIMB_ANGLES, TABLE_2, angle_curves, angle_rmse_deg, with_true_angles
 from benchmarks.people.tracker import ANATOMY, TrackedPath, errors, trajectories
-from benchmarks.pictures.plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
+from benchmarks.pictures.plots import BarPanel, CurvePanel, PlottedCurve, bar_panels, curve_panels, picture_grid
 from zenocap.common.body.definition import neutral_pose
 from zenocap.services.tracker.body.average_body import body_of_height
 
@@ -53,7 +53,9 @@ def test_table_2_has_all_methods_under_both_presets_on_frames_that_train_nothing
 @pytest.mark.nightly
 def test_plots_are_small_files_even_with_gaps(tmp_path: Path) -> None:
     x, y = np.arange(1.0, 41.0), np.where(np.arange(40) == 20, math.nan, np.arange(40) + 20.0)
-    panel = CurvePanel("walking", "RMSE (mm)", (Curve("one", x, y, "tab:blue"),), "frame", (1, 10, 40), (20, 50, 100))
+    panel = CurvePanel(
+        "walking", "RMSE (mm)", (PlottedCurve("one", x, y, "tab:blue"),), "frame", (1, 10, 40), (20, 50, 100)
+    )
     curve_panels(tmp_path / "curves.png", "Curves", [panel, replace(panel, x_ticks=None, y_ticks=None)])
     values = {"one": (1.0, NAN), "two": (2.0, 3.0)}
     bars = BarPanel("mm", ("walking", "jogging"), values, {"one": (1.5, NAN), "two": (2.0, 4.0)})

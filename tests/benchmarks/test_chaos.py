@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.chaos import invariants
-from benchmarks.chaos.gate import Gate
+from benchmarks.chaos.gate import LinkGate
 from benchmarks.chaos.hostile import false_orders
 from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
 from benchmarks.chaos.running_rig import Seen
@@ -153,7 +153,7 @@ def echo() -> Iterator[int]:
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="finds connections in /proc")
 def test_the_gate_cuts_the_links_of_one_service(echo: int) -> None:
     (port,) = free_ports(1)
-    with Gate(port, echo, lambda _: "viewer 1", lambda: [os.getpid()]) as gate:
+    with LinkGate(port, echo, lambda _: "viewer 1", lambda: [os.getpid()]) as gate:
         with socket.create_connection(("127.0.0.1", port), 5.0) as link:
             link.settimeout(5.0)
             link.sendall(b"a")

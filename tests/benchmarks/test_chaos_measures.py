@@ -3,13 +3,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.chaos.measures import Window, figures, missing_frames, recovery_ns
+from benchmarks.chaos.measures import FaultWindow, figures, missing_frames, recovery_ns
 from benchmarks.chaos.observer import SETTLED, SeenFrame, SeenPose
 
 S = 1_000_000_000
 FPS = 10.0
 STEP = S // 10
-WINDOW = Window(10 * S, 14 * S, 20 * S)
+WINDOW = FaultWindow(10 * S, 14 * S, 20 * S)
 
 
 def pose(frame: int, views: int = 2) -> SeenPose:

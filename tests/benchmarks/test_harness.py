@@ -10,7 +10,7 @@ import pytest
 from benchmarks import __main__ as program
 from benchmarks.harness import cache, pages, results
 from benchmarks.harness.cache import Closure
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from zenocap.common.errors import UserError
@@ -30,7 +30,7 @@ KIND = Kind(
     "doubled",
     "Twice the size.",
     doubled,
-    (Column("mm", "mm"), Column("lost", "%", 0, "")),
+    (Quantity("mm", "mm"), Quantity("lost", "%", 0, "")),
     {"small": case("film"), "large": case("film", size=10)},
     case("film"),
 )
@@ -112,7 +112,7 @@ def test_a_case_that_fails_does_not_end_the_others_and_is_not_kept() -> None:
 
 
 def test_a_figure_without_a_column_is_an_error() -> None:
-    (done,) = runs(replace(KIND, columns=(Column("mm"),)), [case("film")])
+    (done,) = runs(replace(KIND, columns=(Quantity("mm"),)), [case("film")])
     assert "figures without a column: lost" in done.problem
 
 
@@ -130,22 +130,22 @@ def test_equal_options_make_equal_cases() -> None:
 @pytest.mark.parametrize(
     ("column", "values", "expected"),
     [
-        (Column("mm"), (1.0, 2.0, 6.0), [3.0, 6.0]),
-        (Column("overlap", worst="low"), (0.5, 0.9), [0.7, 0.5]),
-        (Column("ms", joined="median"), (1.0, 2.0, 9.0), [2.0, 9.0]),
-        (Column("losses", joined="sum"), (1.0, 2.0), [3.0]),
-        (Column("true", worst=""), (1.0, 3.0), [2.0]),
-        (Column("mm"), (5.0,), [5.0]),
-        (Column("mm"), (5.0, NAN, 7.0), [6.0, 7.0]),
-        (Column("mm"), (NAN, NAN), [None]),
+        (Quantity("mm"), (1.0, 2.0, 6.0), [3.0, 6.0]),
+        (Quantity("overlap", worst="low"), (0.5, 0.9), [0.7, 0.5]),
+        (Quantity("ms", joined="median"), (1.0, 2.0, 9.0), [2.0, 9.0]),
+        (Quantity("losses", joined="sum"), (1.0, 2.0), [3.0]),
+        (Quantity("true", worst=""), (1.0, 3.0), [2.0]),
+        (Quantity("mm"), (5.0,), [5.0]),
+        (Quantity("mm"), (5.0, NAN, 7.0), [6.0, 7.0]),
+        (Quantity("mm"), (NAN, NAN), [None]),
     ],
 )
-def test_seeds_make_one_figure_and_the_worst(column: Column, values: tuple[float, ...], expected: list[float]) -> None:
+def test_seeds_make_one_figure_and_the_worst(column: Quantity, values: tuple[float, ...], expected: list[float]) -> None:
     assert column.summary(values) == pytest.approx(expected)
 
 
 def test_seeds_without_a_figure_are_counted() -> None:
-    row = results.summary("small", KIND, [{"mm": 1.0, "lost": 0.0}, {"lost": 100.0}, {"mm": 3.0, "lost": 0.0}])
+    row = results.summary("small", KIND, [{"mm": 1.0, "lost": 0.0}, {"lost": 100.0}, {"mm": 3.0, "lost": 0.0}], "")
     assert (row.figures["mm"], row.missing, row.seeds) == ([2.0, 3.0], {"mm": 1}, 3)
     page = pages.written("<!-- figure doubled small mm --><!-- end -->", {"doubled": results.results_of(KIND, [row])})
     assert page == "<!-- figure doubled small mm -->2.0 (3.0) [1 of 3 without]<!-- end -->"
@@ -164,6 +164,35 @@ def test_a_row_replaces_that_of_the_same_case_and_machine(folder: Path) -> None:
     ]  # fmt: skip
     results.store(replace(KIND, cases={"large": case("film")}), [])
     assert [row.case for row in results.load(folder / "doubled.json").figures] == ["large"]
+
+
+def test_rows_whose_sources_have_changed_since_are_listed(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = results.summary("small", KIND, [{"mm": 1.0, "lost": 0.0}], cache.source_digest(KIND, KIND.cases["small"]))
+    measured = f"commit {row.commit}, {row.date}"
+
+    def listed() -> list[str]:
+        assert program.main(["--stale"]) == 0
+        return capsys.readouterr().out.splitlines()
+
+    results.store(KIND, [row, row_of("large", 20.0)])
+    before = "doubled: large: before digests: commit abc, 2026-01-01"
+    assert listed() == [before]
+    changed = [f"doubled: small: sources changed since {measured}", before]
+    with monkeypatch.context() as patch:
+        patch.setattr(cache, "module_digest", lambda module: "other")
+        assert listed() == changed
+    for kind in (
+        replace(KIND, cases={"small": case("film", size=2)}),
+        replace(KIND, columns=(Quantity("mm", "mm", joined="median"),)),
+        replace(KIND, cases={}),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(_Table, "row", lambda _, name, kind=kind: kind)
+            assert listed() == changed
+    assert listed() == [before]
+    assert calls == []
 
 
 def test_published_pages_do_not_make_a_checkout_dirty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,6 +296,7 @@ def test_publishing_stores_the_figures_and_writes_the_pages(folder: Path) -> Non
     assert list(pages.stale(results.load_all())) == []
     row = results.load(folder / "doubled.json").row("small")
     assert (row.seeds, row.command) == (3, "python -m benchmarks doubled")
+    assert row.sources == cache.source_digest(KIND, KIND.cases["small"])
     page.write_text(page.read_text().replace("3.0", "1.0"))
     assert [stale for stale, _ in pages.stale(results.load_all())] == [page]
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.cases.verdict.faults import Scene
+from benchmarks.cases.verdict.faults import FaultyScene
 from benchmarks.cases.verdict.takes import two_view_messages
 from benchmarks.people.simulated_clips import SIZE, cameras_of
 from zenocap.common import messages as m
@@ -20,7 +20,7 @@ FPS, FRAMES = 15.0, 80
 
 
 @cache
-def scene() -> Scene:
+def scene() -> FaultyScene:
     subject, cameras = person(4), cameras_of(2)
     timeline = posture_timeline(subject, "raise-both-arms", 1)
     poses = [timeline.pose_at(k / FPS) for k in range(FRAMES)]
@@ -31,7 +31,7 @@ def scene() -> Scene:
             np.zeros(SIZE[::-1], np.uint8) if pose is None else (film.silhouette(pose) != 0).astype(np.uint8)
             for pose in poses
         ]
-    return Scene(cameras, masks, {}, FRAMES, FPS)
+    return FaultyScene(cameras, masks, {}, FRAMES, FPS)
 
 
 @pytest.mark.nightly

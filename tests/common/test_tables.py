@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import zenocap
+from tests.support.places import ROOT
 from zenocap.common import table as tables
 from zenocap.common.camera.calibration_layouts import LAYOUTS
 from zenocap.common.errors import UserError
@@ -76,3 +78,10 @@ def test_a_row_that_cannot_be_used_is_an_error_that_names_it(table: Table[object
 def test_a_broken_package_does_not_harm_what_is_found_among_own_rows(table: Table[object]) -> None:
     last = table.row(list(table.own)[-1])
     assert table.first(lambda row: row is last) is last
+
+
+@pytest.mark.parametrize("one", TABLES.values(), ids=TABLES)
+def test_a_row_type_is_public_and_on_the_page_on_extending(one: Table[object]) -> None:
+    place = f"`{one.kind.__module__}.{one.kind.__name__}`"
+    assert place in (zenocap.__doc__ or "")
+    assert f"| `{one.group}` | {place} |" in (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from zenocap.common.errors import UserError, file_notes
+from zenocap.common.rig.methods import AUTO, METHODS
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
 from zenocap.tools.option_groups import option
@@ -22,7 +23,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 PICTURES = (".png", ".jpg", ".pdf", ".svg")  # suffixes of plots
 DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
-Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter", "both"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 
 RigPath = Annotated[
@@ -61,6 +61,20 @@ class FrameRange:
     def bounds(self) -> tuple[Bound | None, Bound | None]:
         """First and last; None for an end that is not given.  Raises typer.BadParameter."""
         return bound("--from", self.first), bound("--until", self.last)
+
+
+def method_option(help: str) -> Any:
+    """Field of a dataclass that is `--method`: one of METHODS, also of a package, or auto; None without it."""
+    metavar = "|".join((AUTO, *METHODS.own))
+    return option(None, f"{help} Installed packages may bring others.", metavar=metavar, callback=_known_method)
+
+
+def _known_method(name: str | None) -> str | None:
+    """The name as given.  Raises typer.BadParameter."""
+    allowed = (AUTO, *METHODS.names())
+    if name not in (None, *allowed):
+        raise typer.BadParameter(f"{name!r}: allowed: {', '.join(allowed)}")
+    return name
 
 
 def bound(option: str, text: str | None) -> Bound | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, first_text
-from zenocap.tools.cli.options import Method, Variant, camera_list, parsed_size, rig_at
+from zenocap.tools.cli.options import Variant, camera_list, method_option, parsed_size, rig_at
 from zenocap.tools.cli.suggestions import WrongArgument, check_no_other_file
 from zenocap.tools.option_groups import option
 
@@ -35,8 +35,8 @@ class TrackArguments:
     empty_seconds: float | None = option(
         None, "The same in seconds, where the frame rates of the cameras differ.", min=0.01, max=MAX_FIRST_S, metavar="S"
     )
-    method: Method | None = option(
-        None, "Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
+    method: str | None = method_option(
+        "Tracking method: two-view and both use two views, the others all; default: the rig's, else auto (hybrid)."
     )
     height: float | None = option(
         None, "Body height (m) for videos without T-pose; the body then gets average proportions.", min=0.5, max=2.5,

@@ -8,13 +8,12 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.errors import UserError
-from zenocap.common.formats.import_format import import_suffixes
+from zenocap.common.formats.angle_series import angle_suffixes
+from zenocap.common.formats.motion_files import centre_suffixes
 from zenocap.common.formats.pose_track import Bound, inside
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.tools.takes.pairing import CLOCK_S, TimedValues, better_changes, paired_rows, period
 
-CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres
-ANGLES = (".mot", *CENTRES)
 LOST_M = 0.25
 BAD_MM, BAD_LOST_PCT = 100.0, 20.0  # beyond which a change of the truth is searched; chosen by hand
 UNITS = {"mm": 1e3, "cm": 1e2, "feet": 1 / 0.3048, "mm in place of m": 1e-3, "cm in place of m": 1e-2}
@@ -54,7 +53,7 @@ class Accuracy:
 
 def check_truth(path: Path, *, angles: bool) -> None:
     """Raise UserError for a file without joint angles, or joint centres."""
-    allowed = dict.fromkeys((*(ANGLES if angles else CENTRES), *import_suffixes()))
+    allowed = angle_suffixes() if angles else centre_suffixes()
     if path.suffix.lower() not in allowed:
         quantity = "joint angles" if angles else "joint centres"
         raise UserError(f"--truth {path}: suffix {path.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")

@@ -1,4 +1,4 @@
-"""Calibration with a board: errors on simulated views with known truth, and the claimed error beside them.
+"""Calibration with a board: errors on simulated views, and the claimed error beside them.
 
 Rooms of 1280 x 720 cameras at 3 to 4 m, and a board of 7 x 9 squares of 60 mm that is carried about, 10 detections a
 second.  Errors are of places within 0.8 m of the middle of the room, after the best motion.
@@ -6,7 +6,7 @@ second.  Errors are of places within 0.8 m of the middle of the room, after the 
 
 import numpy as np
 
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.board_views import BOARD, board_views, places, rig_error_m, room, with_fisheye
 from zenocap.tools.setup.calibration.board_calibration import calibrated_rig
 
@@ -34,7 +34,12 @@ BOARD_KIND = Kind(
     "Simulated views of a board, five rooms: error of places in the middle of the room, the claimed error, the stated "
     "standard deviation of the focal length, and the largest error of a delay.",
     run,
-    (Column("error", "mm", 2), Column("claimed", "mm", 2, ""), Column("focal length", "%", 2), Column("delay", "ms", 1)),
+    (
+        Quantity("error", "mm", 2),
+        Quantity("claimed", "mm", 2, ""),
+        Quantity("focal length", "%", 2),
+        Quantity("delay", "ms", 1),
+    ),
     {f"{count} cameras": case("room", cameras=count) for count in (2, 4, 8)}
     | {f"4 cameras, noise {noise:g} px": case("room", noise=noise) for noise in (0.05, 0.5, 1.0)}
     | {"4 cameras, out of step by +30, −80, +100 ms": case("room", delays=(0.0, 0.03, -0.08, 0.1))}

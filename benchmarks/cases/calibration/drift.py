@@ -1,9 +1,9 @@
-"""The drift check: one camera turned about a random axis, and unmoved ones, on simulated people who walk."""
+"""The drift check: one camera turned about a random axis, and unmoved ones, on simulated walks."""
 
 import cv2
 import numpy as np
 
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.simulated_clips import cycle_clip
 from zenocap.common.lags.tangents import outline_of
 from zenocap.tools.setup.calibration.drift import drift_of, moved_camera
@@ -42,10 +42,10 @@ DRIFT = Kind(
     "place.",
     run,
     (
-        Column("named", "of 8", 0, joined="sum"),
-        Column("named wrongly", "", 0, joined="sum"),
-        Column("error", "°", 2),
-        Column("motion", "px", 1, "low"),
+        Quantity("named", "of 8", 0, joined="sum"),
+        Quantity("named wrongly", "", 0, joined="sum"),
+        Quantity("error", "°", 2),
+        Quantity("motion", "px", 1, "low"),
     ),
     {f"{views} views, {turn:g}°": case("walk", views=views, turn=turn) for views in (4, 3) for turn in TURNS_DEG},
     case("walk", views=3, turn=2.0),

@@ -1,4 +1,4 @@
-"""Calibration from a walk: errors on simulated walkers with known truth, and the claimed error beside them.
+"""Calibration from a walk: errors on simulated walkers, and the claimed error beside them.
 
 Adults walk a figure of eight for 20 s, seen in 320 x 240 with ragged edges by cameras at 4 to 6 m, 0.9 to 2.6 m high and
 rolled by up to 4 degrees, whose poses are unknown.
@@ -10,7 +10,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.simulated_clips import cycle_clip
 from benchmarks.people.tracker import ANATOMY, track_clip
 from benchmarks.people.tracker import errors as tracking_errors
@@ -162,15 +162,15 @@ WALK = Kind(
     "error: of places in the walked area.",
     run,
     (
-        Column("rotation", "°", 2),
-        Column("place", "mm", 0),
-        Column("scale", "%", 1),
-        Column("vertical", "°", 2),
-        Column("error", "mm", 0),
-        Column("claimed", "mm", 0, ""),
-        Column("worst camera", "mrad", 1),
-        Column("delay", "periods", 2),
-        *(Column(name, "", 0, joined="sum") for name in ("delay not used", "failed", "poor")),
+        Quantity("rotation", "°", 2),
+        Quantity("place", "mm", 0),
+        Quantity("scale", "%", 1),
+        Quantity("vertical", "°", 2),
+        Quantity("error", "mm", 0),
+        Quantity("claimed", "mm", 0, ""),
+        Quantity("worst camera", "mrad", 1),
+        Quantity("delay", "periods", 2),
+        *(Quantity(name, "", 0, joined="sum") for name in ("delay not used", "failed", "poor")),
     ),
     {f"{views} cameras": case("walk", views=views) for views in (2, 3, 4, 5, 6, 7, 8)}
     | {
@@ -187,10 +187,10 @@ WALK_SYNC = Kind(
     "them.",
     run_sync,
     (
-        Column("error", "periods", 2),
-        Column("claimed", "periods", 2, ""),
-        Column("others", "periods", 2),
-        Column("not certain", "", 0, joined="sum"),
+        Quantity("error", "periods", 2),
+        Quantity("claimed", "periods", 2, ""),
+        Quantity("others", "periods", 2),
+        Quantity("not certain", "", 0, joined="sum"),
     ),
     {f"{delay:g} s": case("walk", delay=delay) for delay in (0.01, 0.0333, 0.0667, 0.1667)},
     case("walk", delay=0.0667),
@@ -202,7 +202,7 @@ WALK_TRACKER = Kind(
     "People who walk in a circle of 1.5 m for 9 s, tracked with the true cameras and with those of their own walk; mean "
     "error of the joints, five people.",
     run_tracker,
-    (Column("true cameras", "mm", 1), Column("found cameras", "mm", 1), Column("failed", "", 0, joined="sum")),
+    (Quantity("true cameras", "mm", 1), Quantity("found cameras", "mm", 1), Quantity("failed", "", 0, joined="sum")),
     {f"{views} cameras": case("circle", views=views) for views in (4, 3)},
     case("circle", views=3),
     seeds=5,

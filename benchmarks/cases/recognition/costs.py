@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.cases.recognition.examples import SETTINGS_SEED, posture_examples
 from benchmarks.cases.recognition.streams import MODEL
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
@@ -64,9 +64,9 @@ COSTS = Kind(
     "360 examples; memory of the process at the end of the hour, and its growth.",
     run,
     (
-        *(Column(name, "ms", 2, joined="median") for name in ("median", "p95", "p99")),
-        Column("memory", "MB", 0),
-        Column("growth", "MB", 1),
+        *(Quantity(name, "ms", 2, joined="median") for name in ("median", "p95", "p99")),
+        Quantity("memory", "MB", 0),
+        Quantity("growth", "MB", 1),
     ),
     {name: case(name) for name in ("window", "stream", "training")},
     case("stream", seconds=20.0, people=1),

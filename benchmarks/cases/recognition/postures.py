@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from benchmarks.cases.recognition.examples import posture_examples
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.features import Kind as Features
@@ -92,8 +92,8 @@ def run_few(one: Case) -> Figures:
     return {"recognized": 100.0 * float(np.mean(right))}
 
 
-SHARE = Column("recognized", "%", 1, "low")
-RIGHT = (SHARE, Column("right", "", 0, "low"), Column("performed", "", 0, ""))
+SHARE = Quantity("recognized", "%", 1, "low")
+RIGHT = (SHARE, Quantity("right", "", 0, "low"), Quantity("performed", "", 0, ""))
 POSTURES_KIND = Kind(
     "postures",
     "Postures recognized: sets of twelve simulated people, fifteen postures, two repetitions, everything from the video; "
@@ -135,7 +135,7 @@ CONFUSIONS = Kind(
     "[Two-view Table 2] in the paper's configuration, variant `paper`, left-right models: a row a performed posture, a "
     "column a recognized one, in the same order; the last one is the number right in the paper, of 24. One set of people.",
     run_confusions,
-    (*(Column(str(number + 1), "", 0, "") for number in range(len(POSTURES))), Column("paper", "", 0, "")),
+    (*(Quantity(str(number + 1), "", 0, "") for number in range(len(POSTURES))), Quantity("paper", "", 0, "")),
     {f"{number + 1} {posture}": case(posture) for number, posture in enumerate(POSTURES)},
     case(POSTURES[2], poses="truth", people=3),
     seeds=1,

@@ -1,4 +1,4 @@
-"""Real motion: classification of examples from the shared motion capture, and rejection of untrained movements.
+"""Real motion: classification of motion capture, and rejection of untrained movements.
 
 The six kinds are CMU's names of its files (subject 02: walk, walk, run, jump, punch, bend and scoop up, sword, broom;
 subject 07: walks; 10_01 and 11_01: kick a ball).  Cuts were chosen by the speed of the joints.
@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, cross_validate
@@ -90,7 +90,7 @@ REAL = Kind(
     "Segments of motion capture of six kinds (walk, run, punch, bend, kick, jump) that are recognized, by protocol, and of "
     "untrained kinds (sword, broom; walks without a model) that are rejected. Nothing in it is random.",
     run,
-    tuple(Column(name, "%", 0, "low") for name in (*PROTOCOLS, "untrained rejected", "walks rejected")),
+    tuple(Quantity(name, "%", 0, "low") for name in (*PROTOCOLS, "untrained rejected", "walks rejected")),
     {classifier: case("motions", classifier=classifier) for classifier in CLASSIFIERS},
     case("motions"),
     seeds=1,

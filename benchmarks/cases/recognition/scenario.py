@@ -32,7 +32,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Score:
+class EventScore:
     """right: answers that fit an event of their posture.  wrong: other answers with a posture.  events: true postures.
 
     unknown: movements that are no posture.  unknown_wrong: those with a wrong answer.  delays_s: from the true end to each
@@ -74,7 +74,7 @@ def events_of(script: MotionTimeline) -> list[Event]:
     return found
 
 
-def score_of(events: Sequence[Event], answers: Sequence[Event], minutes: float) -> Score:
+def score_of(events: Sequence[Event], answers: Sequence[Event], minutes: float) -> EventScore:
     """Score of answers.  An answer fits at most one event, an event has at most one right answer."""
     free = [event for event in events if event.label is not None]
     delays, wrong = [], []
@@ -89,7 +89,7 @@ def score_of(events: Sequence[Event], answers: Sequence[Event], minutes: float) 
         else:
             wrong.append(answer)
     unknown = [event for event in events if event.label is None]
-    return Score(
+    return EventScore(
         right=len(delays),
         wrong=len(wrong),
         events=sum(event.label is not None for event in events),
@@ -100,14 +100,14 @@ def score_of(events: Sequence[Event], answers: Sequence[Event], minutes: float) 
     )
 
 
-def sum_of(scores: Sequence[Score]) -> Score:
+def sum_of(scores: Sequence[EventScore]) -> EventScore:
     """Sum of the scores of all sessions."""
     counts = {
         name: sum(getattr(score, name) for score in scores)
         for name in ("right", "wrong", "events", "unknown", "unknown_wrong")
     }
     delays = tuple(delay for score in scores for delay in score.delays_s)
-    return Score(**counts, delays_s=delays, minutes=sum(score.minutes for score in scores))
+    return EventScore(**counts, delays_s=delays, minutes=sum(score.minutes for score in scores))
 
 
 def overlaps(event: Event, answer: Event) -> bool:

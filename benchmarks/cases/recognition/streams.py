@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases.recognition.examples import session_take
-from benchmarks.cases.recognition.scenario import Event, Score, events_of, score_of, session_of, sum_of
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.cases.recognition.scenario import Event, EventScore, events_of, score_of, session_of, sum_of
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.stored import stored
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import DEFAULT
@@ -35,7 +35,7 @@ def run(one: Case) -> Figures:
     return figures(sum_of([score_of_session(setup, session) for session in each]))
 
 
-def figures(score: Score) -> dict[str, float]:
+def figures(score: EventScore) -> dict[str, float]:
     found = {
         "postures": score.events,
         "other movements": score.unknown,
@@ -64,7 +64,7 @@ def _rows(method: str, script: MotionTimeline, seed: int) -> tuple[Floats, Float
     return motion.times_s, motion.features
 
 
-def score_of_session(setup: StreamSetup, session: Session) -> Score:
+def score_of_session(setup: StreamSetup, session: Session) -> EventScore:
     """Score of the answers to a session."""
     script, times_s, rows = session
     stream = initial_stream(setup)
@@ -79,12 +79,12 @@ def score_of_session(setup: StreamSetup, session: Session) -> Score:
 
 
 COLUMNS = (
-    Column("precision", "%", 1, "low"),
-    Column("recall", "%", 1, "low"),
-    Column("false", "an hour", 0),
-    Column("delay p50", "s", 2),
-    Column("delay p95", "s", 2),
-    *(Column(name, "", 0, joined="sum") for name in ("postures", "other movements", "refused")),
+    Quantity("precision", "%", 1, "low"),
+    Quantity("recall", "%", 1, "low"),
+    Quantity("false", "an hour", 0),
+    Quantity("delay p50", "s", 2),
+    Quantity("delay p95", "s", 2),
+    *(Quantity(name, "", 0, joined="sum") for name in ("postures", "other movements", "refused")),
 )
 STREAM = Kind(
     "stream",

@@ -3,7 +3,7 @@
 A viewer reports once a second; seconds before SETTLED_S after the fault has begun are left out.  Whether a fault is present
 is known from the film (light, lens, floor), or from the true silhouette over the last seconds: contrast, cut off and small
 by the same measures on it, holes by the share of it that is missing: above LOST present, below WHOLE absent.  Seconds in
-which it may be reported (`Film.allowed`) count neither as a hit nor as a false alarm.
+which it may be reported (`FaultFilm.allowed`) count neither as a hit nor as a false alarm.
 """
 
 from collections import defaultdict
@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases.rooms.faults import FILMS, TRUTH_EVERY, Film
-from benchmarks.cases.rooms.film import Scene, Shot
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.cases.rooms.faults import FILMS, TRUTH_EVERY, FaultFilm
+from benchmarks.cases.rooms.film import RoomFrame, RoomScene
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from tests.support.stored import stored
 from zenocap.common.messages import AdviceCode, CameraAdvice
@@ -49,7 +49,7 @@ class Second:
     unknown: Codes
 
 
-def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) -> Iterator[Second]:
+def seconds(film: FaultFilm, scene: RoomScene, shots: Sequence[RoomFrame], background: str) -> Iterator[Second]:
     """Reports of a viewer of a film, from the first one that counts."""
     setup = ViewerSetup("cam01", film.camera(scene), parse_background(background, Path()))
     state, place = LearningBackground(), None
@@ -75,7 +75,7 @@ def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) ->
                 yield _second(film, scene, given, true_codes, float(np.median(missing)) if missing else 0.0)
 
 
-def _second(film: Film, scene: Scene, given: Codes, true_codes: Codes, missing: float) -> Second:
+def _second(film: FaultFilm, scene: RoomScene, given: Codes, true_codes: Codes, missing: float) -> Second:
     present = set(film.wanted) | {code for code in BY_TRUTH if code in true_codes}
     unknown = set(film.allowed) - present
     if film.situation.other is not None:
@@ -113,8 +113,8 @@ def _share(name: str, part: int, of: int) -> dict[str, float]:
 
 def _measured(seed: int, size: str, only: str) -> list[Second]:
     """All seconds of the films of a seed in one image size; films that differ in their tone are rendered once."""
-    scene = Scene(FIRST_SEED + seed, size_of(size))
-    groups = defaultdict[Film, list[Film]](list)
+    scene = RoomScene(FIRST_SEED + seed, size_of(size))
+    groups = defaultdict[FaultFilm, list[FaultFilm]](list)
     for film in FILMS:
         if any(part in film.name for part in only.split(",")):
             groups[film.without_tone()].append(film)
@@ -132,10 +132,10 @@ ADVICE = Kind(
     "advice, from 4 s after the fault began (hits), and where that fault is absent (false alarms).",
     run,
     (
-        Column("hits", "%", 1, "low"),
-        Column("hits, of", "s", 0, joined="sum"),
-        Column("false alarms", "%"),
-        Column("false alarms, of", "s", 0, joined="sum"),
+        Quantity("hits", "%", 1, "low"),
+        Quantity("hits, of", "s", 0, joined="sum"),
+        Quantity("false alarms", "%"),
+        Quantity("false alarms, of", "s", 0, joined="sum"),
     ),
     {
         f"{film}, {size}": case(film, size=size)

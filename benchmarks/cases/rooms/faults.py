@@ -1,4 +1,4 @@
-"""Faults of a camera or its place: films with one each, and the advice that is right for the situations of the rooms."""
+"""Faults of a camera or its place: films with one each, and the right advice for each situation."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from itertools import islice
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, Scene, Shot, Situation, shots
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, LENGTH_S, RoomFrame, RoomScene, Situation, shots
 from benchmarks.cases.rooms.situations import SITUATIONS, WHITE_BALANCE, scaled
 from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration
@@ -38,32 +38,32 @@ LIGHT: Codes = frozenset({A.LIGHT_DRIFT})
 COLOUR: Codes = frozenset({A.WHITE_BALANCE})
 
 
-def _flicker(scene: Scene, time_s: float, image: Image) -> Image:
+def _flicker(scene: RoomScene, time_s: float, image: Image) -> Image:
     rows = np.linspace(0.0, READOUT_S, image.shape[0])[:, None, None]
     return scaled(image, 1.0 + RIPPLE * np.cos(2.0 * np.pi * MAINS_HZ * (1.003 * time_s + rows)))
 
 
-def _soft(scene: Scene, time_s: float, image: Image) -> Image:
+def _soft(scene: RoomScene, time_s: float, image: Image) -> Image:
     blurred = cv2.GaussianBlur(image.astype(np.float32), (0, 0), DEFOCUS * image.shape[0])
     rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
     return np.asarray(np.clip(blurred + rng.normal(0.0, SENSOR_NOISE, image.shape), 0, 255), dtype=np.uint8)
 
 
-def _slow_colours(scene: Scene, time_s: float, image: Image) -> Image:
+def _slow_colours(scene: RoomScene, time_s: float, image: Image) -> Image:
     part = np.clip((time_s - EMPTY_S) / TOWARDS_S, 0.0, 1.0)
     return scaled(image, 1.0 + part * (np.array(WHITE_BALANCE) - 1.0))
 
 
-def _dark(scene: Scene, time_s: float, image: Image) -> Image:
+def _dark(scene: RoomScene, time_s: float, image: Image) -> Image:
     return scaled(image, 0.25)
 
 
-def _bright(scene: Scene, time_s: float, image: Image) -> Image:
+def _bright(scene: RoomScene, time_s: float, image: Image) -> Image:
     return np.asarray(np.clip(image.astype(np.float32) * 1.8, 0, 255), dtype=np.uint8)
 
 
 @dataclass(frozen=True)
-class Film:
+class FaultFilm:
     """A situation whose advice is known, besides what follows from the true silhouette.
 
     wanted: codes that have to come.  allowed: those that may come.  since_s: when the fault begins.
@@ -84,22 +84,22 @@ class Film:
     def name(self) -> str:
         return self.situation.name
 
-    def without_tone(self) -> "Film":
+    def without_tone(self) -> "FaultFilm":
         """The film that is rendered; equal for films that differ in their tone."""
         plain = replace(self.situation, name="", tone=None)
         return replace(self, situation=plain, wanted=frozenset(), allowed=frozenset(), since_s=0.0)
 
-    def toned(self, scene: Scene, shot: Shot) -> Shot:
+    def toned(self, scene: RoomScene, shot: RoomFrame) -> RoomFrame:
         """A shot of `without_tone` as it is in this film."""
         tone = self.situation.tone
         return shot if tone is None else replace(shot, image=tone(scene, shot.time_s, shot.image))
 
-    def camera(self, scene: Scene) -> Camera:
+    def camera(self, scene: RoomScene) -> Camera:
         if self.demo:
             return read_calibration(demo_rig_file().parent / "demo-calibration.toml")["cam01"].resized(scene.size)
         return scene.camera if self.view is None else self.view(scene.camera)
 
-    def shots(self, scene: Scene) -> Iterator[Shot]:
+    def shots(self, scene: RoomScene) -> Iterator[RoomFrame]:
         """The film in the room of a scene."""
         if not self.exposed and not self.gloss and not self.demo and self.view is None:
             length_s = FILM_S if self.situation.length_s == LENGTH_S else self.situation.length_s
@@ -117,9 +117,9 @@ class Film:
                 every = [film.render(pose_at(at), k) for at in times.tolist()]
                 image = np.rint(np.mean(every, axis=0)).astype(np.uint8)
             truth = np.asarray(film.silhouette(pose if k % TRUTH_EVERY == 0 else None) != 0, dtype=np.uint8)
-            yield Shot(time_s, image, truth, pose)
+            yield RoomFrame(time_s, image, truth, pose)
 
-    def _motion(self, scene: Scene) -> Callable[[float], PersonPose | None]:
+    def _motion(self, scene: RoomScene) -> Callable[[float], PersonPose | None]:
         if self.demo:
             script = demo_timeline(scene.walker.person, scene.seed)
             return lambda time_s: script.pose_at(time_s - EMPTY_S + DEMO_FROM_S) if time_s >= EMPTY_S else None
@@ -150,16 +150,20 @@ RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
 }
 MIRRORS = frozenset({A.GLOSSY_FLOOR}), frozenset({A.CONTRAST, A.CUT_OFF})  # wanted and allowed
 FILMS = (
-    *(Film(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S))) for one in SITUATIONS if one.name != SEVERAL),
-    Film(Situation("the demo"), demo=True),
-    Film(Situation("colours drift slowly", tone=_slow_colours), COLOUR, LIGHT),
-    Film(Situation("lamps flicker", tone=_flicker), frozenset({A.FLICKER}), LIGHT),
-    Film(Situation("out of focus", tone=_soft), frozenset({A.FOCUS}), frozenset({A.MOTION_BLUR})),
-    Film(Situation("dark", tone=_dark), frozenset({A.DARK})),
-    Film(Situation("too bright", tone=_bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
-    Film(Situation("long exposure"), frozenset({A.MOTION_BLUR}), exposed=EXPOSED),
-    Film(Situation("floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS),
-    Film(Situation("the demo, floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS, demo=True),
-    Film(Situation("person far away"), view=_focal),
-    Film(Situation("camera turned up"), view=_turned_up),
+    *(
+        FaultFilm(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S)))
+        for one in SITUATIONS
+        if one.name != SEVERAL
+    ),
+    FaultFilm(Situation("the demo"), demo=True),
+    FaultFilm(Situation("colours drift slowly", tone=_slow_colours), COLOUR, LIGHT),
+    FaultFilm(Situation("lamps flicker", tone=_flicker), frozenset({A.FLICKER}), LIGHT),
+    FaultFilm(Situation("out of focus", tone=_soft), frozenset({A.FOCUS}), frozenset({A.MOTION_BLUR})),
+    FaultFilm(Situation("dark", tone=_dark), frozenset({A.DARK})),
+    FaultFilm(Situation("too bright", tone=_bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
+    FaultFilm(Situation("long exposure"), frozenset({A.MOTION_BLUR}), exposed=EXPOSED),
+    FaultFilm(Situation("floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS),
+    FaultFilm(Situation("the demo, floor that mirrors 35 %"), *MIRRORS, gloss=GLOSS, demo=True),
+    FaultFilm(Situation("person far away"), view=_focal),
+    FaultFilm(Situation("camera turned up"), view=_turned_up),
 )

@@ -1,13 +1,13 @@
-"""Silhouettes with the tracker in the loop: all views of a seed, with and without its pose fed back to the viewers."""
+"""Silhouettes with and without the tracker's pose fed back to the viewers."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, FPS, Scene, Shot, shots
+from benchmarks.cases.rooms.film import EMPTY_S, FPS, RoomFrame, RoomScene, shots
 from benchmarks.cases.rooms.silhouettes import NAMED, OVERLAP, SETTLED_S, SMALLEST, UNUSABLE, edge_px, overlap
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.session import rig_of, stepped
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
@@ -28,7 +28,7 @@ NAMES = [marker.name for marker in FOURTEEN_PARTS.markers]
 
 def run(one: Case) -> Figures:
     """Figures of one seed.  Options: feedback."""
-    scenes = {view: Scene(FIRST_SEED + one.seed, SIZE, len(VIEWS), view) for view in VIEWS}
+    scenes = {view: RoomScene(FIRST_SEED + one.seed, SIZE, len(VIEWS), view) for view in VIEWS}
     situation, first = NAMED[one.film], scenes["cam01"]
     subject = first.walker.person if situation.dressed is None else situation.dressed(first)
     seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
@@ -63,7 +63,7 @@ def run(one: Case) -> Figures:
     }
 
 
-def _frames(films: Mapping[str, list[Shot]]) -> Iterator[Mapping[str, Frame]]:
+def _frames(films: Mapping[str, list[RoomFrame]]) -> Iterator[Mapping[str, Frame]]:
     for k in range(min(map(len, films.values()))):
         yield {view: Frame(k, EPOCH_NS + round(film[k].time_s * 1e9), film[k].image) for view, film in films.items()}
 
@@ -81,7 +81,7 @@ FEEDBACK = Kind(
     "Films as of `rooms`, two views of each seed and the tracker with a body of average proportions, without and with "
     "`feedback = true` of the viewers; lost: instants without a pose.",
     run,
-    (*OVERLAP, Column("joints", "mm", 0), Column("lost", "%", 0)),
+    (*OVERLAP, Quantity("joints", "mm", 0), Quantity("lost", "%", 0)),
     {
         f"{name}, {words}": case(name, feedback=on)
         for name in NAMED

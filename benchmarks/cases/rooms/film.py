@@ -24,12 +24,12 @@ FRO_S, FRO_PERIOD_S, FRO_SPAN_S = 7.0, 3.0, 0.15  # from when on; period; of the
 REFLECTED = 0.5  # of the person's height in the picture, in a glossy floor
 SECOND_PERSON = 900  # seed of the first of the other people
 
-Draw = Callable[["Scene", float], Floats32]
-Tone = Callable[["Scene", float, Image], Image]
+Draw = Callable[["RoomScene", float], Floats32]
+Tone = Callable[["RoomScene", float, Image], Image]
 
 
 @dataclass(frozen=True)
-class Scene:
+class RoomScene:
     """The person, the walk and one camera of a seed.  size: (width, height) px.  views: cameras around the walk."""
 
     seed: int
@@ -81,12 +81,12 @@ class Situation:
     stands_s: float = LENGTH_S
     length_s: float = LENGTH_S
     gloss: float = 0.0
-    dressed: Callable[[Scene], Person] | None = None
-    other: Callable[[Scene, float], PersonPose | None] | None = None
+    dressed: Callable[[RoomScene], Person] | None = None
+    other: Callable[[RoomScene, float], PersonPose | None] | None = None
 
 
 @dataclass(frozen=True)
-class Shot:
+class RoomFrame:
     """A frame of a film.  truth: (height, width) of 0 and 1, without the second person.  pose: of the person, or None."""
 
     time_s: float
@@ -95,7 +95,7 @@ class Shot:
     pose: PersonPose | None
 
 
-def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: float = LENGTH_S) -> Iterator[Shot]:
+def shots(scene: RoomScene, situation: Situation, truth_every: int = 1, length_s: float = LENGTH_S) -> Iterator[RoomFrame]:
     """The film of a situation.  truth_every: frames between two with a truth; it is empty in the others."""
     subject = scene.walker.person if situation.dressed is None else situation.dressed(scene)
     film = SimulatedCamera(scene.camera, subject, scene.seed)
@@ -122,7 +122,7 @@ def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: fl
         truth = truth if k % truth_every == 0 else np.zeros_like(truth)
         if other is not None and pose is not None and truth.any():
             truth = _before(film, pose, second, other, truth)
-        yield Shot(time_s, image, truth, pose)
+        yield RoomFrame(time_s, image, truth, pose)
 
 
 def _reflected(image: Image, truth: Mask, share: float) -> Image:

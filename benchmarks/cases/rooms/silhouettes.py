@@ -1,4 +1,4 @@
-"""Silhouettes in rooms that change: overlap with the true silhouette, by situation and background method."""
+"""Overlap with the true silhouette in rooms that change, by situation and background method."""
 
 from pathlib import Path
 from time import perf_counter
@@ -6,9 +6,9 @@ from time import perf_counter
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, Scene, Shot, shots
+from benchmarks.cases.rooms.film import EMPTY_S, RoomFrame, RoomScene, shots
 from benchmarks.cases.rooms.situations import SITUATIONS
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.rig.sources import parse_background
@@ -57,7 +57,7 @@ def edge_px(found: Mask, truth: Mask) -> float:
 
 def run(one: Case) -> dict[str, float]:
     """Figures of one seed.  Options: method, one of METHODS or that with `+people`; size."""
-    scene = Scene(FIRST_SEED + one.seed, size_of(one.option("size", "320x240")))
+    scene = RoomScene(FIRST_SEED + one.seed, size_of(one.option("size", "320x240")))
     situation = NAMED[one.film]
     seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
     return frame_errors(list(shots(scene, situation)), scene, one.option("method", "adaptive"), seen_s)
@@ -73,7 +73,7 @@ def run_timed(one: Case) -> Figures:
     return {"time": run(one)["time"]}
 
 
-def frame_errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> dict[str, float]:
+def frame_errors(film: list[RoomFrame], scene: RoomScene, method: str, seen_s: float) -> dict[str, float]:
     background, _, people = method.partition("+")
     segmenter = LatePeople(load_network(), threaded=False) if people else None
     setup = ViewerSetup("cam01", scene.camera, parse_background(background, Path()), people=segmenter)
@@ -101,7 +101,7 @@ def frame_errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> 
     }
 
 
-OVERLAP = (Column("overlap", "", 3, "low"), Column("edge", "px"), Column("unusable", "%", 0))
+OVERLAP = (Quantity("overlap", "", 3, "low"), Quantity("edge", "px"), Quantity("unusable", "%", 0))
 ROOMS = Kind(
     "rooms",
     "Simulated people walk in a room for 25 s, 320×240, 15 frames/s; each situation changes one thing, at 12 s where it "
@@ -119,7 +119,7 @@ FRAME_TIMES = Kind(
     "room-times",
     "Time of a frame of one camera, colour image to silhouette, on one core.",
     run_timed,
-    (Column("time", "ms", 1, joined="median"),),
+    (Quantity("time", "ms", 1, joined="median"),),
     {
         f"{method}, {size}": case("empty room first", method=method, size=size)
         for method in ("first:60", "adaptive")

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, Scene, Situation
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, RoomScene, Situation
 from tests.support.walkers import walker
 from zenocap.common.arrays import Floats, Floats32, Image
 from zenocap.simulation.body.person import Person
@@ -22,12 +22,12 @@ CLUTTER = 60  # things in a cluttered room
 GLOSS = 0.3  # of the light, that a glossy floor mirrors
 
 
-def _light(scene: Scene, time_s: float, image: Image) -> Image:
+def _light(scene: RoomScene, time_s: float, image: Image) -> Image:
     share = 1.0 - 0.4 * np.clip((time_s - EMPTY_S / 2) / RAMP_S, 0.0, 1.0)
     return scaled(image, share)
 
 
-def _switched(scene: Scene, time_s: float, image: Image) -> Image:
+def _switched(scene: RoomScene, time_s: float, image: Image) -> Image:
     """A lamp that is switched off: darker by up to 40 % on one side of the picture."""
     if time_s < CHANGE_S:
         return image
@@ -35,15 +35,15 @@ def _switched(scene: Scene, time_s: float, image: Image) -> Image:
     return scaled(image, across)
 
 
-def _white_balance(scene: Scene, time_s: float, image: Image) -> Image:
+def _white_balance(scene: RoomScene, time_s: float, image: Image) -> Image:
     return image if time_s < CHANGE_S else scaled(image, np.array(WHITE_BALANCE))
 
 
-def _early_white_balance(scene: Scene, time_s: float, image: Image) -> Image:
+def _early_white_balance(scene: RoomScene, time_s: float, image: Image) -> Image:
     return image if time_s < EMPTY_S / 2 else scaled(image, np.array(WHITE_BALANCE))
 
 
-def _exposure(scene: Scene, time_s: float, image: Image) -> Image:
+def _exposure(scene: RoomScene, time_s: float, image: Image) -> Image:
     """Automatic exposure: the mean of the middle of the image returns to that of the empty room."""
     height, width = image.shape[:2]
     middle = np.s_[height // 4 : 3 * height // 4, width // 4 : 3 * width // 4]
@@ -51,12 +51,12 @@ def _exposure(scene: Scene, time_s: float, image: Image) -> Image:
     return scaled(image, (wanted / float(image[middle].mean())) ** 2.0)
 
 
-def _compressed(scene: Scene, time_s: float, image: Image) -> Image:
+def _compressed(scene: RoomScene, time_s: float, image: Image) -> Image:
     _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), dtype=np.uint8)
 
 
-def _together(scene: Scene, time_s: float, image: Image) -> Image:
+def _together(scene: RoomScene, time_s: float, image: Image) -> Image:
     """Light that fades, white balance that jumps, noise of half of NOISE, and compression."""
     faded = _white_balance(scene, time_s, _light(scene, time_s, image))
     rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
@@ -64,7 +64,7 @@ def _together(scene: Scene, time_s: float, image: Image) -> Image:
     return _compressed(scene, time_s, noisy)
 
 
-def _noisy(scene: Scene, time_s: float, image: Image) -> Image:
+def _noisy(scene: RoomScene, time_s: float, image: Image) -> Image:
     rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
     return np.clip(image + rng.normal(0.0, NOISE, image.shape), 0, 255).astype(np.uint8)
 
@@ -74,7 +74,7 @@ def scaled(image: Image, share: float | Floats) -> Image:
     return scaled
 
 
-def _like_the_wall(scene: Scene) -> Person:
+def _like_the_wall(scene: RoomScene) -> Person:
     """The person in clothes of the colours of the wall, in its light, trousers a little darker."""
     room = scene.room
     wall = np.median(room[: room.shape[0] // 2].reshape(-1, 3), axis=0)
@@ -84,7 +84,7 @@ def _like_the_wall(scene: Scene) -> Person:
     return replace(scene.walker.person, clothing=worn)
 
 
-def _with_box(scene: Scene, room: Floats32, x: float, z: float) -> Floats32:
+def _with_box(scene: RoomScene, room: Floats32, x: float, z: float) -> Floats32:
     """The room with a wooden box of 0.5 x 0.5 x 0.9 m on the floor, 2 m or more behind the walk."""
     base = scene.place(x, z)
     corners = np.array(
@@ -100,12 +100,12 @@ def _with_box(scene: Scene, room: Floats32, x: float, z: float) -> Floats32:
     return room
 
 
-def _furniture(scene: Scene, time_s: float) -> Floats32:
+def _furniture(scene: RoomScene, time_s: float) -> Floats32:
     x = -0.6 if time_s < CHANGE_S else 0.5
     return _with_box(scene, scene.room.copy(), x, 2.3)
 
 
-def _door(scene: Scene, time_s: float) -> Floats32:
+def _door(scene: RoomScene, time_s: float) -> Floats32:
     """A door of 0.9 x 2 m in the wall behind the walk opens to a dark corridor."""
     room = scene.room.copy()
     open_share = float(np.clip((time_s - CHANGE_S) / DOOR_S, 0.0, 1.0))
@@ -119,10 +119,10 @@ def _door(scene: Scene, time_s: float) -> Floats32:
     return room
 
 
-def _passing(z: float) -> Callable[[Scene, float], PersonPose | None]:
+def _passing(z: float) -> Callable[[RoomScene, float], PersonPose | None]:
     """A second person who walks across the picture, z m behind the middle of the walk, from 8 s to 16 s."""
 
-    def pose(scene: Scene, time_s: float) -> PersonPose | None:
+    def pose(scene: RoomScene, time_s: float) -> PersonPose | None:
         share = (time_s - 8.0) / 8.0
         if not 0.0 <= share <= 1.0:
             return None
@@ -131,7 +131,7 @@ def _passing(z: float) -> Callable[[Scene, float], PersonPose | None]:
     return pose
 
 
-def _beside(scene: Scene, time_s: float) -> PersonPose | None:
+def _beside(scene: RoomScene, time_s: float) -> PersonPose | None:
     """A second person who walks with the first from 8 s to 16 s, half a metre to the right: both touch in the picture."""
     if not 8.0 <= time_s <= 16.0:
         return None
@@ -141,12 +141,12 @@ def _beside(scene: Scene, time_s: float) -> PersonPose | None:
     )
 
 
-def _at_the_back(scene: Scene, time_s: float) -> PersonPose | None:
+def _at_the_back(scene: RoomScene, time_s: float) -> PersonPose | None:
     """A second person who stands at the back from the start and sways."""
     return _moved(scene, scene.place(1.2, 2.4), 0.4 * np.sin(time_s))
 
 
-def _moved(scene: Scene, place: Floats, time_s: float) -> PersonPose:
+def _moved(scene: RoomScene, place: Floats, time_s: float) -> PersonPose:
     """A walking pose of the other person at a place."""
     motion = walker(scene.seed + 1, 1, scene.size).motion
     pose = motion.pose_at(2.0 + time_s % (motion.duration_s - 4.0))
@@ -157,7 +157,7 @@ def _moved(scene: Scene, place: Floats, time_s: float) -> PersonPose:
     return replace(pose, pelvis=pelvis, feet=feet)
 
 
-def _cluttered(scene: Scene, time_s: float) -> Floats32:
+def _cluttered(scene: RoomScene, time_s: float) -> Floats32:
     """The room with CLUTTER things of any colour before the walls, as shelves and boxes."""
     room = scene.room.copy()
     height, width = room.shape[:2]
@@ -172,7 +172,7 @@ def _cluttered(scene: Scene, time_s: float) -> Floats32:
     return room
 
 
-def _plain(scene: Scene) -> Person:
+def _plain(scene: RoomScene) -> Person:
     """The person in plain clothes."""
     worn = replace(scene.walker.person.clothing, stripes=0.0)
     return replace(scene.walker.person, clothing=worn)

@@ -1,4 +1,4 @@
-"""Budgets of speed: videos to a take, the tracker and the viewers in real time; the others are kinds of their own.
+"""Budgets of speed: videos to a take, tracker and viewers in real time.
 
 Offline: `zenocap track` of videos of 640x480, both passes, from the first frame set to the complete take, and the first
 pass alone.  Real time: silhouettes in memory to pose, 30 frame sets a second, also beside processes that never wait.
@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.cases import clips
 from benchmarks.cases.speed.busy import busy_processes
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import posture_film, size_of
 from benchmarks.people.session import frame_sets, rig_of
 from zenocap.common.messages import Message
@@ -140,13 +140,13 @@ BUDGETS = Kind(
     "time, 30 frame sets/s, silhouettes to pose, alone and beside processes that never wait; one frame of a viewer.",
     run,
     (
-        Column("both passes", "frames/s", 0, "low", "median"),
-        Column("first pass", "frames/s", 0, "low", "median"),
-        Column("wall", "ms", 1, joined="median"),
-        Column("p99", "ms", 0, joined="median"),
-        Column("processor", "ms", 1, joined="median"),
-        Column("processor, first pass", "ms", 1, joined="median"),
-        Column("budget", "", 1, ""),
+        Quantity("both passes", "frames/s", 0, "low", "median"),
+        Quantity("first pass", "frames/s", 0, "low", "median"),
+        Quantity("wall", "ms", 1, joined="median"),
+        Quantity("p99", "ms", 0, joined="median"),
+        Quantity("processor", "ms", 1, joined="median"),
+        Quantity("processor, first pass", "ms", 1, joined="median"),
+        Quantity("budget", "", 1, ""),
     ),
     {
         f"{views} views, videos to a take, {jobs} jobs": case(

@@ -6,7 +6,7 @@ from typing import cast
 from rich.console import Console
 
 from benchmarks.cases.speed.busy import busy_processes
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.tools.measure.installation import demand
@@ -99,16 +99,16 @@ LOAD = Kind(
     "latency of the poses, cores of the load, as `zenocap plan` predicts them, and of other programs.",
     run,
     (
-        Column("offered", "frames/s", 0, "", "median"),
-        Column("completed", "frames/s", 0, "low", "median"),
-        Column("whole", "instants/s", 1, "low", "median"),
-        Column("lost", "%", 1),
-        Column("p50", "ms", 1, joined="median"),
-        Column("p99", "ms", 1, joined="median"),
-        Column("cores", "", 2, joined="median"),
-        Column("cores by the plan", "", 2, "", "median"),
-        Column("cores of others", "", 2, joined="median"),
-        Column("memory", "MB", 0, joined="median"),
+        Quantity("offered", "frames/s", 0, "", "median"),
+        Quantity("completed", "frames/s", 0, "low", "median"),
+        Quantity("whole", "instants/s", 1, "low", "median"),
+        Quantity("lost", "%", 1),
+        Quantity("p50", "ms", 1, joined="median"),
+        Quantity("p99", "ms", 1, joined="median"),
+        Quantity("cores", "", 2, joined="median"),
+        Quantity("cores by the plan", "", 2, "", "median"),
+        Quantity("cores of others", "", 2, joined="median"),
+        Quantity("memory", "MB", 0, joined="median"),
     ),
     {
         f"two viewers, {size}, {rate:g}/s": case("rates", size=size, rate=rate)
@@ -161,7 +161,7 @@ CAPACITY = Kind(
     "capacity",
     "The largest load that is held without loss and with p99 within one frame period, found by a ramp.",
     run_capacity,
-    (Column("held", "", 1, "low", "median"),),
+    (Quantity("held", "", 1, "low", "median"),),
     {
         "frames/s of two viewers, 160x120": case("capacity", rate=30.0),
         "frames/s of two viewers, 640x480": case("capacity", rate=15.0, size="640x480"),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from benchmarks.cases.takes.mixture import START_NS, instants, mixture, sized, with_viewers
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import Size, size_of
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.local import LocalBus, LocalNetwork
@@ -127,7 +127,7 @@ LOG = Kind(
     "Messages of the demo's mixture written, read and recovered; from queue to disk: with all checks, through the log's "
     "thread.",
     run,
-    (Column("rate", "messages/s", 0, "low", "median"), Column("volume", "MB/s", 0, "low", "median")),
+    (Quantity("rate", "messages/s", 0, "low", "median"), Quantity("volume", "MB/s", 0, "low", "median")),
     {
         f"{name}, {size}": case(name, size=size)
         for name in ("written", "from queue to disk", "read", "read and decoded", "recovered")
@@ -146,7 +146,7 @@ LOG_THREAD = Kind(
     "log-thread",
     "Share of a core that the log's thread takes while the messages of eight viewers at 60 frames/s arrive.",
     run_thread,
-    (Column("rate", "messages/s", 0, "low"), Column("processor", "%", 1), Column("lost", "", 0, joined="sum")),
+    (Quantity("rate", "messages/s", 0, "low"), Quantity("processor", "%", 1), Quantity("lost", "", 0, joined="sum")),
     {
         f"{size}{', with Foxglove channels' if foxglove else ''}": case("mixture", size=size, foxglove=foxglove)
         for size in _SIZES

@@ -1,4 +1,4 @@
-"""Takes cut at every 1 % of their length and damaged at random: results of reading, `info` and `recover`.
+"""Takes cut at every 1 % or damaged at random: results of reading, `info` and `recover`.
 
 Each damaged file must be rejected or read, without a traceback; the exit status may be 0 only when nothing is lost;
 messages read must equal messages written; and recovered files must be intact for the reader of the mcap package.
@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from typer.testing import CliRunner
 
 from benchmarks.cases.takes.mixture import tracked_take
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.common.recording.reader import Recorded, TakeReader
 from zenocap.tools.cli.main import program
 
@@ -211,11 +211,11 @@ DAMAGE = Kind(
     "`recover`. Faults: a traceback, a message that was never written, or the status 0 where something is lost.",
     run,
     (
-        *(Column(name, "", 0, joined="sum") for name in ("files", "called intact")),
-        Column("kept", "%", 0, "low"),
-        Column("least kept", "%", 0, "low"),
-        Column("slowest", "s", 1),
-        Column("faults", "", 0, joined="sum"),
+        *(Quantity(name, "", 0, joined="sum") for name in ("files", "called intact")),
+        Quantity("kept", "%", 0, "low"),
+        Quantity("least kept", "%", 0, "low"),
+        Quantity("slowest", "s", 1),
+        Quantity("faults", "", 0, joined="sum"),
     ),
     {name: case(name) for name in (CUT, *NAMED)},
     case(CUT, every=50),

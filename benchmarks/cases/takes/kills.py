@@ -1,4 +1,4 @@
-"""`kill -9` of an integrator at random times: readability of the take, seconds lost, messages restored by `recover`.
+"""`kill -9` of an integrator: readability of the take, seconds lost, messages restored.
 
 Each time a new integrator process is started; this process publishes the messages of the two viewers of the tracked demo.
 Seconds lost: from the last message in the file to the kill, both by this machine's clock.
@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.cases.takes.mixture import instants, mixture, with_viewers
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -132,9 +132,9 @@ KILLS = Kind(
     "and recovered, and the time before the kill that is missing.",
     run,
     (
-        *(Column(name, "", 0, joined="sum") for name in ("kills", "readable", "with messages")),
-        Column("lost", "s", 1),
-        Column("most lost", "s", 2),
+        *(Quantity(name, "", 0, joined="sum") for name in ("kills", "readable", "with messages")),
+        Quantity("lost", "s", 1),
+        Quantity("most lost", "s", 2),
     ),
     {"integrator": case("integrator")},
     case("integrator", count=2, within=2.0),

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
-from benchmarks.harness.case import SHARED, Case, Column, Figures, Kind, case
+from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.shared_clips import clip_table, motion_from
 from tests.support.stored import stored
 from tests.support.video_file import write_video
@@ -35,7 +35,7 @@ TRUTHS = ("truth.trc", "reference.trc", "reference_P1.trc")
 
 
 @dataclass(frozen=True)
-class Film:
+class VideoFrames:
     """Frames of a video, times in seconds, frames/s."""
 
     images: list[Image]
@@ -43,13 +43,13 @@ class Film:
     fps: int
 
 
-def read_film(path: Path) -> Film:
+def read_film(path: Path) -> VideoFrames:
     with VideoReader(path) as reader:
         images, times = [], []
         while (frame := reader.next()) is not None:
             images.append(frame.image())
             times.append(frame.time_ns / 1e9)
-        return Film(images, times, round(reader.fps))
+        return VideoFrames(images, times, round(reader.fps))
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Folder:
     cameras: dict[str, Camera]
     videos: dict[str, Path]
     offsets_s: dict[str, float] = field(default_factory=dict)
-    written: Callable[[Path, Film], None] | None = None
+    written: Callable[[Path, VideoFrames], None] | None = None
 
     @property
     def changed(self) -> str:
@@ -105,7 +105,7 @@ def late(folder: Folder, seconds: float) -> Folder:
 def kept(choose: Callable[[int, int], list[int]], every: int = 1) -> Fault:
     """Only some frames of one video.  choose: of their number and rate.  every: by which the rate is divided."""
 
-    def write(path: Path, film: Film) -> None:
+    def write(path: Path, film: VideoFrames) -> None:
         chosen = choose(len(film.images), film.fps)
         images, times = [film.images[k] for k in chosen], [film.times[k] for k in chosen]
         write_video(path.with_suffix(".mp4"), images, times, fps=film.fps // every)
@@ -116,7 +116,7 @@ def kept(choose: Callable[[int, int], list[int]], every: int = 1) -> Fault:
 def converted(suffix: str, codec: str, pixels: str, scale: float = 1.0, share: float = 1.0) -> Fault:
     """One video in another format or size.  share: of the file that is there."""
 
-    def write(path: Path, film: Film) -> None:
+    def write(path: Path, film: VideoFrames) -> None:
         path = path.with_suffix(suffix)
         resized = (cv2.resize(one, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) for one in film.images)
         images = [np.asarray(one, dtype=np.uint8) for one in resized]
@@ -228,7 +228,7 @@ CLIP_VERDICTS = Kind(
     "The verdict on the shared clips, which nothing was fitted to, with the videos as they are and with faults, tracked by "
     "`zenocap track`. Nothing in it is random.",
     run,
-    (Column("mean", "mm", 0), Column("lost", "%", 1), *CLASS_COLUMNS),
+    (Quantity("mean", "mm", 0), Quantity("lost", "%", 1), *CLASS_COLUMNS),
     {ALL: case(ALL)}
     | {f"{clip}, {fault}": case(clip, fault=fault) for clip in CLIPS for fault in FAULTS}
     | {f"walk2, {fault}": case("walk2", fault=fault) for fault in VIDEOS},

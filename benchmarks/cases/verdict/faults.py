@@ -1,4 +1,4 @@
-"""Faults of a recording, injected into the silhouettes of simulated people or into the calibration that the tracker gets.
+"""Faults of a recording, injected into silhouettes or into the calibration.
 
 A fault whose effect on silhouettes is exactly known is injected there: a camera that is turned is a homography, a late
 video is a shift.  Low contrast, shadows and clutter are imitated by what they do to a silhouette.
@@ -20,7 +20,7 @@ MIDDLE = np.array([0.0, 1.0, 0.0])  # m, of the scene
 
 
 @dataclass(frozen=True)
-class Scene:
+class FaultyScene:
     """What the tracker gets.  cameras: the calibration.  other: silhouettes of a second person.
 
     t_pose_from, motion_from: first frame of the T-pose and of the motion.  first: first frame that the tracker gets.
@@ -34,28 +34,28 @@ class Scene:
     first: int = 0
 
 
-Fault = Callable[[Scene, np.random.Generator], Scene]
+Fault = Callable[[FaultyScene, np.random.Generator], FaultyScene]
 
 
-def _view(scene: Scene, rng: np.random.Generator) -> str:
+def _view(scene: FaultyScene, rng: np.random.Generator) -> str:
     return str(rng.choice(sorted(scene.cameras)))
 
 
-def _calibrated(scene: Scene, view: str, camera: Camera) -> Scene:
+def _calibrated(scene: FaultyScene, view: str, camera: Camera) -> FaultyScene:
     return replace(scene, cameras={**scene.cameras, view: camera})
 
 
-def _seen(scene: Scene, change: Callable[[str, int, Mask], Mask]) -> Scene:
+def _seen(scene: FaultyScene, change: Callable[[str, int, Mask], Mask]) -> FaultyScene:
     """The scene with every silhouette changed; change: of view, frame and mask."""
     masks = {view: [change(view, k, mask) for k, mask in enumerate(film)] for view, film in scene.masks.items()}
     return replace(scene, masks=masks)
 
 
-def none(scene: Scene, rng: np.random.Generator) -> Scene:
+def none(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     return scene
 
 
-def focal_length(scene: Scene, rng: np.random.Generator) -> Scene:
+def focal_length(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """The focal length of one camera is 4 to 25 % off."""
     view = _view(scene, rng)
     factor = 1.0 + rng.choice((-1.0, 1.0)) * rng.uniform(0.04, 0.25)
@@ -65,7 +65,7 @@ def focal_length(scene: Scene, rng: np.random.Generator) -> Scene:
     return _calibrated(scene, view, replace(scene.cameras[view], matrix=matrix))
 
 
-def turned(scene: Scene, rng: np.random.Generator) -> Scene:
+def turned(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One camera was turned by 1 to 12 degrees after its calibration."""
     view = _view(scene, rng)
     camera = scene.cameras[view]
@@ -73,7 +73,7 @@ def turned(scene: Scene, rng: np.random.Generator) -> Scene:
     return _calibrated(scene, view, replace(camera, rotation=rotation, translation=-rotation @ camera.centre))
 
 
-def another_rig(scene: Scene, rng: np.random.Generator) -> Scene:
+def another_rig(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One camera has the calibration of another rig: it stands 0.2 to 2 m elsewhere and looks at the same place."""
     view = _view(scene, rng)
     camera = scene.cameras[view]
@@ -82,13 +82,13 @@ def another_rig(scene: Scene, rng: np.random.Generator) -> Scene:
     return _calibrated(scene, view, replace(look(view, centre, MIDDLE).resized(camera.size), name=camera.name))
 
 
-def swapped(scene: Scene, rng: np.random.Generator) -> Scene:
+def swapped(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """The videos of two cameras are exchanged."""
     one, other = (str(name) for name in rng.choice(sorted(scene.cameras), 2, replace=False))
     return replace(scene, masks={**scene.masks, one: scene.masks[other], other: scene.masks[one]})
 
 
-def moved(scene: Scene, rng: np.random.Generator) -> Scene:
+def moved(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One camera is turned by 1 to 10 degrees in the middle of the motion."""
     view = _view(scene, rng)
     camera, turn = scene.cameras[view], _small_turn(rng, 1.0, 10.0)
@@ -98,14 +98,14 @@ def moved(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, lambda name, k, mask: _warped(mask, warp) if name == view and k >= since else mask)
 
 
-def late(scene: Scene, rng: np.random.Generator) -> Scene:
+def late(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One video begins 0.1 to 1 s late, and nothing says so."""
     view, lag = _view(scene, rng), max(1, round(scene.fps * rng.uniform(0.1, 1.0)))
     film = scene.masks[view]
     return replace(scene, masks={**scene.masks, view: [film[min(k + lag, len(film) - 1)] for k in range(len(film))]})
 
 
-def grey(scene: Scene, rng: np.random.Generator) -> Scene:
+def grey(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """Low contrast: 10 to 70 % of the person looks like the background, in all views."""
     share = rng.uniform(0.1, 0.7)
     fields = {view: _noise(scene.cameras[view].size, rng) for view in scene.cameras}
@@ -117,7 +117,7 @@ def grey(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, change)
 
 
-def holes(scene: Scene, rng: np.random.Generator) -> Scene:
+def holes(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """Bad segmentation: in each frame 1 to 5 pieces of a silhouette are missing, in one view or all."""
     views = [_view(scene, rng)] if rng.random() < 0.5 else sorted(scene.masks)
     count, size = int(rng.integers(1, 6)), rng.uniform(0.08, 0.2)
@@ -128,7 +128,7 @@ def holes(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, change)
 
 
-def no_legs(scene: Scene, rng: np.random.Generator) -> Scene:
+def no_legs(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """The lower 15 to 50 % of the person are missing, in one view or all."""
     views = [_view(scene, rng)] if rng.random() < 0.5 else sorted(scene.masks)
     share = rng.uniform(0.15, 0.5)
@@ -142,7 +142,7 @@ def no_legs(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, change)
 
 
-def shadow(scene: Scene, rng: np.random.Generator) -> Scene:
+def shadow(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """A shadow on the floor beside the feet, in all views."""
     side, length, thick = rng.choice((-1.0, 1.0)), rng.uniform(0.15, 0.7), rng.uniform(0.03, 0.09)
 
@@ -157,7 +157,7 @@ def shadow(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, change)
 
 
-def clutter(scene: Scene, rng: np.random.Generator) -> Scene:
+def clutter(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """Something else than the person differs from the background, in one view or all."""
     views = [_view(scene, rng)] if rng.random() < 0.5 else sorted(scene.masks)
     spots = {}
@@ -175,17 +175,17 @@ def clutter(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, change)
 
 
-def no_t_pose(scene: Scene, rng: np.random.Generator) -> Scene:
+def no_t_pose(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """The recording begins when the person already moves."""
     return replace(scene, first=scene.motion_from)
 
 
-def second_person(scene: Scene, rng: np.random.Generator) -> Scene:
+def second_person(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """Another person stands or moves 0.5 to 1.2 m beside."""
     return _seen(scene, lambda view, k, mask: mask | scene.other[view][k % len(scene.other[view])])
 
 
-def cropped(scene: Scene, rng: np.random.Generator) -> Scene:
+def cropped(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """All cameras or one are zoomed in so far, and calibrated so, that the person is partly outside of the images."""
     views = [_view(scene, rng)] if rng.random() < 0.5 else sorted(scene.masks)
     zoom = rng.uniform(1.2, 2.2)
@@ -201,14 +201,14 @@ def cropped(scene: Scene, rng: np.random.Generator) -> Scene:
     return replace(found, cameras=cameras)
 
 
-def frozen(scene: Scene, rng: np.random.Generator) -> Scene:
+def frozen(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One video shows the same frame from the first third of the motion on."""
     view = _view(scene, rng)
     since = scene.motion_from + (len(scene.masks[view]) - scene.motion_from) // 3
     return _seen(scene, lambda name, k, mask: scene.masks[view][min(k, since)] if name == view else mask)
 
 
-def empty(scene: Scene, rng: np.random.Generator) -> Scene:
+def empty(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One view loses the person from the first third of the motion on."""
     view = _view(scene, rng)
     since = scene.motion_from + (len(scene.masks[view]) - scene.motion_from) // 3

@@ -1,4 +1,4 @@
-"""The verdict against the true error: simulated people with faults, other people and motions than those of the fit.
+"""The verdict against the true error: other people, motions and faults than those of the fit.
 
 good: mean error of the joints up to 75 mm and up to 5 % lost, in truth; unusable: no pose, above 150 mm, or more than 25 %
 lost.  Silhouettes of 320 x 240, 25 frames/s, two to four cameras, with ragged edges and one fault each.
@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from scipy.stats import spearmanr
 
 from benchmarks.cases.verdict.faults import FAULTS
-from benchmarks.cases.verdict.takes import MOTIONS, Trial, shots, taken, trial_of, trials
-from benchmarks.cases.verdict.truth import CLASSES, Truth, true_error
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.cases.verdict.takes import MOTIONS, FaultTrial, shots, taken, trial_of, trials
+from benchmarks.cases.verdict.truth import CLASSES, TrueError, true_error
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
 from zenocap.tools.judge.evidence import evidence_of
@@ -20,7 +20,7 @@ from zenocap.tools.judge.verdict import verdict_of
 
 ALL = "all"
 PAIRS = tuple((true, found) for true in CLASSES for found in CLASSES)
-CLASS_COLUMNS = tuple(Column(f"{true} in truth, called {found}", "takes", 0, "", "sum") for true, found in PAIRS)
+CLASS_COLUMNS = tuple(Quantity(f"{true} in truth, called {found}", "takes", 0, "", "sum") for true, found in PAIRS)
 
 
 def run(one: Case) -> Figures:
@@ -38,13 +38,13 @@ def run(one: Case) -> Figures:
     return found
 
 
-def _judged(trial: Trial, method: str) -> tuple[Truth, m.Verdict]:
+def _judged(trial: FaultTrial, method: str) -> tuple[TrueError, m.Verdict]:
     take = taken(trial, method)
     found = evidence_of(take.messages)
     return true_error(take, found), verdict_of(found)
 
 
-def figures(every: Sequence[tuple[Truth, m.Verdict]]) -> dict[str, float]:
+def figures(every: Sequence[tuple[TrueError, m.Verdict]]) -> dict[str, float]:
     """Number of takes by their class in truth and the one that they are called."""
     counts = Counter((true.rating, verdict.rating) for true, verdict in every)
     return {f"{true} in truth, called {given}": float(counts[true, given]) for true, given in PAIRS if counts[true, given]}
@@ -57,8 +57,8 @@ VERDICT = Kind(
     run,
     (
         *CLASS_COLUMNS,
-        Column("rank correlation", "", 2, "low"),
-        *(Column(name, "takes", 0, "") for name in ("good without fault", "of them called good")),
+        Quantity("rank correlation", "", 2, "low"),
+        *(Quantity(name, "takes", 0, "") for name in ("good without fault", "of them called good")),
     ),
     {"takes of hybrid": case(ALL), "takes of two-view": case(ALL, method="two-view")},
     case("none"),

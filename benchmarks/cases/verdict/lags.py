@@ -1,10 +1,10 @@
-"""Lags that the verdict states, on takes without a fault whose silhouettes of one view are stamped late or early."""
+"""Lags that the verdict states, where the silhouettes of one view are stamped late or early."""
 
 import msgspec
 
 from benchmarks.cases.verdict.faults import FAULTS
 from benchmarks.cases.verdict.takes import FPS, MOTIONS, FaultyTake, taken, trials
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import motion_file
 from zenocap.common import messages as m
 from zenocap.tools.judge.evidence import TakeEvidence, evidence_of
@@ -44,8 +44,8 @@ LAGS = Kind(
     "verdict states.",
     run,
     (
-        *(Column(name, "takes", 0, joined="sum") for name in ("right", "wrong", "not stated")),
-        Column("error", "ms", 0, joined="median"),
+        *(Quantity(name, "takes", 0, joined="sum") for name in ("right", "wrong", "not stated")),
+        Quantity("error", "ms", 0, joined="median"),
     ),
     {f"{shift:+.1f} s": case("plain", shift=shift) for shift in SHIFTS_S},
     case("plain", shift=1.0),

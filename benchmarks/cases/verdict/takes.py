@@ -1,11 +1,11 @@
-"""Takes of simulated people with faults: the services' messages on their silhouettes, and the true joint centres."""
+"""Takes of simulated people with faults, and the true joint centres."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.cases.verdict.faults import FAULTS, Masks, Scene
+from benchmarks.cases.verdict.faults import FAULTS, FaultyScene, Masks
 from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take
 from benchmarks.people.films import motion_file
@@ -41,7 +41,7 @@ FIRST_PERSON = 400  # of the shots; the coefficients were fitted to persons 300 
 
 
 @dataclass(frozen=True)
-class Shot:
+class SeenMotion:
     """A person with a motion of a file, seen by `views` cameras."""
 
     person: int
@@ -50,10 +50,10 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Trial:
+class FaultTrial:
     """A shot with a fault.  seed: of the fault and the tracker."""
 
-    shot: Shot
+    shot: SeenMotion
     fault: str
     seed: int
 
@@ -71,13 +71,13 @@ class FaultyTake:
     points: Floats
 
 
-def taken(trial: Trial, method: str = "hybrid") -> FaultyTake:
+def taken(trial: FaultTrial, method: str = "hybrid") -> FaultyTake:
     """The take of a trial, tracked once."""
     encoded, names, frames, points = stored(lambda: _encoded(trial, method), trial, method, sources=(__name__,))
     return FaultyTake(tuple(codec.decode(data, kind) for kind, data in encoded), names, frames, points)
 
 
-def _encoded(trial: Trial, method: str) -> tuple[list[tuple[type[m.Message], bytes]], tuple[str, ...], Ints, Floats]:
+def _encoded(trial: FaultTrial, method: str) -> tuple[list[tuple[type[m.Message], bytes]], tuple[str, ...], Ints, Floats]:
     clip = clip_of(trial.shot)
     scene = FAULTS[trial.fault](
         scene_of(trial.shot, trial.fault == "second person"),
@@ -89,17 +89,17 @@ def _encoded(trial: Trial, method: str) -> tuple[list[tuple[type[m.Message], byt
     return encoded, clip.truth.names, clip.truth.frames[rows], clip.truth.points[rows]
 
 
-def clip_of(shot: Shot) -> SimulatedClip:
+def clip_of(shot: SeenMotion) -> SimulatedClip:
     return captured_clip(shot.person, shot.motion, shot.views, FPS, LONGEST_S)
 
 
-def scene_of(shot: Shot, beside: bool = False) -> Scene:
+def scene_of(shot: SeenMotion, beside: bool = False) -> FaultyScene:
     """Silhouettes of a shot.  beside: of a second person too."""
     clip = clip_of(shot)
-    return Scene(clip.cameras, _masks(clip), _beside(shot) if beside else {}, clip.motion_from, FPS)
+    return FaultyScene(clip.cameras, _masks(clip), _beside(shot) if beside else {}, clip.motion_from, FPS)
 
 
-def _beside(shot: Shot) -> Masks:
+def _beside(shot: SeenMotion) -> Masks:
     """Silhouettes of a second person, who performs the motion 0.5 to 1.2 m beside the first."""
     rng = np.random.default_rng([shot.person, shot.views])
     subject, angle = person(shot.person + 1000), rng.uniform(0.0, 2 * np.pi)
@@ -123,7 +123,7 @@ def _masks(clip: SimulatedClip) -> Masks:
     return found
 
 
-def two_view_messages(scene: Scene) -> list[m.Message]:
+def two_view_messages(scene: FaultyScene) -> list[m.Message]:
     """Messages of viewers, which are given the silhouettes, and integrator; the cameras' first."""
     rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "two-view")
     found: list[m.Message] = list(cameras(rig, EPOCH_NS))
@@ -137,7 +137,7 @@ def two_view_messages(scene: Scene) -> list[m.Message]:
     return found
 
 
-def tracker_messages(scene: Scene, seed: int) -> list[m.Message]:
+def tracker_messages(scene: FaultyScene, seed: int) -> list[m.Message]:
     """Messages of the cameras and of the tracker on the silhouettes, and after each pose that of both directions."""
     rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "hybrid")
     forward = list(_forward(rig, scene, seed))
@@ -145,7 +145,7 @@ def tracker_messages(scene: Scene, seed: int) -> list[m.Message]:
     return list(_both_ways(setup, scene, forward))
 
 
-def _forward(rig: Rig, scene: Scene, seed: int) -> Iterator[m.Message]:
+def _forward(rig: Rig, scene: FaultyScene, seed: int) -> Iterator[m.Message]:
     assert rig.tracker is not None
     service, *_ = members(replace(rig, tracker=replace(rig.tracker, seed=seed)))
     session = Session(rig.name, ManualClock(EPOCH_NS), [service], TOPICS)
@@ -156,13 +156,13 @@ def _forward(rig: Rig, scene: Scene, seed: int) -> Iterator[m.Message]:
             yield from (one.message for one in sent if not isinstance(one.message, m.ScenePoints))
 
 
-def _frames(scene: Scene) -> Iterator[tuple[int, int, Mapping[str, Mask]]]:
+def _frames(scene: FaultyScene) -> Iterator[tuple[int, int, Mapping[str, Mask]]]:
     """Number, capture time and silhouettes of each frame from the first on that is recorded."""
     for k in range(scene.first, len(next(iter(scene.masks.values())))):
         yield k, EPOCH_NS + round(k * 1e9 / scene.fps), {view: scene.masks[view][k] for view in scene.cameras}
 
 
-def _both_ways(setup: TrackerSetup, scene: Scene, forward: Sequence[m.Message]) -> Iterator[m.Message]:
+def _both_ways(setup: TrackerSetup, scene: FaultyScene, forward: Sequence[m.Message]) -> Iterator[m.Message]:
     """The messages of the forward pass, and after each pose that of both directions."""
     poses = [one for one in forward if isinstance(one, m.TrackerPose)]
     bodies = [one for one in forward if isinstance(one, m.TrackerBdp)]
@@ -185,19 +185,19 @@ def _both_ways(setup: TrackerSetup, scene: Scene, forward: Sequence[m.Message]) 
             yield both_ways_message(setup, message, found[message.captured_ns])
 
 
-def shots(method: str = "hybrid") -> list[Shot]:
+def shots(method: str = "hybrid") -> list[SeenMotion]:
     """Shots with faults; of two-view those with two cameras."""
-    every = [Shot(FIRST_PERSON + k, MOTIONS[k % len(MOTIONS)], count) for k, count in enumerate(VIEWS)]
+    every = [SeenMotion(FIRST_PERSON + k, MOTIONS[k % len(MOTIONS)], count) for k, count in enumerate(VIEWS)]
     return [one for one in every if method == "hybrid" or one.views == 2]
 
 
-def trials(method: str = "hybrid") -> list[Trial]:
+def trials(method: str = "hybrid") -> list[FaultTrial]:
     """Every fault of every shot, and more shots of two and four views without a fault."""
     found = [trial_of(shot, name) for shot in shots(method) for name in FAULTS]
-    more = [Shot(FIRST_PERSON + 50 + k, MOTIONS[k % len(MOTIONS)], (2, 4)[k % 3 == 2]) for k in range(PLAIN)]
+    more = [SeenMotion(FIRST_PERSON + 50 + k, MOTIONS[k % len(MOTIONS)], (2, 4)[k % 3 == 2]) for k in range(PLAIN)]
     plain = [trial_of(shot, next(iter(FAULTS))) for shot in more if method == "hybrid" or shot.views == 2]
     return found + plain
 
 
-def trial_of(shot: Shot, fault: str) -> Trial:
-    return Trial(shot, fault, shot.person + 7 * list(FAULTS).index(fault))
+def trial_of(shot: SeenMotion, fault: str) -> FaultTrial:
+    return FaultTrial(shot, fault, shot.person + 7 * list(FAULTS).index(fault))

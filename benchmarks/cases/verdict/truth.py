@@ -20,7 +20,7 @@ CLASSES: tuple[m.Rating, ...] = ("good", "doubtful", "unusable")
 
 
 @dataclass(frozen=True)
-class Truth:
+class TrueError:
     """errors: (frames, joints) m, NaN without a pose."""
 
     errors: Floats
@@ -49,7 +49,7 @@ class Truth:
         return "good" if self.mean <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
 
 
-def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
+def true_error(take: FaultyTake, evidence: TakeEvidence) -> TrueError:
     """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
     first_ns = min(
         (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS
@@ -73,4 +73,4 @@ def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
             found = joint_centres(anatomy, bdp, Pose(row.position, angles))[columns]
             errors[k] = np.linalg.norm(found - truth[frame], axis=1)
         errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
-    return Truth(errors)
+    return TrueError(errors)

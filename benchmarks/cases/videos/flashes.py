@@ -1,4 +1,4 @@
-"""Offsets of videos from a flash or a lamp, as `zenocap sync --by flash` finds them, on films of simulated people.
+"""Offsets of videos from a flash or a lamp (`zenocap sync --by flash`), on simulated films.
 
 A light is added to the images as far as it falls into the exposure of each: as long as stated in frame periods, or switched
 on for good; 0.03 periods are 1 ms.
@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.cases.videos.sync import COLUMNS, Score
+from benchmarks.cases.videos.sync import COLUMNS, OffsetScore
 from benchmarks.harness.case import Case, Figures, Kind, case
 from benchmarks.people.films import SMALL, Film, filmed
 from tests.support.simulated_cameras import paper_cameras
@@ -37,7 +37,7 @@ MAX_S = 10.0
 
 
 @dataclass(frozen=True)
-class Light:
+class AddedLight:
     """periods: how long it is on, inf for a lamp, 0 for none.  grey: added to a white surface, of 255.
 
     exposure: of the cameras, in frame periods.
@@ -63,10 +63,12 @@ class Light:
 
 
 LIGHTS = (
-    Light("lamp", inf), Light("lamp", inf, 0.5), Light("lamp", inf, 0.1), Light("lamp, hard", inf, 1.0, 200.0),
-    Light("flash of 2 periods", 2.0), Light("flash of 2 periods", 2.0, 0.5), Light("flash of 1 period", 1.0),
-    Light("flash of 1 period", 1.0, 0.5), Light("flash of 1 period, weak", 1.0, 1.0, 8.0),
-    Light("flash of 1 period, hard", 1.0, 1.0, 200.0), Light("flash of 0.03 periods", 0.03), Light("none", 0.0),
+    AddedLight("lamp", inf), AddedLight("lamp", inf, 0.5), AddedLight("lamp", inf, 0.1),
+    AddedLight("lamp, hard", inf, 1.0, 200.0), AddedLight("flash of 2 periods", 2.0),
+    AddedLight("flash of 2 periods", 2.0, 0.5), AddedLight("flash of 1 period", 1.0),
+    AddedLight("flash of 1 period", 1.0, 0.5), AddedLight("flash of 1 period, weak", 1.0, 1.0, 8.0),
+    AddedLight("flash of 1 period, hard", 1.0, 1.0, 200.0), AddedLight("flash of 0.03 periods", 0.03),
+    AddedLight("none", 0.0),
 )  # fmt: skip
 
 
@@ -74,7 +76,7 @@ def run(one: Case) -> Figures:
     """Offsets of one person.  Options: exposure; files, written and read as the command does; every, of the offsets."""
     light = next(each for each in LIGHTS if (each.name, each.exposure) == (one.film, one.option("exposure", 1.0)))
     seed, files = FIRST_PERSON + one.seed, one.option("files", False)
-    score, film = Score(), walk(seed)
+    score, film = OffsetScore(), walk(seed)
     for k, offset_s in enumerate(OFFSETS_S[:: one.option("every", 5 if files else 1)]):
         starts, on_s = begins(offset_s, np.random.default_rng([seed, k]))
         found = (found_in_files if files else found_in)(film, starts, light, on_s)
@@ -91,7 +93,7 @@ def walk(seed: int) -> Film:
     return filmed(subject, poses, 0, SMALL, seed, RENDERED_FPS)
 
 
-def video(images: Bytes, start_s: float, light: Light, on_s: float) -> Iterator[Image]:
+def video(images: Bytes, start_s: float, light: AddedLight, on_s: float) -> Iterator[Image]:
     """Images of a video that begins at `start_s` of the film, with a light from `on_s` on."""
     times_s = start_s + np.arange(round(LENGTH_S * FPS)) / FPS
     shares = light.share(times_s - on_s) if light.periods > 0 else np.zeros(len(times_s))
@@ -110,7 +112,7 @@ def begins(offset_s: float, rng: np.random.Generator) -> tuple[dict[str, float],
     return starts, float(rng.uniform(earliest_s, min(starts.values()) + LENGTH_S - BEFORE_END_S))
 
 
-def found_in(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> VideoOffset:
+def found_in(film: Film, starts: Mapping[str, float], light: AddedLight, on_s: float) -> VideoOffset:
     """Offset of the second video."""
     changes = {}
     for view, start_s in starts.items():
@@ -120,7 +122,7 @@ def found_in(film: Film, starts: Mapping[str, float], light: Light, on_s: float)
     return offsets_of(list(starts), pairs, replace(FLASH_LIMITS, max_lag_s=MAX_S), {})["2"]
 
 
-def found_in_files(film: Film, starts: Mapping[str, float], light: Light, on_s: float) -> VideoOffset:
+def found_in_files(film: Film, starts: Mapping[str, float], light: AddedLight, on_s: float) -> VideoOffset:
     """The same, of video files and by the command's function."""
     with TemporaryDirectory(prefix="zenocap-") as place:
         folder = Path(place)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.built_messages import silhouette
 from tests.support.walkers import Walker, walker
 from zenocap.common.bus.protocol import Envelope, Tick
@@ -74,11 +74,11 @@ LIVE_DELAYS = Kind(
     "simulated people who walk, five of them.",
     run,
     (
-        Column("found", "periods", 2),
-        Column("others", "periods", 2),
-        Column("corrected", "periods", 2),
-        Column("after", "s", 0),
-        Column("not certain", "", 0, joined="sum"),
+        Quantity("found", "periods", 2),
+        Quantity("others", "periods", 2),
+        Quantity("corrected", "periods", 2),
+        Quantity("after", "s", 0),
+        Quantity("not certain", "", 0, joined="sum"),
     ),
     {
         f"{frames:g} periods, {views} views": case("walk", frames=frames, views=views)

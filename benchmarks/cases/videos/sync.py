@@ -1,4 +1,4 @@
-"""Offsets of videos that did not begin together, as `zenocap sync` finds them, from silhouettes and from sound.
+"""Offsets of videos from silhouettes and from sound (`zenocap sync`).
 
 Errors are against the first camera, in frame periods at 30 frames/s (of real_beam4 too); of clips at 60 frames/s every
 second frame is used in another phase, so that true offsets are multiples of half a frame period.
@@ -11,10 +11,10 @@ from itertools import combinations, permutations
 import numpy as np
 from scipy.signal import butter, fftconvolve, sosfilt
 
-from benchmarks.harness.case import Case, Column, Figures, Kind, case
+from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.shared_clips import load_clip
 from benchmarks.people.simulated_clips import CYCLES, cycle_clip
-from benchmarks.people.tracker import Film
+from benchmarks.people.tracker import PersonClip
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import VideoOffset, offsets_of, reach_s
@@ -32,7 +32,7 @@ Outlines = Mapping[str, Sequence[Outline]]
 
 
 @dataclass
-class Score:
+class OffsetScore:
     """Errors of certain offsets, in frame periods, and number of the others."""
 
     errors: list[float] = field(default_factory=list)
@@ -62,7 +62,7 @@ def run(one: Case) -> Figures:
     """Offsets of a simulated or shared clip at one cut, the seed's.  Options: views."""
     cameras, outlines = _outlines_of(one)
     shifts = SHORT_SHIFTS_S if one.film == "real_beam4" else SHIFTS_S
-    score = Score()
+    score = OffsetScore()
     if one.seed < len(shifts):
         shifted, truth = cut({name: outlines[name] for name in cameras}, shifts[one.seed])
         score.add(of_silhouettes(cameras, shifted), truth)
@@ -94,7 +94,7 @@ def run_sound(one: Case) -> Figures:
 
     Options: snr (dB); plain, against the beginnings of the videos, otherwise without the time that sound takes.
     """
-    names, score = [f"cam{k}" for k in range(4)], Score()
+    names, score = [f"cam{k}" for k in range(4)], OffsetScore()
     sounds, delays = recordings(len(names), one.option("snr", 20), one.seed)
     for shift_s in SHIFTS_S[1::2]:
         starts = {name: (k % 2) * abs(shift_s) + 0.0137 * k for k, name in enumerate(names)}
@@ -106,7 +106,7 @@ def run_sound(one: Case) -> Figures:
     return score.figures()
 
 
-def outlines_of(clip: Film) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
+def outlines_of(clip: PersonClip) -> tuple[dict[str, Camera], dict[str, list[Outline]]]:
     """Cameras and outlines of a clip, from its first silhouette on."""
     start_ns = clip.instants[0].captured_ns
     found: dict[str, list[Outline]] = {name: [] for name in clip.cameras}
@@ -171,11 +171,11 @@ def _track(sound: Floats, start_s: float) -> Floats:
 
 
 COLUMNS = (
-    Column("certain", "", 0, joined="sum"),
-    Column("error", "periods", 2, joined="median"),
-    Column("worst", "periods", 2),
-    Column("wrong", "", 0, joined="sum"),
-    Column("not certain", "", 0, joined="sum"),
+    Quantity("certain", "", 0, joined="sum"),
+    Quantity("error", "periods", 2, joined="median"),
+    Quantity("worst", "periods", 2),
+    Quantity("wrong", "", 0, joined="sum"),
+    Quantity("not certain", "", 0, joined="sum"),
 )
 
 

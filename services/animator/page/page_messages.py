@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.web.messages import Decoder
-from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveFormat, SaveTake
 
 Feed = Literal["live", "take"]
 Numbers: TypeAlias = list[float]
@@ -20,6 +20,7 @@ class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
     """Rig and animator of the page.
 
     live: False on a page that shows only a take, without a rig.  commands: posture and target of the rig's commands.
+    formats: that takes can be saved in, besides films and pictures.
     """
 
     rig: str
@@ -28,6 +29,7 @@ class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
     viewers: list[str]
     live: bool = True
     commands: list[tuple[str, str]] = []
+    formats: list[SaveFormat] = []
 
 
 class BodyUpdate(msgspec.Struct, frozen=True, tag="body", tag_field="type"):

@@ -6,21 +6,30 @@ import msgspec
 from msgspec import Meta
 
 Seconds = Annotated[float, Meta(ge=0, le=1e6)]
-Kind = Literal["bvh", "glb", "usd", "trc", "c3d", "csv", "parquet", "npz", "mot", "mp4", "webm", "png"]
-FILMS: tuple[Kind, ...] = ("mp4", "webm")
-DRAWN: tuple[Kind, ...] = (*FILMS, "png")  # by `zenocap render`, the others by `zenocap export`
+FILMS = ("mp4", "webm")
+DRAWN = (*FILMS, "png")  # by `zenocap render`, the others by `zenocap export`
 SaveState: TypeAlias = Literal["running", "done", "failed", "cancelled"]
+
+
+class SaveFormat(msgspec.Struct, frozen=True):
+    """A format of poses to choose.  title: for the user.  points: whether it has joint centres.  axes: allowed ones."""
+
+    name: str
+    title: str
+    points: bool
+    axes: list[str]
 
 
 class SaveTake(msgspec.Struct, frozen=True, tag="save_take", tag_field="type", forbid_unknown_fields=True):
     """Command to save the take that is played.
 
+    kind: one of DRAWN, or the name of a `SaveFormat`.
     start_s, end_s: position of the player, both inclusive; None for the ends of the take.  joints: convention of the
     points, axes: of exports.  smooth_hz: cut-off frequency, None for the poses as they are.  view, follow, size, theme,
     trails_s: of films and pictures.
     """
 
-    kind: Kind
+    kind: Annotated[str, Meta(max_length=200)]
     start_s: Seconds | None = None
     end_s: Seconds | None = None
     joints: Literal["zenocap", "isb", "coco", "halpe"] = "zenocap"

@@ -1,7 +1,6 @@
-"""Table of export formats: every row writes, suffixes are unique, the page offers them."""
+"""Table of export formats: every row writes, suffixes are unique."""
 
 from collections import Counter
-from typing import get_args
 
 import pytest
 
@@ -9,7 +8,6 @@ from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import FORMATS, format_of
 from zenocap.common.table import attribute
-from zenocap.services.animator.page.save_messages import DRAWN, Kind
 from zenocap.tools.takes.export import ExportOptions, export
 
 
@@ -27,10 +25,6 @@ def test_a_suffix_belongs_to_one_format() -> None:
     assert max(suffixes.values()) == 1
     assert {format_of(suffix.upper()) for suffix in suffixes} == {row for row in FORMATS.rows().values() if row.suffixes}
     assert format_of(".fbx") is None
-
-
-def test_the_page_saves_only_formats_of_the_table() -> None:
-    assert set(get_args(Kind)) - set(DRAWN) <= set(FORMATS.names())
 
 
 def test_an_unknown_format_is_an_error_with_the_allowed_ones() -> None:

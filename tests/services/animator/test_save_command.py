@@ -6,14 +6,28 @@ import pytest
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
 from tests.support.built_messages import built
+from tests.support.package_rows import add_row
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import FORMATS, ExportFormat
+from zenocap.common.formats.trajectories import MATRICES
 from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.page_messages import decode_command
-from zenocap.services.animator.page.save_messages import SaveTake
-from zenocap.services.animator.save_command import Progress, command_line, file_name, notes_of, progress_of, reason, shift_s
+from zenocap.services.animator.page.save_messages import SaveFormat, SaveTake
+from zenocap.services.animator.save_command import (
+    Progress,
+    command_line,
+    file_name,
+    format_choices,
+    notes_of,
+    page_formats,
+    progress_of,
+    reason,
+    shift_s,
+)
 
+STO = ExportFormat("sto", "more:write", (".sto", ".storage"), axes=("opensim",), points=True)
 TAKE, OUTPUT = Path("/takes/walk.mcap"), Path("/takes/.zenocap-x/walk.bvh")
 
 
@@ -40,8 +54,32 @@ def test_options_of_a_format_and_no_others_are_given() -> None:
     assert found == ["render", *common, *drawn]
 
 
+def test_a_page_saves_every_format_that_is_one_file() -> None:
+    assert set(FORMATS.own) - set(page_formats()) == {"opensim"}  # a folder, made for a model
+    choices = {one.name: one for one in format_choices()}
+    assert list(choices) == list(page_formats())
+    assert choices["bvh"] == SaveFormat("bvh", "BVH: Blender, Unity", points=False, axes=list(MATRICES))
+    assert choices["mot"].axes == ["y-up", "opensim"]
+
+
+def test_a_format_of_a_package_is_saved_as_an_own_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    add_row(monkeypatch, FORMATS, "sto", STO)
+    assert format_choices()[-1] == SaveFormat("sto", "STO", points=True, axes=["opensim"])
+    request = SaveTake("sto", 2.5, axes="z-up")
+    assert file_name("walk", request) == "walk_2.50s.sto"
+    assert line(request)[-6:] == ["--to", "sto", "--joints", "zenocap", "--axes", "opensim"]
+
+
+def test_a_format_that_cannot_be_imported_is_not_offered_and_said(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    add_row(monkeypatch, FORMATS, "sto", None)
+    assert set(FORMATS.names()) - set(page_formats()) == {"opensim", "sto"}
+    assert "not offered on the page: 'sto' of the package more: gone:ROW cannot be imported" in caplog.text
+
+
 @pytest.mark.parametrize(
-    "field", ['"kind":"exe"', '"kind":"bvh","start_s":-1', '"kind":"bvh","smooth_hz":0', '"kind":"bvh","take":"x.mcap"']
+    "field", ['"kind":7', '"kind":"bvh","start_s":-1', '"kind":"bvh","smooth_hz":0', '"kind":"bvh","take":"x.mcap"']
 )
 def test_other_values_are_refused(field: str) -> None:
     assert decode_command('{"type":"save_take","kind":"bvh","start_s":1.5}') == SaveTake("bvh", 1.5)

@@ -90,6 +90,16 @@ def test_a_second_file_is_refused_until_the_first_is_cancelled(tmp_path: Path, m
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("kind", ["exe", "opensim", "", "../walk"])
+def test_another_format_is_refused_with_the_allowed_ones(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = Job(monkeypatch, WRITE)
+    with pytest.raises(ValueError, match=f"refused: format '{kind}': allowed: trc, bvh, .*, usd, .*mp4, webm, png$"):
+        job.start(SaveTake(kind), tmp_path / "walk.mcap", tmp_path)
+    assert not job.running
+
+
 def test_a_part_that_ends_before_it_starts_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = Job(monkeypatch, WRITE)
     with pytest.raises(ValueError, match="the part ends at 2 s: allowed: 3 s or later"):

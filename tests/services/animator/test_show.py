@@ -1,16 +1,23 @@
-"""Pictures of a shown take: time of the pose, or position of a paused player."""
+"""A shown take: its pictures, takes dropped on it, formats to save it in."""
 
 from pathlib import Path
 from unittest.mock import Mock, call
 
 import pytest
+from msgspec import to_builtins
+from websockets.asyncio.client import ClientConnection
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.common.web.test_server import talk, updates_until
 from tests.services.animator.test_comparison import actor, timed
+from tests.support.animator_stand_in import stand_in
+from tests.support.package_rows import add_row
 from tests.support.pose_tracks import moving
+from zenocap.common.formats.export_format import FORMATS, ExportFormat
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.page.page_messages import DroppedUpdate, PlayerUpdate, PlayTake
 from zenocap.services.animator.playback import PlayFile
+from zenocap.services.animator.save_command import format_choices
 from zenocap.services.animator.show import TakePage
 
 SHIFT_NS = 40_000_000_000  # of the fifth repetition of a take of 10 s
@@ -61,3 +68,20 @@ def test_a_take_that_is_dropped_before_the_page_plays_is_refused_in_words(
     monkeypatch.setattr(page._feed.page, "publish", publish)
     page._on_drop(DROPPED)
     publish.assert_called_once_with("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))
+
+
+def test_the_page_of_a_take_and_that_of_a_rig_offer_the_formats_of_the_table(
+    page: TakePage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def hello(connection: ClientConnection) -> dict[str, object]:
+        return (await updates_until(connection, "hello"))[0]
+
+    add_row(monkeypatch, FORMATS, "sto", ExportFormat("sto", "more:write", (".sto",), title="STO: OpenSim"))
+    publish = Mock()
+    monkeypatch.setattr(page._feed.page, "publish", publish)
+    page._switch(DROPPED, DroppedUpdate("b.mcap"))
+    offered = publish.call_args.args[1].formats
+    assert offered == format_choices()
+    assert offered[-1].title == "STO: OpenSim"
+    with stand_in(tmp_path) as animator:
+        assert talk(animator.address, hello)["formats"] == to_builtins(offered)

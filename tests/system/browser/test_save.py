@@ -8,9 +8,12 @@ import pytest
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.browser import PATIENCE_S, Visit, visited
+from tests.support.package_rows import add_row
 from tests.support.pose_tracks import moving
 from tests.support.saved_files import READERS
+from zenocap.common.formats.export_format import FORMATS, ExportFormat
 from zenocap.common.rig.animator import PageTable
+from zenocap.services.animator.save_command import format_choices
 from zenocap.services.animator.show import TakePage
 
 pytestmark = pytest.mark.nightly
@@ -180,3 +183,37 @@ def test_controls_have_names_for_screen_readers(visit: Visit) -> None:
         ("button", "the part to save ends here"), ("button", "save …"), ("form", "Save this take as"),
     ):  # fmt: skip
         assert page.get_by_role(role, name=name, exact=True).count() == 1, name  # type: ignore[arg-type]
+
+
+def test_formats_are_those_of_the_table_with_what_each_has_to_choose(
+    browser: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = ExportFormat("sto", "more:write", (".sto",), axes=("y-up", "opensim"), points=True, title="STO: <i>OpenSim</i>")
+    add_row(monkeypatch, FORMATS, "sto", row)
+    shown = TakePage(write_take(tmp_path / "a.mcap", messages_of_track(moving(20, rate=RATE))), PageTable(port=0))
+    shown.open()
+    try:
+        with visited(browser, shown.address) as visit:
+            page = visit.page
+            visit.until(lambda: page.is_visible("#save-box"), "the choice of formats")
+            texts = "[...document.querySelectorAll('#save-poses option')].map((one) => [one.value, one.textContent])"
+            assert visit.evaluate(texts) == [[one.name, one.title] for one in format_choices()]
+            assert page.input_value("#save-kind") == "bvh"
+            boxes = ("#save-joints", "#save-axes", "#save-start", "#save-view", "#save-follow")
+            for kind, expected in (
+                ("sto", "11100"),
+                ("bvh", "01100"),
+                ("glb", "00100"),
+                ("mp4", "00111"),
+                ("png", "00010"),
+            ):
+                page.select_option("#save-kind", kind)
+                assert "".join(str(int(page.is_visible(box))) for box in boxes) == expected, kind
+            page.select_option("#save-kind", "sto")
+            axes = (
+                "[...document.getElementById('save-axes').options].filter((one) => !one.disabled).map((one) => one.value)"
+            )
+            assert visit.evaluate(axes) == ["y-up", "opensim"]
+            assert save(visit).startswith("not saved: the command ended with status 2")  # its process has no such row
+    finally:
+        shown.close()

@@ -24,7 +24,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
 from zenocap.tools.cli.main import COMMANDS, HELP, program
 from zenocap.tools.cli.options import UNUSABLE
-from zenocap.tools.option_groups import EXPERT, RESEARCH
+from zenocap.tools.option_groups import EXPERT, PANELS, RESEARCH
 
 runner = CliRunner()
 NAMES = [name for group in COMMANDS.values() for name in group]
@@ -135,6 +135,13 @@ def test_commands_with_many_options_have_them_in_panels() -> None:
         if len(options) > MOST_OPTIONS and not {EXPERT, RESEARCH} & panels:
             without.append(name)
     assert without == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["track", "calibrate lines", "posture train", "posture evaluate", "load"])
+def test_commands_with_options_for_research_have_three_panels(name: str) -> None:
+    panels = re.findall(r"^╭─ (.+?) ─", printed(*name.split(), "--help"), re.MULTILINE)
+    assert [panel for panel in panels if panel in PANELS] == [*PANELS]
 
 
 @pytest.mark.slow

@@ -1,13 +1,16 @@
-"""The rig that the options of `zenocap track` give."""
+"""The options of `zenocap track`, and the rig that they give."""
 
 from pathlib import Path
 
 import pytest
 
+from tests.support.documentation import parse
+from tests.support.package_rows import add_row
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
+from zenocap.common.rig.methods import AUTO, METHODS, TWO_VIEW
 from zenocap.common.rig.sources import Background, FirstFrames, MedianFrames
 from zenocap.tools.cli.track_options import TrackArguments, TrackExpert, TrackResearch, configured_rig
 
@@ -41,3 +44,13 @@ def test_the_empty_scene_of_a_folder_can_be_given(folder: Path) -> None:
 def test_frames_and_seconds_of_the_empty_scene_contradict_each_other(folder: Path) -> None:
     with pytest.raises(UserError, match=r"empty_frames = 3 and empty_seconds = 1: allowed: one of them"):
         backgrounds(folder, empty_frames=3, empty_seconds=1.0)
+
+
+@pytest.mark.parametrize("line", ["track walk -o walk.mcap", "posture train examples.csv -o mine.postures"])
+def test_a_method_of_a_package_is_chosen_and_named_beside_the_own_ones(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    add_row(monkeypatch, METHODS, "upright", TWO_VIEW)
+    for method in (AUTO, *METHODS.names()):
+        parse(f"zenocap {line} --method {method}")
+    with pytest.raises(Exception, match=r"'joint': allowed: auto, two-view, .*, both, upright$") as error:
+        parse(f"zenocap {line} --method joint")
+    assert error.value.exit_code == 2

@@ -13,13 +13,15 @@ import pytest
 from tests.common.formats.test_trc import SCORER, walking
 from tests.support.angle_cases import take_of, walking_person
 from tests.support.command import zenocap
+from tests.support.package_rows import add_row
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.errors import UserError
+from zenocap.common.formats.import_format import IMPORTS, ImportFormat
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
-from zenocap.tools.takes.evaluate import ScoredFrames, accuracy, doubts, pairing_notes
+from zenocap.tools.takes.evaluate import ScoredFrames, accuracy, check_truth, doubts, pairing_notes
 
 ALL = ScoredFrames()
 
@@ -206,3 +208,17 @@ def test_a_doubt_comes_first_and_with_status_3(tmp_path: Path) -> None:
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
+
+
+@pytest.mark.parametrize(
+    ("angles", "allowed"), [(True, r"\.mot, \.trc, \.sto, \.mcap$"), (False, r"\.trc, \.sto, \.mcap$")]
+)
+def test_files_of_a_truth_are_those_of_the_import_formats(
+    angles: bool, allowed: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(IMPORTS, "own", {"trc": IMPORTS.own["trc"]})
+    add_row(monkeypatch, IMPORTS, "sto", ImportFormat("sto", (".sto",), "more:read"))
+    check_truth(tmp_path / "a.sto", angles=angles)
+    for suffix in (".bvh", ".c3d"):
+        with pytest.raises(UserError, match=f"suffix '{suffix}': allowed for joint .*: {allowed}"):
+            check_truth(tmp_path / f"a{suffix}", angles=angles)

@@ -272,8 +272,8 @@ def test_the_picture_shows_a_plot_for_each_angle(walk: Path, tmp_path: Path) -> 
     ("options", "status", "message"),
     [
         (["--truth", "walk.trc", "--plot", "a.png"], 2, "--plot a.png: draws joint angles: allowed: with --angles"),
-        (["--truth", "walk.mot", "--centres"], 1, "suffix '.mot': allowed for joint centres: .trc, .c3d, .bvh, .mcap"),
-        (["--truth", "walk.csv"], 1, "suffix '.csv': allowed for joint angles: .mot, .trc, .c3d, .bvh, .mcap"),
+        (["--truth", "walk.mot", "--centres"], 1, "suffix '.mot': allowed for joint centres: .bvh, .trc, .c3d, .mcap"),
+        (["--truth", "walk.csv"], 1, "suffix '.csv': allowed for joint angles: .mot, .bvh, .trc, .c3d, .mcap"),
         (["--truth", "walk.mot", "--plot", "a.txt"], 1, "--plot a.txt: suffix '.txt': allowed: .png, .jpg, .pdf, .svg"),
         (["--truth", "walk.mot", "--plot", "none/a.png"], 1, "none/a.png: there is no folder none: allowed: a file"),
         (["--truth", "walk.mot", "--offset", "5000"], 1, "within half an interval of a selected one of walk.mot"),

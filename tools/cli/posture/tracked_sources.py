@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zenocap.common.errors import SourceError, UserError
-from zenocap.tools.cli.options import Method, rig_at
+from zenocap.tools.cli.options import rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.joint_map import JointMap
@@ -46,7 +46,7 @@ def tracked_rows(manifest: Path, sources: SourceArguments, report: Report) -> tu
 
 
 def with_takes(
-    manifest: Path, rows: Sequence[ManifestRow], folder: Path, method: Method | None, report: Report
+    manifest: Path, rows: Sequence[ManifestRow], folder: Path, method: str | None, report: Report
 ) -> list[ManifestRow]:
     """The rows, with the take in `folder` instead of every rig; a take that is there already is not made again.
 
@@ -79,7 +79,7 @@ def take_name(manifest: Path, source: Path, method: str) -> str:
     return f"{plain}-{method}.mcap"
 
 
-def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
+def _take(manifest: Path, source: Path, folder: Path, method: str | None) -> Path:
     from zenocap.tools.takes.track import track
 
     rig = rig_at(source, files=True, method=method)

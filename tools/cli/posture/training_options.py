@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import JointsOption, Method
+from zenocap.tools.cli.options import JointsOption, method_option
 from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -29,7 +29,7 @@ class SourceArguments:
     tracked: Path | None = option(
         None, "Folder for takes of tracked rigs and clip folders; default: tracked/ beside MANIFEST.", metavar="DIR"
     )
-    method: Method | None = option(None, "Tracking method of rigs and clip folders; default: the rig's.")
+    method: str | None = method_option("Tracking method of rigs and clip folders; default: the rig's.")
     joints: JointsOption = None
 
 

@@ -125,6 +125,7 @@ function showHello(update) {
   state.hello = update;
   slides.forget();
   slides.setCommands(update.commands);
+  save.setFormats(update.formats);
   el('rig').textContent = update.live ? `rig ${update.rig} · ${update.method}` : `take ${update.rig}`;
   document.title = `zenocap · ${update.rig}`;
   document.body.classList.toggle('take-only', !update.live);

@@ -1,15 +1,17 @@
 // Saving the take that is played for other programs: format, part, progress, and the finished file.
 
-import { el } from './page.js';
+import { create, el } from './page.js';
 
-const DRAWN = ['mp4', 'webm', 'png'];
+const USUAL = 'bvh';  // format that is chosen at first
+const FILM = ['drawn', 'film', 'part'];
+const DRAWN = new Map([['mp4', FILM], ['webm', FILM], ['png', ['drawn']]]);  // and what each has to choose
 const DIGITS = 3;  // after the point, of the ends of the part, seconds
 const STATES = { running: 'saving', done: 'saved', failed: 'not saved', cancelled: 'cancelled: nothing was saved' };
 
 export class SavePanel {
   // send: sends a command to the animator.  player: of the take, whose position the marks are set at.
   constructor(send, player) {
-    Object.assign(this, { send, player, duration: 0 });
+    Object.assign(this, { send, player, duration: 0, formats: [] });
     el('save-kind').onchange = () => this.showChoices();
     el('save-start').oninput = el('save-end').oninput = () => this.drawPart();
     el('save-whole').onclick = () => { el('save-start').value = el('save-end').value = ''; this.drawPart(); };
@@ -18,6 +20,15 @@ export class SavePanel {
     el('save-open').onclick = () => this.open();
     el('saving-cancel').onclick = () => send({ type: 'cancel_saving' });
     el('save').onsubmit = (event) => { event.preventDefault(); this.save(); };
+    this.showChoices();
+  }
+
+  // formats: of poses, see SaveFormat in save_messages.py.
+  setFormats(formats) {
+    const before = this.formats.length ? el('save-kind').value : USUAL;
+    this.formats = formats;
+    el('save-poses').replaceChildren(...formats.map(({ name, title }) => create('option', { value: name, textContent: title })));
+    el('save-kind').value = before;
     this.showChoices();
   }
 
@@ -34,10 +45,11 @@ export class SavePanel {
   // Only what the chosen format has.
   showChoices() {
     const kind = el('save-kind').value;
-    for (const field of document.querySelectorAll('#save [data-for]')) field.hidden = !field.dataset.for.split(' ').includes(kind);
-    for (const option of el('save-axes').options)
-      option.disabled = kind === 'mot' && !['y-up', 'opensim'].includes(option.value);
-    if (el('save-axes').selectedOptions[0].disabled) el('save-axes').value = 'y-up';
+    const { points = false, axes = [] } = this.formats.find(({ name }) => name === kind) ?? {};
+    const has = DRAWN.get(kind) ?? ['part', points && 'points', axes.length > 1 && 'axes'];
+    for (const field of document.querySelectorAll('#save [data-for]')) field.hidden = !has.includes(field.dataset.for);
+    for (const option of el('save-axes').options) option.disabled = axes.length > 1 && !axes.includes(option.value);
+    if (el('save-axes').selectedOptions[0].disabled) el('save-axes').value = axes[0];
   }
 
   // Keys: i and o set the ends of the part, s goes to the choice of the format.  Returns whether the key was one.
@@ -83,7 +95,7 @@ export class SavePanel {
     const smooth = el('save-smooth').value;
     const [start_s, end_s] = kind === 'png' ? [Number(this.player.shown().toFixed(DIGITS)), null] : this.part();
     const command = { type: 'save_take', kind, start_s, end_s, smooth_hz: smooth === '' ? null : Number(smooth) };
-    if (DRAWN.includes(kind))
+    if (DRAWN.has(kind))
       Object.assign(command, {
         view: el('save-view').value, size: el('save-size').value, follow: kind !== 'png' && el('save-follow').checked,
         theme: matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark',

@@ -68,6 +68,12 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said",
         f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
     ),
+    "a guess is marked in what is written": (
+        "tools/cli/calibrate/test_convert.py::"
+        "test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read",
+        "tools/cli/calibrate/test_convert.py::test_a_guessed_vertical_is_marked_in_every_layout",
+        "tools/cli/calibrate/test_convert.py::test_an_unknown_error_is_not_written_as_none",
+    ),
     "valid containers": (
         f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
         f"{TAKES}/test_recover.py::test_another_compression_is_named_and_no_empty_take_is_written",
@@ -98,6 +104,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "without T-pose": (
         "tools/judge/test_verdict.py::test_what_lies_before_the_first_pose_counts_in_a_short_take",
         "tools/cli/test_track.py::test_the_height_over_the_floor_is_estimated_without_t_pose",
+        "tools/cli/test_track.py::test_two_view_without_t_pose_tracks_again_with_the_height_over_the_floor",
     ),
     "the first hour": (
         "tools/cli/test_suggestions.py::"

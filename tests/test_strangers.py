@@ -120,6 +120,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "wrong inputs: the cause is the first reason": (
         "tools/judge/test_wrong_inputs.py::test_the_first_reason_of_a_wrong_input_is_its_cause",
         "tools/judge/test_verdict.py::test_what_the_cameras_show_is_the_first_reason",
+        "tools/judge/test_verdict.py::test_missing_legs_are_the_first_reason_where_nothing_was_tracked",
         "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
     ),
 }

@@ -122,6 +122,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "tools/judge/test_verdict.py::test_what_the_cameras_show_is_the_first_reason",
         "tools/judge/test_verdict.py::test_missing_legs_are_the_first_reason_where_nothing_was_tracked",
         "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
+        "tools/cli/test_track.py::test_two_people_in_films_are_the_first_reason_that_is_printed",
     ),
 }
 

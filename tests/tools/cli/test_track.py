@@ -1,15 +1,19 @@
-"""Output of `zenocap track` for takes without T-pose or without a pose."""
+"""Output of `zenocap track` for takes without T-pose, without a pose or of two people."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.video_file import write_video
 from tests.support.walkers import Walker, walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.simulation.body.person import person
+from zenocap.simulation.body.pose import Placement, place
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.cli.progress import WorkProgress
 from zenocap.tools.cli.track import _print_losses
@@ -47,13 +51,17 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
     assert printed(capsys, tracked(40), "auto", 1.75) == ""
 
 
-def filmed(folder: Path, views: int) -> Walker:
-    """A folder of films of a person who walks after a second of the empty scene."""
-    scene = walker(1, views, (160, 120), 6)
+def filmed(folder: Path, views: int, steps: int = 6, frames: int = 36, other: Placement | None = None) -> Walker:
+    """A folder of films of a person who walks after a second of the empty scene.  other: where a second person walks."""
+    scene, second = walker(1, views, (160, 120), steps), person(3)
     for name, camera in scene.cameras.items():
-        film = SimulatedCamera(camera, scene.person, 0)
-        poses = [None] * FPS + [scene.motion.pose_at(k / FPS) for k in range(36)]
-        write_video(folder / "videos" / f"{name}.mp4", [film.render(pose, k) for k, pose in enumerate(poses)], fps=FPS)
+        film, images = SimulatedCamera(camera, scene.person, 0), []
+        beside = SimulatedCamera(camera, second, 0)
+        for k in range(FPS + frames):
+            pose = None if k < FPS else scene.motion.pose_at(k / FPS - 1.0)
+            others = [] if pose is None or other is None else [(beside, place(pose, other))]
+            images.append(film.render(pose, k, beside=others))
+        write_video(folder / "videos" / f"{name}.mp4", images, fps=FPS)
     write_calibration(folder / "calibration.toml", dict(scene.cameras))
     return scene
 
@@ -84,3 +92,12 @@ def test_two_view_without_t_pose_tracks_again_with_the_height_over_the_floor(tmp
     read = TakeReader(take)
     list(read.messages())
     assert read.metadata["rig"]["person_height"] == f"{result.estimated:.2f} m, estimated"
+
+
+@pytest.mark.nightly
+def test_two_people_in_films_are_the_first_reason_that_is_printed(tmp_path: Path) -> None:
+    filmed(tmp_path, 3, steps=14, frames=105, other=Placement(0.9, 0.0, 0.0))
+    status, _, text = zenocap("track", tmp_path, "-o", tmp_path / "a.mcap", "--empty-seconds", "1", "--no-both-ways")
+    first = re.search(r"^verdict: (\w+).*\n  camera ([\w, ]+): (a second person, [^:]*)", text, re.MULTILINE)
+    assert first is not None, text
+    assert (first[1], status) in (("doubtful", 3), ("unusable", 4))

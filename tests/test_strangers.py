@@ -73,6 +73,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read",
         "tools/cli/calibrate/test_convert.py::test_a_guessed_vertical_is_marked_in_every_layout",
         "tools/cli/calibrate/test_convert.py::test_an_unknown_error_is_not_written_as_none",
+        f"{TAKES}/test_export.py::test_a_body_that_was_not_measured_is_said",
     ),
     "valid containers": (
         f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
@@ -95,6 +96,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
         "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
+        "services/viewer/sources/test_sources.py::test_the_background_of_a_film_is_that_of_its_empty_part",
     ),
     "setup with another calibration": (
         "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",

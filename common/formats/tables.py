@@ -128,7 +128,7 @@ def metadata(request: ExportRequest) -> Mapping[str, object]:
         "axis_directions": dict(zip("xyz", axis_directions(request.axes), strict=True)),
         "handedness": "left" if request.axes in ("unity", "unreal") else "right",
         "rate_hz": request.track.rate,
-    }
+    } | ({} if request.measured else {"body_sizes": request.sizes})
 
 
 def _angles(request: ExportRequest) -> Floats:

@@ -114,8 +114,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "tools/cli/test_services.py::test_the_demo_takes_a_free_port_where_the_usual_one_is_taken",
         f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
         "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
-        "system/browser/test_page.py::"
-        "test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",
+        "system/browser/test_page.py::test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",
     ),
     "Ctrl-C": (
         "common/runtime/test_signals.py::test_a_process_that_still_loads_ends_at_once",

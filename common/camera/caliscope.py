@@ -69,7 +69,6 @@ def caliscope_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y
             f"distortions = {lens.distortions.tolist()}\n"
             f"translation = {camera.translation.tolist()}\n"
             f"rotation = {rotation.tolist()}\n"
-            f"fisheye = {str(lens.fisheye).lower()}\n"
-            + (f"guessed = {list(camera.guessed)}\n" if camera.guessed else "")
+            f"fisheye = {str(lens.fisheye).lower()}\n" + (f"guessed = {list(camera.guessed)}\n" if camera.guessed else "")
         )
     return {path: "\n".join(blocks)}

@@ -26,7 +26,7 @@ DISTORTION_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's len
 Z_UP_TO_Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 UP_AXES = ("y", "z")
 GUESSES: Mapping[str, str] = {  # what of a camera may be a guess: the note
-    "size": "{size} px is a guess: write the size of the video, and take \"size\" out of guessed",
+    "size": '{size} px is a guess: write the size of the video, and take "size" out of guessed',
     "vertical": "the vertical and the floor are a guess: calibrate again with the board on the floor (--floor SECONDS)",
 }
 

@@ -177,7 +177,9 @@ def _print_losses(result: Tracked, rig: Rig) -> None:
         )
     if not result.poses:
         if rig.person_height is None and not has_tracker:
-            lines.append("no pose: no T-pose (arms stretched sideways) that both viewers see, and the height over the floor")
+            lines.append(
+                "no pose: no T-pose (arms stretched sideways) that both viewers see, and the height over the floor"
+            )
             lines.append("  cannot be estimated from the silhouettes: give --height METRES.  State at the end:")
         else:
             lines.append("no pose.  State at the end:")

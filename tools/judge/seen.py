@@ -71,7 +71,9 @@ def no_legs(evidence: TakeEvidence) -> m.VerdictReason | None:
     ends: dict[str, list[float]] = defaultdict(list)
     agreed = people = 0
     for sample in every:
-        seen = {viewer: seen_outline(cameras[viewer], one) for viewer, one in sample.silhouettes.items() if viewer in cameras}
+        seen = {
+            viewer: seen_outline(cameras[viewer], one) for viewer, one in sample.silhouettes.items() if viewer in cameras
+        }
         outlines = {viewer: one for viewer, one in seen.items() if one is not None}
         found = lower_ends(cameras, outlines)
         people, agreed = people + (len(outlines) > 1), agreed + bool(found)

@@ -168,7 +168,8 @@ def test_wrong_outputs_are_refused_and_nothing_is_left(tmp_path, layout, name, t
 
 
 LAYOUTS = [
-    ("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("easymocap", "out/extri.yml"), ("qualisys", "a.qca.txt"),
+    ("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("qualisys", "a.qca.txt"),
+    pytest.param("easymocap", "out/extri.yml", marks=pytest.mark.slow),  # read in a process of its own
 ]  # fmt: skip
 SIZE_NOTE, VERTICAL_NOTE = "1920 x 1080 px is a guess", "the vertical and the floor are a guess"
 
@@ -188,6 +189,7 @@ def without_size(folder: Path) -> Path:
     return folder / "extri.yml"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
 @pytest.mark.parametrize(("layout", "name"), LAYOUTS)
 def test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read(tmp_path, layout, name):

@@ -85,11 +85,10 @@ def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z"
                 f"{path}: camera {camera.name!r} has a lens with {count} coefficients: allowed in this layout: the first 4"
             )
         element = ElementTree.SubElement(
-            every,
-            "camera",
+            every, "camera",
             {"serial": camera.name, "active": "1", "model": "none", "avg-residual": "0.0", "viewrotation": "0"}
             | ({"guessed": " ".join(camera.guessed)} if camera.guessed else {}),
-        )
+        )  # fmt: skip
         view = {"left": 0, "top": 0, "right": camera.size[0] - 1, "bottom": camera.size[1] - 1}
         for tag in ("fov_marker", "fov_marker_max", "fov_video", "fov_video_max"):
             ElementTree.SubElement(element, tag, {key: str(value) for key, value in view.items()})

@@ -1,4 +1,4 @@
-"""Causes of lost poses in the pictures: two people, a scene that was not empty, half a person, no legs."""
+"""Causes of lost poses in the pictures: two people, a scene not empty, half a person, no legs."""
 
 from collections import defaultdict
 from collections.abc import Mapping

@@ -115,7 +115,7 @@ def test_missing_legs_are_the_first_reason_where_nothing_was_tracked() -> None:
     found = verdict_of(evidence_of(every))
     assert [one.kind for one in found.reasons] == ["no-legs", "no-pose"]
     assert found.reasons[0].viewers == ["cam01", "cam02"]
-    assert "which end 0.4" in found.reasons[0].text
+    assert "which end 0.50 m above the floor" in found.reasons[0].text
 
 
 def advised(*codes: AdviceCode) -> list[m.Message]:

@@ -148,3 +148,9 @@ def test_a_list_of_videos_gives_the_poses_of_their_folder(clip: Path | None, emp
         videos, tmp_path / "list.mcap", calibration=clip / "calibration.toml", up_axis="y", empty_frames=empty_frames
     )
     np.testing.assert_array_equal(listed.poses().joint_centres, folder.poses().joint_centres)
+
+
+@pytest.mark.slow
+def test_a_take_has_a_verdict_in_words() -> None:
+    verdict = zenocap.open_take(ARMS).verdict
+    assert verdict.text.splitlines()[0].startswith(f"verdict: {verdict.rating}")

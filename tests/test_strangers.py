@@ -68,6 +68,13 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said",
         f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
     ),
+    "a guess is marked in what is written": (
+        "tools/cli/calibrate/test_convert.py::"
+        "test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read",
+        "tools/cli/calibrate/test_convert.py::test_a_guessed_vertical_is_marked_in_every_layout",
+        "tools/cli/calibrate/test_convert.py::test_an_unknown_error_is_not_written_as_none",
+        f"{TAKES}/test_export.py::test_a_body_that_was_not_measured_is_said",
+    ),
     "valid containers": (
         f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
         f"{TAKES}/test_recover.py::test_another_compression_is_named_and_no_empty_take_is_written",
@@ -89,6 +96,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
         "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
+        "services/viewer/sources/test_sources.py::test_the_background_of_a_film_is_that_of_its_empty_part",
     ),
     "setup with another calibration": (
         "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",
@@ -98,6 +106,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "without T-pose": (
         "tools/judge/test_verdict.py::test_what_lies_before_the_first_pose_counts_in_a_short_take",
         "tools/cli/test_track.py::test_the_height_over_the_floor_is_estimated_without_t_pose",
+        "tools/cli/test_track.py::test_two_view_without_t_pose_tracks_again_with_the_height_over_the_floor",
     ),
     "the first hour": (
         "tools/cli/test_suggestions.py::"
@@ -105,6 +114,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "tools/cli/test_services.py::test_the_demo_takes_a_free_port_where_the_usual_one_is_taken",
         f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
         "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
+        "system/browser/test_page.py::test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",
     ),
     "Ctrl-C": (
         "common/runtime/test_signals.py::test_a_process_that_still_loads_ends_at_once",
@@ -113,7 +123,9 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "wrong inputs: the cause is the first reason": (
         "tools/judge/test_wrong_inputs.py::test_the_first_reason_of_a_wrong_input_is_its_cause",
         "tools/judge/test_verdict.py::test_what_the_cameras_show_is_the_first_reason",
+        "tools/judge/test_verdict.py::test_missing_legs_are_the_first_reason_where_nothing_was_tracked",
         "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
+        "tools/cli/test_track.py::test_two_people_in_films_are_the_first_reason_that_is_printed",
     ),
 }
 

@@ -59,7 +59,7 @@ def track(
     preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.
     fps: frames per second that are used; default: the rig's.
-    height: of the person, metres, where no T-pose is shown: the body then has average proportions.
+    height: of the person, metres, of a body of average proportions, without a T-pose; default: as seen over the floor.
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
     both_ways: track a second time, backwards, and use the better pose of each limb; default: with method hybrid and preset

@@ -8,6 +8,7 @@ distortions = [0.0, 0.0, 0.0, 0.0]
 rotation = [3.14, 0.0, 0.0]          # Rodrigues vector, world to camera
 translation = [0.0, 1.0, 5.2]        # metres
 fisheye = false                       # true: matrix and the four distortions are those of OpenCV's fisheye model
+guessed = ["size"]                    # only where something is a guess, see `validation.GUESSES`
 """
 
 import json
@@ -20,7 +21,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera, rodrigues
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
 from zenocap.common.errors import UserError
 from zenocap.common.toml_file import read_toml
 
@@ -55,12 +56,16 @@ def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> C
     if not isinstance(name, str):
         raise entry.error("name", name, "a string")
     size, matrix, distortions, rotation, translation = (table[each] for each in KEYS)
-    return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye)
+    camera = checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye)
+    return checked_guesses(camera, entry, table.get("guessed", []))
 
 
-def anipose_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> dict[Path, str]:
+def anipose_texts(
+    path: Path, cameras: Mapping[str, Camera], up_axis: str = "y", error_px: float | None = None
+) -> dict[Path, str]:
     """Text of the file at `path` for cameras in the Y-up world; up_axis: of the world in the file.  Raises UserError.
 
+    error_px: of the reprojection, px; None: unknown, and not written.
     Reading returns the same floats, except for the conversion of the rotation to a Rodrigues vector and back.
     """
     if path.suffix.lower() != ".toml":
@@ -79,8 +84,10 @@ def anipose_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y",
             f"rotation = {_row(rodrigues(rotation))}\n"
             f"translation = {_row(camera.translation)}\n"
             f"fisheye = {str(lens.fisheye).lower()}\n"
+            + (f"guessed = {json.dumps(camera.guessed)}\n" if camera.guessed else "")
         )
-    blocks.append(f"[metadata]\nadjusted = false\nerror = {float(error_px)!r}\n")
+    error = "" if error_px is None else f"error = {float(error_px)!r}\n"
+    blocks.append(f"[metadata]\nadjusted = false\n{error}")
     return {path: "\n".join(blocks)}
 
 

@@ -58,9 +58,12 @@ def unit_note(cameras: Sequence[Camera]) -> str:
 
 
 def write_calibration(
-    path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float = 0.0, *, new: bool = False
+    path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float | None = None, *, new: bool = False
 ) -> None:
-    """Write the anipose layout atomically.  new: no file is replaced.  Raises UserError, OSError."""
+    """Write the anipose layout atomically.  error_px: see `anipose_texts`.  new: no file is replaced.
+
+    Raises UserError, OSError.
+    """
     _write(anipose_texts(Path(path), cameras, up_axis, error_px), new=new)
 
 

@@ -19,7 +19,7 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry
 
-KEYS = ("size", "matrix", "distortions", "rotation", "translation", "fisheye")
+KEYS = ("size", "matrix", "distortions", "rotation", "translation", "fisheye", "guessed")
 
 
 def is_caliscope(tables: Mapping[str, object]) -> bool:
@@ -69,6 +69,6 @@ def caliscope_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y
             f"distortions = {lens.distortions.tolist()}\n"
             f"translation = {camera.translation.tolist()}\n"
             f"rotation = {rotation.tolist()}\n"
-            f"fisheye = {str(lens.fisheye).lower()}\n"
+            f"fisheye = {str(lens.fisheye).lower()}\n" + (f"guessed = {list(camera.guessed)}\n" if camera.guessed else "")
         )
     return {path: "\n".join(blocks)}

@@ -9,6 +9,7 @@ import re
 import sys
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -16,7 +17,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
 from zenocap.common.errors import FileNote, UserError, reading
 from zenocap.common.formats.text_file import read_apart
 
@@ -24,6 +25,7 @@ WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap c
 MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by hand
 MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; chosen by hand
 USUAL_SIZES = ((640, 480), (1280, 720), (1280, 960), (1280, 1024), (1920, 1080), (2048, 2048), (3840, 2160))  # px
+GUESSED = "guessed_"  # beginning of a key: "guessed_vertical: 1"; a guessed size is left out instead
 NEAR_SIZE = 0.03  # of a side, between a guess and such a size; principal points are that near the centre; chosen by hand
 
 
@@ -58,17 +60,22 @@ def _camera(
     if rotation.size == 3:
         rotation = rotation.reshape(3)
     matrix = intrinsics[f"K_{name}"]
+    guessed: tuple[str, ...] = ()
     if f"H_{name}" in intrinsics and f"W_{name}" in intrinsics:
         size = np.array([intrinsics[f"W_{name}"].item(), intrinsics[f"H_{name}"].item()])
     elif matrix.shape == (3, 3):
         # EasyMocap omits the size: a principal point near the centre is assumed.
         size = _usual_size(2 * matrix[:2, 2] + 1)
+        guessed = ("size",)
         text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
         warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
     else:
         raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)
-    return checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
+    camera = checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
+    marked = [key.removeprefix(GUESSED) for key in extrinsics if key.startswith(GUESSED)]
+    camera = checked_guesses(camera, extrinsic, marked)
+    return replace(camera, guessed=(*guessed, *camera.guessed))
 
 
 def _usual_size(guess: Floats) -> Floats:
@@ -105,11 +112,16 @@ def easymocap_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y
         rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
         intrinsics.write(f"K_{camera.name}", camera.matrix)
         intrinsics.write(f"dist_{camera.name}", camera.distortions.reshape(1, -1))
-        intrinsics.write(f"W_{camera.name}", camera.size[0])
-        intrinsics.write(f"H_{camera.name}", camera.size[1])
+        if "size" in camera.guessed:
+            intrinsics.writeComment(f"W_{camera.name} and H_{camera.name} are left out: the size was a guess")
+        else:
+            intrinsics.write(f"W_{camera.name}", camera.size[0])
+            intrinsics.write(f"H_{camera.name}", camera.size[1])
         extrinsics.write(f"R_{camera.name}", rodrigues(rotation).reshape(3, 1))
         extrinsics.write(f"Rot_{camera.name}", rotation)
         extrinsics.write(f"T_{camera.name}", camera.translation.reshape(3, 1))
+    for guess in sorted({one for camera in cameras.values() for one in camera.guessed} - {"size"}):
+        extrinsics.write(GUESSED + guess, 1)
     return {path: extrinsics.releaseAndGetString(), beside: intrinsics.releaseAndGetString()}
 
 

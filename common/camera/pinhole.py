@@ -23,6 +23,7 @@ class Camera:
     size: (width, height) px.  matrix: (3, 3) px.  distortions: (k1, k2, p1, p2[, k3]).
     rotation: (3, 3) world to camera.  translation: (3,) metres.
     fisheye: lens of the images before they were rectified to this camera; None for images that are used as they are.
+    guessed: names in `validation.GUESSES`, of what the program that wrote the calibration did not know.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Camera:
     rotation: Floats
     translation: Floats
     fisheye: FisheyeLens | None = None
+    guessed: tuple[str, ...] = ()
 
     @cached_property
     def centre(self) -> Floats:

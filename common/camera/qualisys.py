@@ -16,7 +16,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
 from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
@@ -85,10 +85,10 @@ def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z"
                 f"{path}: camera {camera.name!r} has a lens with {count} coefficients: allowed in this layout: the first 4"
             )
         element = ElementTree.SubElement(
-            every,
-            "camera",
-            {"serial": camera.name, "active": "1", "model": "none", "avg-residual": "0.0", "viewrotation": "0"},
-        )
+            every, "camera",
+            {"serial": camera.name, "active": "1", "model": "none", "avg-residual": "0.0", "viewrotation": "0"}
+            | ({"guessed": " ".join(camera.guessed)} if camera.guessed else {}),
+        )  # fmt: skip
         view = {"left": 0, "top": 0, "right": camera.size[0] - 1, "bottom": camera.size[1] - 1}
         for tag in ("fov_marker", "fov_marker_max", "fov_video", "fov_video_max"):
             ElementTree.SubElement(element, tag, {key: str(value) for key, value in view.items()})
@@ -136,7 +136,8 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     matrix[:2, 2] += 0.5 / binned - 0.5  # centres of pixels are whole numbers
     size = [video[2] - video[0] + 1, video[3] - video[1] + 1]
     lens = np.array([k1, k2, p1, p2, *(k3 if k3.any() else ())]) / SUBPIXELS
-    return checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis)
+    camera = checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis)
+    return checked_guesses(camera, entry, element.get("guessed", "").split())
 
 
 def _binning(entry: Entry, element: ElementTree.Element, video: Floats) -> float:

@@ -4,6 +4,7 @@ No YAML library is needed for that layout.  A file has one camera and no positio
 """
 
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,10 +12,11 @@ from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.opencv_storage import WITH_POSITION
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError
 
 FISHEYE_MODEL = "equidistant"
 LENS_MODELS = ("plumb_bob", "rational_polynomial", FISHEYE_MODEL)
+GUESSED_SIZE = "# image_width and image_height are a guess\n"  # written before them; a lens has no other guesses
 ECHOED = re.compile(r"^distortion_model:.*^[kK]:", re.MULTILINE | re.DOTALL)
 NEEDED_KEYS = ("image_width", "image_height", "camera_name", "distortion_model", "camera_matrix", "distortion_coefficients")
 
@@ -38,6 +40,9 @@ def read_ros_info(path: Path) -> Lens:
     if scalars["distortion_model"] not in LENS_MODELS:
         raise entry.error("distortion_model", scalars["distortion_model"], " or ".join(LENS_MODELS))
     size = checked_size(entry, [_number(entry, key, scalars[key]) for key in ("image_width", "image_height")])
+    if GUESSED_SIZE in text:
+        what = f"image_width and image_height, {size[0]} x {size[1]} px, are a guess"
+        warnings.warn(f"{path}: {what}: write the size of the video, and remove the comment", FileNote, stacklevel=2)
     matrix = entry.numbers("camera_matrix", _row(entry, "camera_matrix", lists["camera_matrix"]), (9,)).reshape(3, 3)
     lens = _row(entry, "distortion_coefficients", lists["distortion_coefficients"])
     fisheye = scalars["distortion_model"] == FISHEYE_MODEL
@@ -55,7 +60,10 @@ def no_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
 def ros_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str) -> dict[Path, str]:
     """A file of each camera in a folder, which is made.  Raises OSError."""
     path.mkdir(parents=True, exist_ok=True)
-    return {path / f"{name}.yaml": ros_info_text(Lens.of(camera)) for name, camera in cameras.items()}
+    return {
+        path / f"{name}.yaml": (GUESSED_SIZE if "size" in camera.guessed else "") + ros_info_text(Lens.of(camera))
+        for name, camera in cameras.items()
+    }
 
 
 def ros_info_text(lens: Lens) -> str:

@@ -1,7 +1,8 @@
 """Validation of calibrations of all file formats."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError, did_you_mean
+from zenocap.common.errors import FileNote, UserError, did_you_mean
 
 # Plausible ranges, chosen by hand.
 MAX_SIDE_PX = 16384
@@ -24,6 +25,10 @@ DISTORTION_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's len
 # Z-up world to Y-up world: (x, y, z)_y-up = (y, z, x)_z-up, as in TRC files.
 Z_UP_TO_Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 UP_AXES = ("y", "z")
+GUESSES: Mapping[str, str] = {  # what of a camera may be a guess: the note
+    "size": '{size} px is a guess: write the size of the video, and take "size" out of guessed',
+    "vertical": "the vertical and the floor are a guess: calibrate again with the board on the floor (--floor SECONDS)",
+}
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,17 @@ def checked_rotation(entry: Entry, value: object) -> Floats:
     left, _, right = np.linalg.svd(rotation)  # removes the file's rounding
     nearest: Floats = left @ right
     return nearest
+
+
+def checked_guesses(camera: Camera, entry: Entry, names: object) -> Camera:
+    """Return the camera with what the file marks as guessed, which is noted.  Raises UserError."""
+    if not isinstance(names, list) or not all(isinstance(name, str) and name in GUESSES for name in names):
+        raise entry.error("guessed", names, f"names of {', '.join(GUESSES)}")
+    for name in names:
+        where = f"camera {camera.name!r}: " if name == "size" else ""
+        text = GUESSES[name].format(size=" x ".join(map(str, camera.size)))
+        warnings.warn(f"{entry.path}: {where}{text}", FileNote, stacklevel=2)
+    return replace(camera, guessed=tuple(names))
 
 
 def checked_up_axis(path: Path, up_axis: str) -> str:

@@ -26,10 +26,12 @@ def write_c3d(
     unit: Unit = "mm",
     descriptions: Sequence[str] = (),
     smoothing: str = "none",
+    sizes: str = "",
 ) -> None:
     """Write one row per frame; `data` has consecutive frames (`every_frame`).  Missing points have residual -1.
 
     descriptions: of the points; "joint centre NAME" if empty.  smoothing: what was done, for ZENOCAP:SMOOTHING.
+    sizes: origin of the body's sizes, for ZENOCAP:BODY, where it is to be stated.
     C3D counts frames from 1: frame k is written as k + 1, so that frame 0 has index 0.
     Raises OSError, and UserError for frame numbers above C3D's limit.
     """
@@ -55,6 +57,8 @@ def write_c3d(
     file.add_parameter("MANUFACTURER", "VERSION_LABEL", version("zenocap"))
     if smoothing != "none":
         file.add_parameter("ZENOCAP", "SMOOTHING", smoothing)
+    if sizes:
+        file.add_parameter("ZENOCAP", "BODY", sizes)
     points = np.ones((4, len(data.names), count))
     points[:3] = convert(data.points, axes, unit).transpose(2, 1, 0)
     missing = np.isnan(points[:3]).any(axis=0)
@@ -75,7 +79,7 @@ def export(path: Path, request: ExportRequest) -> None:
     """For `zenocap export`."""
     write_c3d(
         path, request.points(), axes=request.axes, unit=request.unit, descriptions=_descriptions(request),
-        smoothing=request.smoothing,
+        smoothing=request.smoothing, sizes="" if request.measured else request.sizes,
     )  # fmt: skip
 
 

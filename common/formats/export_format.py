@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # `zenocap --help` reads the names alone
     from zenocap.common.formats.pose_track import PoseTrack
     from zenocap.common.formats.trajectories import Angle, Axes, Trajectories, Unit
 
+AVERAGE = "average proportions, not measured in a T-pose"
+
 
 @dataclass(frozen=True)
 class ExportRequest:
@@ -25,7 +27,7 @@ class ExportRequest:
 
     joints: convention of the points; those of a limb below min_confidence are missing.  spine: with those of the spine.
     bones: names of the bones.  model: a file that the format needs.  smoothing: description of the filter, "none" without
-    one.  take: name of the take's file.
+    one.  take: name of the take's file.  measured: whether the body was; else its proportions are average ones.
     """
 
     track: PoseTrack
@@ -39,9 +41,15 @@ class ExportRequest:
     model: Path | None = None
     smoothing: str = "none"
     take: str = ""
+    measured: bool = True
 
     def points(self) -> Trajectories:
         return self.track.trajectories(self.joints, self.min_confidence, spine=self.spine)
+
+    @property
+    def sizes(self) -> str:
+        """Origin of the body's sizes, in words."""
+        return "measured in a T-pose" if self.measured else AVERAGE
 
 
 @dataclass(frozen=True)

@@ -169,4 +169,5 @@ def export_mot(path: Path, request: ExportRequest) -> None:
     if not request.track.known.any():
         raise UserError(f"{path}: the person is lost in every frame: no row to write")
     notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
+    notes += [] if request.measured else [f"Body: {request.sizes}.", ""]
     write_mot(path, *coordinates_of(request.track, request.axes), notes)

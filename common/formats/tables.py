@@ -121,14 +121,18 @@ def unit_of(column: str) -> str:
 
 def metadata(request: ExportRequest) -> Mapping[str, object]:
     """Axes, units, convention and smoothing of the columns, for JSON."""
-    return {name: getattr(request, name) for name in LAYOUT} | {
-        "program": f"zenocap {version('zenocap')}",
-        "body": request.track.anatomy.name,
-        "joint_convention": TITLES[request.joints],
-        "axis_directions": dict(zip("xyz", axis_directions(request.axes), strict=True)),
-        "handedness": "left" if request.axes in ("unity", "unreal") else "right",
-        "rate_hz": request.track.rate,
-    }
+    return (
+        {name: getattr(request, name) for name in LAYOUT}
+        | {
+            "program": f"zenocap {version('zenocap')}",
+            "body": request.track.anatomy.name,
+            "joint_convention": TITLES[request.joints],
+            "axis_directions": dict(zip("xyz", axis_directions(request.axes), strict=True)),
+            "handedness": "left" if request.axes in ("unity", "unreal") else "right",
+            "rate_hz": request.track.rate,
+        }
+        | ({} if request.measured else {"body_sizes": request.sizes})
+    )
 
 
 def _angles(request: ExportRequest) -> Floats:

@@ -1,6 +1,7 @@
 """Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -18,6 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.recording.reader import TakeReader
+from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 
 NO_VIEW = ("", np.nan)
@@ -31,7 +33,8 @@ class TakePoses:
     """Body, poses and cameras of a take.
 
     baps: in the order of their capture times, one each.  bdp: the last one.  start_ns: capture time of frame 0.
-    cameras: by viewer.  cut: description of the damage, None for an intact file.
+    cameras: by viewer.  cut: description of the damage, None for an intact file.  measured: whether the body was measured
+    in a T-pose; another one has average proportions.
     """
 
     path: Path
@@ -41,6 +44,7 @@ class TakePoses:
     start_ns: int
     cameras: dict[str, m.CameraInfo]
     cut: str | None
+    measured: bool = True
 
     def pose(self, bap: Bap) -> Pose:
         """Pose of one of `baps`, as arrays."""
@@ -146,7 +150,16 @@ def read_poses(path: Path, *, raw: bool = False) -> TakePoses:
 def poses_of(path: Path, envelopes: Iterable[Envelope], take: TakeReader, *, raw: bool = False) -> TakePoses:
     """See `read_poses`.  path: of the take, for errors."""
     read = _read(path, envelopes, raw, lambda bap: bap)
-    return TakePoses(path, read.anatomy, read.bdp, tuple(read.kept.values()), read.start_ns, read.cameras, take.cut)
+    measured = read.measured and (read.kind is not m.UniversalBap or _measures(path, take))
+    baps = tuple(read.kept.values())
+    return TakePoses(path, read.anatomy, read.bdp, baps, read.start_ns, read.cameras, take.cut, measured)
+
+
+def _measures(path: Path, take: TakeReader) -> bool:
+    """Whether the two-view method of a take that has been read measures the body; also of a take that does not state it."""
+    with suppress(UserError):
+        return SETUP_FILE not in take.attachments or read_setup(path, take.attachments[SETUP_FILE]).person_height is None
+    return True
 
 
 @dataclass(frozen=True)
@@ -159,17 +172,19 @@ class _TakeContent(Generic[Kept]):
     kept: dict[int, Kept]
     start_ns: int
     cameras: dict[str, m.CameraInfo]
+    measured: bool
 
 
 def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[Bap], Kept]) -> _TakeContent[Kept]:
     bodies: dict[type[Bap], m.Body] = {}
     found: dict[type[Bap], dict[int, Kept]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, m.CameraInfo] = {}
+    measured = True
     for received in envelopes:
         match received.message:
             case m.UniversalBdp(body=body):
                 bodies[m.UniversalBap] = body
-            case m.TrackerBdp(body=body):
+            case m.TrackerBdp(body=body, measured=measured):
                 bodies[m.TrackerPose] = body
             case m.UniversalBap() | m.TrackerPose() as bap:
                 found[type(bap)][bap.captured_ns] = keep(bap)
@@ -180,7 +195,8 @@ def _read(path: Path, envelopes: Iterable[Envelope], raw: bool, keep: Callable[[
     # A separate video of the T-pose has capture times before frame 0 and frame numbers of its own.
     kept = {captured_ns: found[kind][captured_ns] for captured_ns in sorted(found[kind]) if captured_ns >= start_ns}
     anatomy, bdp = _body_of(path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(kept))
-    return _TakeContent(kind, anatomy, bdp, kept, start_ns if cameras else next(iter(kept)), cameras)
+    start_ns = start_ns if cameras else next(iter(kept))
+    return _TakeContent(kind, anatomy, bdp, kept, start_ns, cameras, measured or kind is m.UniversalBap)
 
 
 def _kind(found: Mapping[type[Bap], Collection[int]], bodies: Mapping[type[Bap], m.Body], raw: bool) -> type[Bap]:

@@ -41,7 +41,10 @@ def _recording(
     part: Mapping[str, str] | None = None,
 ) -> Recording:  # fmt: skip
     """part: metadata of one part of a take in parts."""
-    metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
+    about = {"name": rig.name, "method": rig.method, "digest": rig.digest}
+    if rig.height_estimated:
+        about["person_height"] = f"{rig.person_height:.2f} m, estimated"
+    metadata = {"versions": versions(), "rig": about}
     return Recording(
         path, rig=rig.name, start_ns=start_ns, metadata=metadata | ({"part": part} if part else {}), attachments=files,
         overwrite=overwrite, own=services_of(rig),

@@ -41,6 +41,7 @@ class Rig:
     additions: to the paper's two-view method, see `zenocap.common.rig.two_view`.
     film: whether `zenocap film` may record the cameras while the rig runs.
     delays: whether delays of the cameras are estimated while it runs, and corrected.
+    height_estimated: whether person_height is not given, but estimated.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Rig:
     additions: Additions = IMPROVED
     film: bool = False
     delays: Delays = "report"
+    height_estimated: bool = False
 
     @classmethod
     def load(

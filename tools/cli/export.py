@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
+from zenocap.common.formats.export_format import AVERAGE, FORMATS, ExportFormat, format_of
 from zenocap.tools.cli.options import (
     DONE,
     LOSS,
@@ -163,6 +163,8 @@ def _options(form: ExportFormat, given: ExportArguments, span: FrameRange, exper
 
 def notes_of(form: ExportFormat, written: Exported) -> Iterator[str]:
     """What a file lacks, in words."""
+    if not written.measured:
+        yield f"the body has {AVERAGE}: lengths may be some centimetres off"
     if written.empty:
         yield f"{written.empty} frames without pose: {form.empty}"
     if written.left_out:

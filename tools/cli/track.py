@@ -53,8 +53,8 @@ def track(
 
     Every frame of a rig's videos is tracked offline; the output is a take, or an export for other programs. The same
     steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
-    stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
-    --height. An existing output is replaced. Frames are paired by the times in their files. The last lines are the
+    stretched sideways); without it, it gets average proportions and the height that the cameras see over the floor, which
+    --height corrects. An existing output is replaced. Frames are paired by the times in their files. The last lines are the
     verdict: good, doubtful or unusable, and why; and what to improve at the cameras. Exit status 3: done, but the take
     is doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
 
@@ -164,20 +164,22 @@ def _print_losses(result: Tracked, rig: Rig) -> None:
     lines = [f"note: {note}" for note in result.notes]
     lines += [f"left out: {frames}" for frames in result.left_out]
     lines += [f"lost: {problem}" for problem in result.problems]
+    has_tracker = method_of(rig.method).has_tracker
     if result.poses and not result.measured and rig.person_height is None:
         estimated = (
             "" if result.estimated is None else f", of {result.estimated:.2f} m from the floor to the top of the head"
         )
+        adapted = ", adapted while the person moved" if has_tracker else ""
         lines.append(
-            f"note: no T-pose was seen: the body has average proportions{estimated}, adapted while the person moved; "
+            f"note: no T-pose was seen: the body has average proportions{estimated}{adapted}; "
             "lengths may be some centimetres off: --height METRES gives the height where it is another one"
         )
     if not result.poses:
-        if rig.person_height is None and not method_of(rig.method).has_tracker:
-            lines.append("no pose: the body is measured when both viewers see a T-pose (arms stretched sideways);")
+        if rig.person_height is None and not has_tracker:
             lines.append(
-                "  for videos without it, give --height, or --method hybrid, which estimates it.  State at the end:"
+                "no pose: no T-pose (arms stretched sideways) that both viewers see, and the height over the floor"
             )
+            lines.append("  cannot be estimated from the silhouettes: give --height METRES.  State at the end:")
         else:
             lines.append("no pose.  State at the end:")
         lines += [f"  {service}: {state}" for service, state in result.states.items()]

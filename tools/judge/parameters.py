@@ -13,6 +13,10 @@ START_NS = 1_500_000_000  # in view; the tracker starts within 1.2 s
 START_SHARE = 0.2  # of the time in view, START_NS at most: 1.5 s of a take of 2.5 s are more than half of it; by hand
 OFTEN_SEEN = 0.3  # of the reports of a camera, from which other people or a scene with one cause lost poses; chosen by hand
 OFTEN_HALF = 0.6  # of the silhouettes of a camera that the upper or lower border cuts; chosen by hand
+HEAD_APART_M = 0.2  # of the rays through the upper ends of the silhouettes: a raised hand or a wrong calibration; by hand
+LEGS_ABOVE_M = 0.25  # of a lower end over the floor, half a shank: a step or a jump is shorter; chosen by hand
+HEADS_M, LEGS_MOST = (1.0, 2.4), 0.6  # heights of heads, and share of it up to which legs may be missing; chosen by hand
+MOST_HEADS = 240  # samples in which legs are looked for, a minute of a take; chosen by hand
 FAST_TRUNK, FAST_LIMB = 7.0, 12.0  # m/s: no part of a moving person is faster, in ordinary motion
 LONGEST_STEP_S = 0.25  # between poses, for a speed
 # Without poses and silhouettes; a longer gap counts as this long.  A clock that is set while it records makes one of

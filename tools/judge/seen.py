@@ -1,14 +1,30 @@
-"""Causes of lost poses in the pictures: two people, a scene that was not empty, half a person."""
+"""Causes of lost poses in the pictures: two people, a scene not empty, half a person, no legs."""
 
 from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from zenocap.common import messages as m
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import sentence
+from zenocap.common.conversion import camera_of
+from zenocap.common.lags.tangents import Outline, scene_centre
 from zenocap.common.messages import AdviceCode
 from zenocap.tools.judge.evidence import TakeEvidence
-from zenocap.tools.judge.parameters import OFTEN_HALF, OFTEN_SEEN, SAMPLE_NS, START_NS
+from zenocap.tools.judge.parameters import (
+    HEAD_APART_M,
+    HEADS_M,
+    LEGS_ABOVE_M,
+    LEGS_MOST,
+    MOST_HEADS,
+    OFTEN_HALF,
+    OFTEN_SEEN,
+    SAMPLE_NS,
+    START_NS,
+)
+from zenocap.tools.judge.view_lag import seen_outline
 
 KINDS = {AdviceCode.PEOPLE: "two-people", AdviceCode.UNCOVERED: "not-empty"}
 
@@ -47,10 +63,65 @@ def half_person(evidence: TakeEvidence) -> m.VerdictReason | None:
     return m.VerdictReason(kind="half-person", viewers=often, text=text)
 
 
+def no_legs(evidence: TakeEvidence) -> m.VerdictReason | None:
+    """The silhouettes of a camera mostly end above the floor, although the cameras agree on the place of the head."""
+    cameras = {viewer: camera_of(info) for viewer, info in evidence.cameras.items()}
+    every = [one for _, one in sorted(evidence.samples.items()) if len(one.silhouettes) > 1]
+    every = every[:: max(1, len(every) // MOST_HEADS)]
+    ends: dict[str, list[float]] = defaultdict(list)
+    agreed = people = 0
+    for sample in every:
+        seen = {
+            viewer: seen_outline(cameras[viewer], one) for viewer, one in sample.silhouettes.items() if viewer in cameras
+        }
+        outlines = {viewer: one for viewer, one in seen.items() if one is not None}
+        found = lower_ends(cameras, outlines)
+        people, agreed = people + (len(outlines) > 1), agreed + bool(found)
+        for viewer, height in found.items():
+            ends[viewer].append(height)
+    often = sorted(viewer for viewer, own in ends.items() if np.mean(np.array(own) > LEGS_ABOVE_M) > OFTEN_HALF)
+    if not often or agreed < OFTEN_HALF * people:
+        return None
+    least = min(float(np.median(ends[viewer])) for viewer in often)
+    text = (
+        f"the legs are missing in the silhouettes of camera {', '.join(often)}, which end {least:.2f} m above the floor or "
+        "more: contrast of legs and floor, something in front of them, the empty scene (empty_seconds), or a calibration "
+        "whose Y = 0 is below the floor"
+    )
+    return m.VerdictReason(kind="no-legs", viewers=often, text=text)
+
+
+def lower_ends(cameras: Mapping[str, Camera], outlines: Mapping[str, Outline]) -> dict[str, float]:
+    """Height over the floor of the lower end of each silhouette, m, as far away as the head is.
+
+    Empty where fewer than two views show the head, or do not agree on it, and where it is none of a person who stands or
+    walks.  Left out: silhouettes whose lower end is at the border of the image.
+    """
+    slopes = {
+        viewer: one.rays[:, 1] / np.maximum(np.hypot(one.rays[:, 0], one.rays[:, 2]), 1e-9)
+        for viewer, one in outlines.items()
+    }
+    tops = {viewer: int(np.argmax(own)) for viewer, own in slopes.items()}
+    heads = {viewer: outlines[viewer].rays[k] for viewer, k in tops.items() if not outlines[viewer].cut[k]}
+    if len(heads) < 2:
+        return {}
+    rays = [[replace(outlines[viewer], rays=ray[None])] for viewer, ray in heads.items()]
+    head = scene_centre([cameras[viewer] for viewer in heads], rays)
+    apart = max(float(np.linalg.norm(np.cross(head - cameras[viewer].centre, ray))) for viewer, ray in heads.items())
+    if apart > HEAD_APART_M or not HEADS_M[0] <= head[1] <= HEADS_M[1]:
+        return {}
+    found = {}
+    for viewer, own in slopes.items():
+        k, centre = int(np.argmin(own)), cameras[viewer].centre
+        if not outlines[viewer].cut[k]:
+            found[viewer] = float(centre[1] + own[k] * np.hypot(*(head - centre)[[0, 2]]))
+    return {} if max(found.values(), default=0.0) > LEGS_MOST * head[1] else found
+
+
 def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
     """Reasons of a take without poses, the causes first."""
-    half = half_person(evidence)
-    causes = [*scene_reasons(evidence), *([] if half is None else [half])]
+    cut = half_person(evidence) or no_legs(evidence)
+    causes = [*scene_reasons(evidence), *([] if cut is None else [cut])]
     seen_s = (
         SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
     )

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from zenocap.common import messages as m
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.delays import limits_of, silhouette_lags
 from zenocap.common.lags.pairs import VideoOffset
@@ -78,14 +79,19 @@ def outlines_of(evidence: TakeEvidence) -> dict[str, list[Outline]]:
         camera = camera_of(evidence.cameras[viewer])
         found[viewer] = []
         for silhouette in every:
-            try:
-                mask = silhouette_mask(silhouette, camera.size)
-            except ValueError:  # damaged, or of another size
-                continue
-            outline = outline_of(camera, mask, (silhouette.captured_ns - start_ns) / 1e9)
+            outline = seen_outline(camera, silhouette, start_ns)
             if outline is not None and (not found[viewer] or outline.time_s > found[viewer][-1].time_s):
                 found[viewer].append(outline)
     return found
+
+
+def seen_outline(camera: Camera, silhouette: m.Silhouette, start_ns: int = 0) -> Outline | None:
+    """Outline of a silhouette, with the time since start_ns; None of an empty one, a damaged one or one of another size."""
+    try:
+        mask = silhouette_mask(silhouette, camera.size)
+    except ValueError:
+        return None
+    return outline_of(camera, mask, (silhouette.captured_ns - start_ns) / 1e9)
 
 
 def _period_s(outlines: list[Outline]) -> float:

@@ -61,7 +61,7 @@ class Exported:
 
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
     that the take's body does not have.  unsmoothed: stretches and frames that the filter left, because they are short.
-    off_s: farthest row from its own time, seconds, in a format with one rate.
+    off_s: farthest row from its own time, seconds, in a format with one rate.  measured: whether the body was, in a T-pose.
     """
 
     rows: int
@@ -74,6 +74,7 @@ class Exported:
     left_out: tuple[str, ...] = ()
     unsmoothed: tuple[int, int] = (0, 0)
     off_s: float = 0.0
+    measured: bool = True
 
 
 def export(take: Path, output: Path, options: ExportOptions, *, new: bool = False) -> Exported:
@@ -100,7 +101,7 @@ def export(take: Path, output: Path, options: ExportOptions, *, new: bool = Fals
     unit = options.unit or to.unit
     request = ExportRequest(
         track, options.axes, unit, options.angle, options.joints, options.min_confidence, options.spine, options.bones,
-        options.model, filtered, take.name,
+        options.model, filtered, take.name, poses.measured,
     )  # fmt: skip
     try:
         lacking = to.written(output, request, new=new)
@@ -112,7 +113,9 @@ def export(take: Path, output: Path, options: ExportOptions, *, new: bool = Fals
     first, last = int(track.frames[0]), int(track.frames[-1])
     missing = (*left_out(options.joints, track.anatomy, spine=options.spine), *lacking)
     off_s = 0.0 if to.numbered else _off_s(track)
-    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed, off_s)
+    return Exported(
+        len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed, off_s, poses.measured
+    )
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:

@@ -31,7 +31,7 @@ FEET = ("RHeel", "RBigToe", "RSmallToe", "LHeel", "LBigToe", "LSmallToe")
 TEXT = """\
 {take}: OpenSim set-up, written by zenocap
 
-Model: {model}. Smoothing: {smoothing}.
+Model: {model}. Smoothing: {smoothing}. Body: {sizes}.
 
     opensim-cmd run-tool scale.xml      writes scaled.osim, of the size of the tracked body
     opensim-cmd run-tool ik.xml         writes ik.mot, the coordinates of the model
@@ -82,7 +82,9 @@ def export(folder: Path, request: ExportRequest) -> tuple[str, ...]:
             FILES["markers"]: marker_set({name: markers[name] for name in motion.names}),
             FILES["scale"]: scale_setup(generic, markers, FILES["body_trc"], FILES),
             FILES["inverse_kinematics"]: ik_setup(motion.names, times_s, FILES),
-            README: TEXT.format(take=request.take, model=f"{generic.name} ({model.name})", smoothing=request.smoothing),
+            README: TEXT.format(
+                take=request.take, model=f"{generic.name} ({model.name})", smoothing=request.smoothing, sizes=request.sizes
+            ),
         }
         for name, text in texts.items():
             (unfinished / name).write_text(text, encoding="utf-8", newline="\n")

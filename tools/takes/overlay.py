@@ -45,6 +45,12 @@ class Overlay:
         except OSError as error:
             raise UserError(f"--overlay {folder}: cannot be created: {error.strerror or error}") from error
 
+    def restart(self) -> None:
+        """Begin again: what is added from now on replaces the pictures and the video."""
+        self.finish()
+        self._film, self._bodies, self._last = None, NO_BODIES, {}
+        self._pictures = self._seen = 0
+
     def use_body(self, anatomy: Anatomy, bdp: Bdp) -> None:
         """Draw this body from now on: poses from both directions are those of the last body of their take."""
         self._bodies, self._is_last_body = {"tracker": SourceBody(anatomy, bdp)}, True

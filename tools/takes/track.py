@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from typing import cast
 
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
@@ -17,14 +18,17 @@ from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.rig.methods import method_of
+from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.rig.methods import HYBRID, method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
+from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.common.runtime.service import HEALTH_NS
+from zenocap.common.runtime.service import HEALTH_NS, Service
 from zenocap.common.session.lookahead import Lookahead, available_cores, limited_threads
 from zenocap.common.session.session import Session
-from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
+from zenocap.common.topics import CAMERA, SILHOUETTE, TOPICS, TRACKER_BDP, VERDICT, Topic
+from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.tracker.body.average_body import stature_of
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
@@ -74,20 +78,48 @@ class Tracked:
 
 
 def track(
-    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, jobs: int | None = None
-) -> Tracked:
+    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, jobs: int | None = None,
+    on_repeat: Callable[[float], None] = lambda _: None,
+) -> Tracked:  # fmt: skip
     """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
 
+    A method without a tracker that has measured no body tracks the frames again with the height that the tracker takes
+    from the visual hull over the floor; on_repeat: is called with it (m) before.
     jobs: number of cores to use, on which the take does not depend; default: the available ones.
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
     for viewer in rig.viewers:
         if not viewer.source.ends:
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
-    clock, inputs = ManualClock(EPOCH_NS), Inputs()
     jobs = available_cores() if jobs is None else jobs
+    result = _tracked(rig, take, on_frame_set, jobs)
+    if result.poses or not result.complete or rig.person_height is not None or method_of(rig.method).has_tracker:
+        return result
+    height = height_over_floor(rig, take)
+    if height is None:
+        return result
+    on_repeat(height)
+    again = _tracked(replace(rig, person_height=height, height_estimated=True), take, on_frame_set, jobs)
+    return replace(again, measured=False, estimated=height)
+
+
+def _tracked(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None], jobs: int) -> Tracked:
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
     result = track_frames(rig, opened(rig, clock, inputs), clock, take, on_frame_set, jobs=jobs, inputs=inputs)
     return replace(result, notes=tuple(inputs.notes()), left_out=tuple(inputs.left_out()))
+
+
+def height_over_floor(rig: Rig, take: Path) -> float | None:
+    """Height of the person in the silhouettes of a take of `rig`, m, as the tracker finds it; None where it finds none."""
+    spec = tracker_spec(TrackerTable(), HYBRID.name, False, rig.base)
+    setup = tracker_shell.setup_of(recorded_rig(replace(rig, method=HYBRID.name, tracker=spec)), None)
+    tracker = cast("Service[object, object, Frame]", tracker_shell.service_of(setup))
+    session = Session(rig.name, ManualClock(EPOCH_NS), [tracker], (TRACKER_BDP,))
+    for silhouette in TakeReader(take).envelopes((SILHOUETTE,), invalid="raise"):
+        for found in session.replay(silhouette):
+            if isinstance(found.message, TrackerBdp):
+                return _height(found.message)
+    return None
 
 
 def opened(rig: Rig, clock: ManualClock, inputs: Inputs) -> dict[str, Iterator[Frame]]:

@@ -42,7 +42,7 @@ class TrackJob:
         """Write the take, and draw it.  Raises as `track`."""
         self._shown, self._count = shown, 0
         if not self.two_passes:
-            return track(self.rig, take, self._on_frame_set, self.jobs)
+            return track(self.rig, take, self._on_frame_set, self.jobs, self._on_repeat)
         result = track_both_ways(self.rig, take, self._on_frame_set, self._on_second_pass, self.jobs)
         if self.drawing is not None:
             self._draw(take, self.drawing, result)
@@ -54,6 +54,13 @@ class TrackJob:
         if self.drawing is not None and not self.two_passes:
             self.drawing.add(frame_set)
         self._shown.update(self._count, note=frame_set.state)
+
+    def _on_repeat(self, height: float) -> None:
+        """Begin again, with an estimated height (m)."""
+        self._count = 0
+        self._shown.restart(f"{TRACKING} a person of {height:.2f} m", expected_frame_sets(self.rig))
+        if self.drawing is not None:
+            self.drawing.restart()
 
     def _on_second_pass(self, activity: str, done: int, total: int) -> None:
         if self._shown.activity != activity:

@@ -17,7 +17,9 @@ from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame, holding, rate_of
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.recording.writer import Recording
+from zenocap.common.recording.setup_file import SETUP_FILE, recorded_rig, write_setup
+from zenocap.common.recording.writer import Attachment, Recording
+from zenocap.common.rig.rig import demo_rig
 
 START_NS = 1_700_000_000_000_000_000
 
@@ -41,8 +43,8 @@ def messages_of_track(track: PoseTrack) -> list[m.Message]:
     return [camera, body, *baps_of(track)]
 
 
-def write_take(path: Path, messages: list[m.Message]) -> Path:
-    recording = Recording(path, rig="studio", start_ns=START_NS)
+def write_take(path: Path, messages: list[m.Message], files: tuple[Attachment, ...] = ()) -> Path:
+    recording = Recording(path, rig="studio", start_ns=START_NS, attachments=files)
     for message in messages:
         recording.record(in_envelope(message, received_ns=message.captured_ns))
     recording.close()
@@ -89,6 +91,14 @@ def tracker_messages(track: PoseTrack) -> list[m.Message]:
         for bap in baps_of(track)
     ]  # fmt: skip
     return [m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(track.anatomy, track.bdp)), *poses]
+
+
+@pytest.mark.parametrize("height", [None, 1.8])
+def test_a_body_of_a_given_height_was_not_measured(height: float | None, tmp_path: Path) -> None:
+    setup = write_setup(recorded_rig(replace(demo_rig("two-view"), person_height=height)))
+    files = (Attachment(SETUP_FILE, "application/json", setup),)
+    take = write_take(tmp_path / "a.mcap", messages_of_track(moving(5)), files)
+    assert read_poses(take).measured == (height is None)
 
 
 def of_twenty_parts() -> list[m.Message]:

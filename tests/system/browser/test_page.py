@@ -551,3 +551,13 @@ def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Vis
             "[...document.querySelectorAll('figure')].find((one) => one.textContent.includes('arm elevation'))?.textContent"
         )
         visit.until(lambda: f"{degrees}° {degrees}°" in str(visit.evaluate(shown)), f"{degrees} degrees")  # noqa: B023
+
+
+def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:
+    shown = "((one) => [one.textContent, one.classList.contains('calm')])(document.getElementById('advice'))"
+    waiting, tracking = "waiting for the T-pose in both views", "tracking"
+    for state, phase in ((waiting, m.Phase.AWAITING_PERSON), (tracking, m.Phase.TRACKING)):
+        animator.receive(health("integrator", "main", animator.clock.now_ns(), state, phase))
+        expected = [state, state == tracking]
+        visit.until(lambda expected=expected: (tick(animator), visit.evaluate(shown) == expected)[1], f"calm: {expected}")
+    assert "grey: lost" in str(visit.evaluate("document.getElementById('colours').textContent"))

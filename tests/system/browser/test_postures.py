@@ -140,6 +140,7 @@ def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, tak
         one = visit.page
         assert one.evaluate("document.documentElement.scrollWidth") <= width
         visit.check_colours(scheme)
+        assert one.evaluate("document.getElementById('track').style.width") == "100%"  # the whole take
         nameless = one.evaluate(
             "[...document.querySelectorAll('button, input, select, [role=slider]')].filter((one) => "
             "!(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"

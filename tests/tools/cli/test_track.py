@@ -1,17 +1,27 @@
-"""Output of `zenocap track` for takes without T-pose or without a pose."""
+"""Output of `zenocap track` for takes without T-pose, without a pose or of two people."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.video_file import write_video
-from tests.support.walkers import walker
+from tests.support.walkers import Walker, walker
 from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.simulation.body.person import person
+from zenocap.simulation.body.pose import Placement, place
 from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.cli.progress import WorkProgress
 from zenocap.tools.cli.track import _print_losses
 from zenocap.tools.takes.track import Tracked, track
+from zenocap.tools.takes.track_job import TrackJob, overlay
+from zenocap.tools.takes.verify.recompute import verify
+
+FPS = 15
 
 
 def tracked(poses: int = 0, estimated: float | None = None) -> Tracked:
@@ -25,7 +35,7 @@ def printed(capsys: pytest.CaptureFixture[str], result: Tracked, method: str, he
 
 
 def test_the_height_is_advised_where_the_method_needs_it(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "give --height, or --method hybrid" in printed(capsys, tracked(), "two-view")
+    assert "cannot be estimated from the silhouettes: give --height METRES" in printed(capsys, tracked(), "two-view")
     for method, height in (("auto", None), ("two-view", 1.75)):
         text = printed(capsys, tracked(), method, height)
         assert "--height" not in text
@@ -36,20 +46,58 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
     text = printed(capsys, tracked(40, 1.743), "auto")
     assert "of 1.74 m from the floor to the top of the head" in text
     assert "--height METRES" in text
+    assert "adapted" in text
+    assert "adapted" not in printed(capsys, tracked(40, 1.743), "two-view")
     assert printed(capsys, tracked(40), "auto", 1.75) == ""
+
+
+def filmed(folder: Path, views: int, steps: int = 6, frames: int = 36, other: Placement | None = None) -> Walker:
+    """A folder of films of a person who walks after a second of the empty scene.  other: where a second person walks."""
+    scene, second = walker(1, views, (160, 120), steps), person(3)
+    for name, camera in scene.cameras.items():
+        film, images = SimulatedCamera(camera, scene.person, 0), []
+        beside = SimulatedCamera(camera, second, 0)
+        for k in range(FPS + frames):
+            pose = None if k < FPS else scene.motion.pose_at(k / FPS - 1.0)
+            others = [] if pose is None or other is None else [(beside, place(pose, other))]
+            images.append(film.render(pose, k, beside=others))
+        write_video(folder / "videos" / f"{name}.mp4", images, fps=FPS)
+    write_calibration(folder / "calibration.toml", dict(scene.cameras))
+    return scene
 
 
 @pytest.mark.slow
 def test_the_height_over_the_floor_is_estimated_without_t_pose(tmp_path: Path) -> None:
-    scene = walker(1, 3, (160, 120), 6)
-    for name, camera in scene.cameras.items():
-        film = SimulatedCamera(camera, scene.person, 0)
-        poses = [None] * 15 + [scene.motion.pose_at(k / 15) for k in range(36)]
-        write_video(tmp_path / "videos" / f"{name}.mp4", [film.render(pose, k) for k, pose in enumerate(poses)], fps=15)
-    write_calibration(tmp_path / "calibration.toml", dict(scene.cameras))
+    scene = filmed(tmp_path, 3)
     result = track(load_rig(tmp_path, "hybrid", background="first:1s"), tmp_path / "a.mcap")
     assert not result.measured
     assert result.estimated == pytest.approx(scene.person.height, abs=0.08)
     assert result.verdict is not None
     assert result.verdict.rating != "good"
     assert "lost" in [reason.kind for reason in result.verdict.reasons]
+
+
+@pytest.mark.slow
+def test_two_view_without_t_pose_tracks_again_with_the_height_over_the_floor(tmp_path: Path) -> None:
+    scene, take = filmed(tmp_path, 2), tmp_path / "a.mcap"
+    rig = load_rig(tmp_path, "two-view", background="first:1s")
+    drawing, shown = overlay(rig, tmp_path / "pictures", 10), WorkProgress("tracking")
+    result = TrackJob(rig, drawing, two_passes=False, jobs=1).run(take, shown)
+    assert result.poses > 20
+    assert not result.measured
+    assert result.estimated == pytest.approx(scene.person.height, abs=0.1)
+    assert drawing.finish() == -(-result.frame_sets // 10)  # of the second time alone
+    assert shown.done == result.frame_sets
+    assert verify([take]).failed is False
+    read = TakeReader(take)
+    list(read.messages())
+    assert read.metadata["rig"]["person_height"] == f"{result.estimated:.2f} m, estimated"
+
+
+@pytest.mark.nightly
+def test_two_people_in_films_are_the_first_reason_that_is_printed(tmp_path: Path) -> None:
+    filmed(tmp_path, 3, steps=14, frames=105, other=Placement(0.9, 0.0, 0.0))
+    status, _, text = zenocap("track", tmp_path, "-o", tmp_path / "a.mcap", "--empty-seconds", "1", "--no-both-ways")
+    first = re.search(r"^verdict: (\w+).*\n  camera ([\w, ]+): (a second person, [^:]*)", text, re.MULTILINE)
+    assert first is not None, text
+    assert (first[1], status) in (("doubtful", 3), ("unusable", 4))

@@ -109,6 +109,15 @@ def test_poses_alone_are_never_good_and_a_take_without_poses_is_unusable() -> No
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
 
 
+@pytest.mark.slow
+def test_missing_legs_are_the_first_reason_where_nothing_was_tracked() -> None:
+    every = [one for one in messages(legs=False) if not isinstance(one, m.TrackerPose | m.TrackerBdp)]
+    found = verdict_of(evidence_of(every))
+    assert [one.kind for one in found.reasons] == ["no-legs", "no-pose"]
+    assert found.reasons[0].viewers == ["cam01", "cam02"]
+    assert "which end 0.50 m above the floor" in found.reasons[0].text
+
+
 def advised(*codes: AdviceCode) -> list[m.Message]:
     """Reports of a camera, each second."""
     faults = [m.CameraFault(code=code, value=80.0, limit=30.0, unit="%") for code in codes]

@@ -9,11 +9,15 @@ import pytest
 from benchmarks.cases.verdict import faults
 from benchmarks.cases.verdict.faults import Scene
 from benchmarks.cases.verdict.takes import tracker_messages
+from tests.support.built_messages import camera_message, silhouette
 from tests.support.stored import stored
 from tests.support.walkers import walker
 from zenocap.common import messages as m
+from zenocap.common.arrays import Mask
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.judge.evidence import evidence_of
+from zenocap.tools.judge.seen import no_legs
 from zenocap.tools.judge.verdict import verdict_of
 
 pytestmark = pytest.mark.nightly
@@ -55,6 +59,25 @@ def upper_half(found: Scene, _: np.random.Generator) -> Scene:
     return replace(found, cameras=cameras, masks=masks)
 
 
+def no_legs_anywhere(found: Scene, _: np.random.Generator) -> Scene:
+    """The lower third of the person is missing in all silhouettes."""
+
+    def cut(mask: Mask) -> Mask:
+        rows = np.flatnonzero(mask.any(axis=1))
+        kept = mask.copy()
+        if len(rows):
+            kept[rows[0] + round(0.67 * len(rows)) :] = 0
+        return kept
+
+    return replace(found, masks={view: [cut(one) for one in film] for view, film in found.masks.items()})
+
+
+def other_axis(found: Scene, _: np.random.Generator) -> Scene:
+    """A calibration with Z up is read as one with Y up."""
+    cameras = {view: replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP) for view, one in found.cameras.items()}
+    return replace(found, cameras=cameras)
+
+
 def other_set(found: Scene, _: np.random.Generator) -> Scene:
     """The calibration of other cameras with the same names."""
     return replace(found, cameras=dict(walker(7, VIEWS, SIZE).cameras))
@@ -75,7 +98,9 @@ def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
         (short, ("no-pose",), "a longer recording"),
         (upper_half, ("half-person",), "half of the person is outside the pictures"),
         (faults.grey, ("silhouettes", "overlap", "view-missing"), "contrast"),
-        (faults.no_legs, ("no-pose",), "the empty scene"),
+        (faults.no_legs, ("no-legs",), "the legs are missing in the silhouettes of camera"),
+        (no_legs_anywhere, ("no-legs",), "the legs are missing in the silhouettes of camera cam01, cam02, cam03"),
+        (other_axis, ("no-pose", *CONTRADICTION), "calibration"),
     ],
     ids=lambda one: getattr(one, "__name__", None),
 )
@@ -97,3 +122,16 @@ def test_the_camera_that_was_moved_is_named() -> None:
     ]
     assert len(others) == 1
     assert verdict(faults.moved).reasons[0].viewers == others
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_legs_that_are_there_are_not_missed(seed: int) -> None:
+    """Also where nothing is tracked: other people, cameras and ways than those of the scene above."""
+    one = walker(seed, 2 + seed % 3, SIZE, 14)
+    found: list[m.Message] = []
+    for name, camera in one.cameras.items():
+        film = SimulatedCamera(camera, one.person, 0)
+        masks = [np.asarray(film.silhouette(one.motion.pose_at(k / 5.0)) != 0, dtype=np.uint8) for k in range(30)]
+        found.append(camera_message(camera))
+        found += [silhouette(name, k, k * 200_000_000, mask) for k, mask in enumerate(masks)]
+    assert no_legs(evidence_of(found)) is None

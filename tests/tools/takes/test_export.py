@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import ezc3d
+import msgspec
 import numpy as np
 import pytest
 
@@ -15,11 +16,12 @@ import zenocap as zenocap_api
 from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
 from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_tables import read_csv
-from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.common.formats.test_take_poses import messages_of_track, tracker_messages, write_take
 from tests.support.command import refused, zenocap
 from tests.support.export_takes import COUNT, FIRST, MISSING
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
+from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
@@ -317,3 +319,20 @@ def test_frames_that_a_live_take_leaves_out_are_rows_without_pose(to: str, tmp_p
         again = read_trc(tmp_path / "live.trc")
         assert again.rate == pytest.approx(30.0, rel=1e-3)
         np.testing.assert_allclose(np.diff(again.times_s), 1 / 30, atol=1e-3)
+
+
+@pytest.mark.parametrize("measured", [True, False])
+@pytest.mark.parametrize("to", ["trc", "npz", "c3d"])
+def test_a_body_that_was_not_measured_is_said(to: str, measured: bool, tmp_path: Path) -> None:
+    messages = [
+        msgspec.structs.replace(one, measured=measured) if isinstance(one, m.TrackerBdp) else one
+        for one in tracker_messages(moving(20))
+    ]
+    path = tmp_path / f"a.{to}"
+    status, _, err = zenocap("export", write_take(tmp_path / "a.mcap", messages), "-o", path)
+    assert status == 0
+    assert ("note: the body has average proportions, not measured in a T-pose" in err) == (not measured)
+    if to == "npz":
+        assert ("body_sizes" in str(np.load(path)["metadata"])) == (not measured)
+    if to == "c3d":
+        assert ("BODY" in ezc3d.c3d(str(path))["parameters"].get("ZENOCAP", {})) == (not measured)

@@ -41,6 +41,7 @@ def test_the_folder_has_what_its_files_name(tracked: Path, model: Path, tmp_path
     ]
     assert all(name and (folder / name).is_file() for name in inputs)
     assert "Butterworth low-pass, -3 dB at 6 Hz" in (folder / "README.txt").read_text()
+    assert "Body: measured in a T-pose." in (folder / "README.txt").read_text()
 
 
 def test_opensim_scales_the_model_and_finds_the_motion(

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, write_result, writing
-from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, echo, one_line_errors
 from zenocap.tools.option_groups import option
 
 Axis = Literal["y", "z"]
@@ -59,6 +59,10 @@ def convert(
             files = write_layout(output, cameras, layout, output_up_axis, new=not force)
     for written in files:
         typer.echo(f"written: {written}")
+    guesses = {guess for camera in cameras.values() for guess in camera.guessed}
+    for guess in sorted(guesses - {"vertical"} if layout == "ros" else guesses):
+        names = ", ".join(camera.name for camera in cameras.values() if guess in camera.guessed)
+        echo(f"the {guess} of camera {names} is a guess, and marked as one in what is written")
     if layout == "ros":
         typer.echo("without the positions of the cameras, for which camera_info has no place")
 

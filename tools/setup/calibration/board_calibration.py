@@ -131,13 +131,15 @@ def _cameras(
 ) -> tuple[CalibratedCamera, ...]:  # fmt: skip
     """Cameras of the result in the world.  rolled: adjusted with rolling shutters."""
     state, focal, errors_s = result.state, focal_errors(result), readout_errors(rolled)
+    guessed: tuple[str, ...] = () if world.known else ("vertical",)
     cameras = []
     for c, one in enumerate(seen):
         rotation, shift = composed(state.cameras[c], inverse(world.pose))
+        camera = replace(state.lenses[c].camera(one.name, rotation, shift), guessed=guessed)
         residuals = result.residuals[observed.cameras == c]
         cameras.append(
             CalibratedCamera(
-                state.lenses[c].camera(one.name, rotation, shift), one.looks, len(one.views), one.coverage,
+                camera, one.looks, len(one.views), one.coverage,
                 float(np.sqrt((residuals**2).sum(axis=1).mean())), held_out[c], float(state.delays[c]),
                 state.lenses[c].title, given_lenses, focal[c], float(rolled.state.readouts[c]), float(errors_s[c]),
             )

@@ -3,7 +3,9 @@
 import os
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,10 +14,11 @@ import pytest
 from tests.common.camera.test_fisheye import FILE as FISHEYE
 from tests.support.command import printed
 from tests.support.places import ROOT
-from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import FileNote
 
 DISTORTED = """[cam_01]
 name = "left"
@@ -162,3 +165,77 @@ def test_a_file_beside_the_output_is_not_overwritten_either(tmp_path):
 def test_wrong_outputs_are_refused_and_nothing_is_left(tmp_path, layout, name, text):
     assert text in convert(RING, "-o", tmp_path / name, "--layout", layout, status=1)
     assert os.listdir(tmp_path) == []
+
+
+LAYOUTS = [
+    ("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("qualisys", "a.qca.txt"),
+    pytest.param("easymocap", "out/extri.yml", marks=pytest.mark.slow),  # read in a process of its own
+]  # fmt: skip
+SIZE_NOTE, VERTICAL_NOTE = "1920 x 1080 px is a guess", "the vertical and the floor are a guess"
+
+
+def without_size(folder: Path) -> Path:
+    """A calibration of EasyMocap that states no size."""
+    matrix = np.array([[1500.0, 0.0, 962.0], [0.0, 1500.0, 541.5], [0.0, 0.0, 1.0]])
+    contents: dict[str, dict[str, np.ndarray]] = {
+        "intri.yml": {"K_left": matrix, "dist_left": np.zeros((1, 5))},
+        "extri.yml": {"Rot_left": np.diag([1.0, -1.0, -1.0]), "T_left": np.array([[0.0], [1.0], [5.0]])},
+    }
+    for name, matrices in contents.items():
+        storage = cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)
+        for key, value in matrices.items():
+            storage.write(key, value)
+        storage.release()
+    return folder / "extri.yml"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
+@pytest.mark.parametrize(("layout", "name"), LAYOUTS)
+def test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read(tmp_path, layout, name):
+    source, target = without_size(tmp_path), tmp_path / name
+    target.parent.mkdir(exist_ok=True)
+    output = convert(source, "-o", target, "--layout", layout)
+    assert "the size of camera left is a guess, and marked as one in what is written" in output
+    assert SIZE_NOTE in output
+    again = convert(target, "-o", tmp_path / "again.toml")
+    assert SIZE_NOTE in again
+    assert SIZE_NOTE in convert(tmp_path / "again.toml", "-o", tmp_path / "third.toml")
+    assert [camera.guessed for camera in read_calibration(target).values()] == [("size",)]
+    certain = convert(RING, "-o", target, "--layout", layout, "--force")
+    assert "is a guess" not in certain + convert(target, "-o", tmp_path / "again.toml", "--force")
+    assert "guessed" not in target.read_text()
+
+
+def test_a_guessed_size_is_marked_in_a_camera_info_too(tmp_path):
+    convert(without_size(tmp_path), "-o", tmp_path / "info", "--layout", "ros")
+    assert "are a guess" in (tmp_path / "info" / "left.yaml").read_text()
+    with pytest.warns(FileNote, match="image_width and image_height, 1920 x 1080 px, are a guess"):
+        assert read_lenses(tmp_path / "info")["left"].size == (1920, 1080)
+
+
+@pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
+@pytest.mark.parametrize(("layout", "name"), LAYOUTS)
+def test_a_guessed_vertical_is_marked_in_every_layout(tmp_path, layout, name):
+    cameras = {key: replace(camera, guessed=("vertical",)) for key, camera in read_calibration(RING).items()}
+    write_calibration(tmp_path / "ring.toml", cameras)
+    target = tmp_path / name
+    target.parent.mkdir(exist_ok=True)
+    output = convert(tmp_path / "ring.toml", "-o", target, "--layout", layout)
+    assert output.count(VERTICAL_NOTE) == 1
+    assert f"the vertical of camera {', '.join(cameras)} is a guess" in output
+    assert convert(target, "-o", tmp_path / "again.toml").count(VERTICAL_NOTE) == 1
+    assert {camera.guessed for camera in read_calibration(tmp_path / "again.toml").values()} == {("vertical",)}
+
+
+def test_an_unknown_error_is_not_written_as_none(tmp_path):
+    convert(RING, "-o", tmp_path / "a.toml")
+    assert "error" not in tomllib.loads((tmp_path / "a.toml").read_text())["metadata"]
+    write_calibration(tmp_path / "b.toml", read_calibration(RING), error_px=0.25)
+    assert tomllib.loads((tmp_path / "b.toml").read_text())["metadata"]["error"] == 0.25
+
+
+@pytest.mark.parametrize("value", ['"size"', '["focal length"]', "[1]"])
+def test_what_is_no_name_of_a_guess_is_refused(tmp_path, value):
+    (tmp_path / "a.toml").write_text(DISTORTED.format("[0.0, 0.0, 0.0, 0.0]") + f"guessed = {value}\n")
+    assert "cam_01.guessed = " in convert(tmp_path / "a.toml", "-o", tmp_path / "b.toml", status=1)

@@ -66,6 +66,7 @@ def test_delays_and_lenses_are_found(rig, found):
 def test_the_floor_is_that_of_the_board(rig, found):
     # The board lies in the middle of the room with its rows along X, so that the worlds are the same.
     assert found.world.known
+    assert not any(camera.guessed for camera in cameras_of(found))
     for one, true in zip(found.cameras, rig[:2], strict=True):
         np.testing.assert_allclose(one.camera.centre, true.centre, atol=0.1)
 
@@ -75,6 +76,7 @@ def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig, se
     word, reasons = verdict(guessed)
     assert word == "poor"
     assert "the floor is not known: lay the board on it and give --floor SECONDS" in reasons[-1]
+    assert {camera.guessed for camera in cameras_of(guessed)} == {("vertical",)}  # also in the file that is written
     assert rig_error_m(cameras_of(guessed), rig, places()) < 0.002
 
 

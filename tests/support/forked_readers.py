@@ -1,4 +1,4 @@
-"""Processes of `read_apart`, forked from one that has imported the readers: a start takes milliseconds.
+"""Processes of `read_apart`, forked from one that has imported the readers: they start at once.
 
 For thousands of damaged files.  Each is read in a process of its own all the same, which it may end by a signal.
 """

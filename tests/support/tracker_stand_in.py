@@ -39,10 +39,14 @@ def tracker_setup(count: int = 3) -> TrackerSetup:
 
 @dataclass(frozen=True)
 class StandInTrack:
-    """seen: capture time of every frame set, with the views that have a person.  corrected: number of corrected times."""
+    """seen: capture time of every frame set, with the views that have a person.  corrected: number of corrected times.
+
+    phase: none that awaits a person.
+    """
 
     seen: tuple[tuple[int, tuple[str, ...]], ...] = ()
     corrected: int = 0
+    phase: None = None
 
 
 def initial_state(setup: TrackerSetup) -> StandInTrack:

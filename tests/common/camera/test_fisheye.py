@@ -73,7 +73,7 @@ def test_a_fisheye_calibration_is_written_as_it_was_read(tmp_path):
     write_calibration(tmp_path / "again.toml", {name: one.resized((320, 240)) for name, one in cameras.items()})
     texts = FILE, (tmp_path / "again.toml").read_text()
     read, written = ([line for line in text.splitlines() if "rotation" not in line] for text in texts)
-    assert written == read
+    assert written == [line for line in read if line != "error = 0.0"]  # unknown of a calibration that is read
 
 
 @pytest.mark.parametrize(

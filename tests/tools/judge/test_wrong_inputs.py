@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cases.verdict import faults
-from benchmarks.cases.verdict.faults import Scene
+from benchmarks.cases.verdict.faults import FaultyScene
 from benchmarks.cases.verdict.takes import tracker_messages
 from tests.support.built_messages import camera_message, silhouette
 from tests.support.stored import stored
@@ -25,32 +25,32 @@ SEED, VIEWS, SIZE, FPS, FRAMES = 3, 3, (160, 120), 25.0, 80
 CONTRADICTION = ("overlap", "views-apart")  # both name calibration, moved and swapped cameras
 
 
-def scene() -> Scene:
+def scene() -> FaultyScene:
     """A person who walks among three cameras, without a T-pose."""
     return stored(_scene, sources=(__name__,))
 
 
-def _scene() -> Scene:
+def _scene() -> FaultyScene:
     one = walker(SEED, VIEWS, SIZE, 14)
     masks = {}
     for name, camera in one.cameras.items():
         film = SimulatedCamera(camera, one.person, 0)
         poses = [one.motion.pose_at(k / FPS) for k in range(FRAMES)]
         masks[name] = [np.asarray(film.silhouette(pose) != 0, dtype=np.uint8) for pose in poses]
-    return Scene(dict(one.cameras), masks, {}, 0, FPS)
+    return FaultyScene(dict(one.cameras), masks, {}, 0, FPS)
 
 
-def short(found: Scene, _: np.random.Generator) -> Scene:
+def short(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     return replace(found, masks={view: film[:20] for view, film in found.masks.items()})
 
 
-def rotated(found: Scene, _: np.random.Generator) -> Scene:
+def rotated(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     """One video is upside down, and nothing in it says so."""
     view = sorted(found.masks)[0]
     return replace(found, masks={**found.masks, view: [np.ascontiguousarray(one[::-1, ::-1]) for one in found.masks[view]]})
 
 
-def upper_half(found: Scene, _: np.random.Generator) -> Scene:
+def upper_half(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     """The cameras look so high that the lower border of each image cuts the person in the middle."""
     down = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.5 * SIZE[1]], [0.0, 0.0, 1.0]])
     cameras = {view: replace(one, matrix=down @ one.matrix) for view, one in found.cameras.items()}
@@ -59,7 +59,7 @@ def upper_half(found: Scene, _: np.random.Generator) -> Scene:
     return replace(found, cameras=cameras, masks=masks)
 
 
-def no_legs_anywhere(found: Scene, _: np.random.Generator) -> Scene:
+def no_legs_anywhere(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     """The lower third of the person is missing in all silhouettes."""
 
     def cut(mask: Mask) -> Mask:
@@ -72,18 +72,18 @@ def no_legs_anywhere(found: Scene, _: np.random.Generator) -> Scene:
     return replace(found, masks={view: [cut(one) for one in film] for view, film in found.masks.items()})
 
 
-def other_axis(found: Scene, _: np.random.Generator) -> Scene:
+def other_axis(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     """A calibration with Z up is read as one with Y up."""
     cameras = {view: replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP) for view, one in found.cameras.items()}
     return replace(found, cameras=cameras)
 
 
-def other_set(found: Scene, _: np.random.Generator) -> Scene:
+def other_set(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
     """The calibration of other cameras with the same names."""
     return replace(found, cameras=dict(walker(7, VIEWS, SIZE).cameras))
 
 
-def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
+def verdict(fault: Callable[[FaultyScene, np.random.Generator], FaultyScene]) -> m.Verdict:
     return verdict_of(evidence_of(tracker_messages(fault(scene(), np.random.default_rng(SEED)), 0)))
 
 
@@ -105,7 +105,7 @@ def verdict(fault: Callable[[Scene, np.random.Generator], Scene]) -> m.Verdict:
     ids=lambda one: getattr(one, "__name__", None),
 )
 def test_the_first_reason_of_a_wrong_input_is_its_cause(
-    fault: Callable[[Scene, np.random.Generator], Scene], kinds: tuple[str, ...], words: str
+    fault: Callable[[FaultyScene, np.random.Generator], FaultyScene], kinds: tuple[str, ...], words: str
 ) -> None:
     found = verdict(fault)
     assert found.rating == "unusable"

@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 Mode = Literal["peer", "client", "router"]
 HOST = "127.0.0.1"
 PORTS = range(20_000, 32_768)  # below those that systems give to connections and to programs that ask for any port
-REACH_S = 10.0  # without any participant, until it is said: the parts of a rig start at different times; chosen by hand
+REACH_S = 10.0  # without any participant, then logged: the parts of a rig start at different times; by hand
 REACH_PERIOD_S = 0.5  # between two looks, chosen by hand
 CLOSE_S = 1.0  # to leave a network; a router that hangs keeps Zenoh for 7 s; chosen by hand
 
@@ -46,8 +46,8 @@ TUNED = {
     "connect/exit_on_failure": "false",
 }
 
-# Zenoh's threads for its network are one by default.  Where peers come and go, it waits for a lock whose owner waits for
-# that thread (zenoh issue 2581): no session of the process connects any more, and nothing is said.
+# Zenoh has one network thread by default.  Where peers come and go, it can wait for a lock whose owner waits for that
+# thread (zenoh issue 2581): no session of the process connects any more, without an error.  Not reproduced here.
 os.environ.setdefault("ZENOH_RUNTIME", "(net: (worker_threads: 4))")
 
 
@@ -171,17 +171,17 @@ class _Opening:
 
 
 class Reach:
-    """Says it when no address of a peer has been reached, and when one is.
+    """Logs that no address of a peer has been reached, and when one is.
 
-    Zenoh goes on trying and says nothing: a service with a false address runs alone.
+    Zenoh connects in the background and logs nothing: a service with a false address runs alone.
     """
 
     def __init__(self, session: zenoh.Session, connect: Collection[str]) -> None:
-        """connect: the addresses; with none there is nothing to say."""
+        """connect: the addresses; with none, nothing is logged."""
         self._info, self._where = session.info, ", ".join(connect)
         self._started_s = time.monotonic()
         self._due_s = self._started_s + REACH_S if connect else math.inf
-        self._said = False
+        self._logged = False
 
     def check(self) -> None:
         """Look if it is time; called by the thread of the bus, several times a second."""
@@ -191,13 +191,11 @@ class Reach:
         self._due_s = now_s + REACH_PERIOD_S
         if self._info.peers_zid() or self._info.routers_zid():
             self._due_s = math.inf
-            if self._said:
+            if self._logged:
                 logger.info("reached another participant after %.0f s", now_s - self._started_s)
-        elif not self._said:
-            self._said = True
-            logger.warning(
-                "no other participant reached at %s in %.0f s; is one running there? Trying goes on", self._where, REACH_S
-            )
+        elif not self._logged:
+            self._logged = True
+            logger.warning("no other participant reached at %s within %.0f s; connecting continues", self._where, REACH_S)
 
 
 class Declared(Protocol):

@@ -106,7 +106,7 @@ def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple
     return replace(state, decided=message, target=applied), [message]
 
 
-def hear(setup: DelaySetup, state: DelayState, message: CameraDelays) -> DelayState:
+def note_other(setup: DelaySetup, state: DelayState, message: CameraDelays) -> DelayState:
     """Note a correction that is not this integrator's: the tracker follows the last one until there is another."""
     own = {} if state.decided is None else state.decided.applied_ms
     return state if not setup.follow or message.applied_ms == own else replace(state, contradicted=True)

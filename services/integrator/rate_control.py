@@ -33,7 +33,7 @@ def step(setup: RateSetup, state: RateState, event: FrameLike | Envelope | Alive
         case Envelope(message=FrameRate() as message) if awaits_recovery(state):
             return resume(setup, state, message)
         case Envelope(message=FrameRate() | TrackerDetail() as message):
-            return hear(setup, state, message)
+            return contradict(setup, state, message)
         case Tick(received_ns=now_ns):
             return decide(setup, state, now_ns)
         case _:
@@ -55,7 +55,7 @@ def resume(setup: RateSetup, state: RateState, message: FrameRate) -> tuple[Rate
     return replace(state, limiting=tuple(message.viewers)), [message, *_detail(setup, state, now_ns)]
 
 
-def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail) -> tuple[RateState, list[Message]]:
+def contradict(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail) -> tuple[RateState, list[Message]]:
     """Contradict a decision that is not this integrator's: viewers and tracker follow the last one until there is another.
 
     As of a second integrator, in the other part of a network that was cut.  Its own is sent again at once, but once between

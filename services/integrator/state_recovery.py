@@ -76,7 +76,7 @@ def republish_body(state: IntegratorState, frames: FrameSet[Sighting]) -> tuple[
     return state, [body] if overdue else []
 
 
-def hear_body(state: IntegratorState, message: UniversalBdp) -> IntegratorState:
+def note_body(state: IntegratorState, message: UniversalBdp) -> IntegratorState:
     """Note a body that is not the published one: viewers use the last one that they receive."""
     own = state.published_body
     return state if own is None or message.body == own.body else replace(state, contradicted=True)

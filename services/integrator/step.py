@@ -25,7 +25,7 @@ from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spaci
 from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
 from zenocap.services.integrator.rate_reports import Instants, report, with_instants
-from zenocap.services.integrator.state_recovery import contradict_body, hear_body, note_answer, republish_body, resume
+from zenocap.services.integrator.state_recovery import contradict_body, note_answer, note_body, republish_body, resume
 from zenocap.services.integrator.states import IntegratorSetup, IntegratorState
 from zenocap.services.integrator.two_view.arbitrator import View
 from zenocap.services.integrator.two_view.fusion import pose_person
@@ -75,12 +75,12 @@ def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result
             rate, messages = rate_control.resume(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
         case FrameRate():
-            rate, messages = rate_control.hear(setup.rate, state.rate, message)
+            rate, messages = rate_control.contradict(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case UniversalBdp():
-            return hear_body(state, message), []
+            return note_body(state, message), []
         case Request(what="measure"):
             return measure_again(state), []
         case _:

@@ -42,7 +42,7 @@ def step(setup: TimekeeperSetup, state: TimekeeperState, event: Event) -> tuple[
             if setup.delays is None:
                 return state, []
             if not camera_delays.awaits_recovery(state.delays):
-                return replace(state, delays=camera_delays.hear(setup.delays, state.delays, message)), []
+                return replace(state, delays=camera_delays.note_other(setup.delays, state.delays, message)), []
             delays, messages = camera_delays.resume(setup.delays, state.delays, message)
             return replace(state, delays=delays), messages
         case _:

@@ -21,7 +21,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera, rodrigues
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
 from zenocap.common.toml_file import read_toml
 
@@ -56,8 +56,8 @@ def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> C
     if not isinstance(name, str):
         raise entry.error("name", name, "a string")
     size, matrix, distortions, rotation, translation = (table[each] for each in KEYS)
-    camera = checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye)
-    return checked_guesses(camera, entry, table.get("guessed", []))
+    guessed = table.get("guessed", [])
+    return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye, guessed)
 
 
 def anipose_texts(

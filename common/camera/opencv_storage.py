@@ -17,7 +17,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import FileNote, UserError, reading
 from zenocap.common.formats.text_file import read_apart
 
@@ -72,9 +72,8 @@ def _camera(
     else:
         raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)
-    camera = checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
     marked = [key.removeprefix(GUESSED) for key in extrinsics if key.startswith(GUESSED)]
-    camera = checked_guesses(camera, extrinsic, marked)
+    camera = checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis, guessed=marked)
     return replace(camera, guessed=(*guessed, *camera.guessed))
 
 

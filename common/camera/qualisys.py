@@ -16,7 +16,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_guesses, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
@@ -136,8 +136,8 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     matrix[:2, 2] += 0.5 / binned - 0.5  # centres of pixels are whole numbers
     size = [video[2] - video[0] + 1, video[3] - video[1] + 1]
     lens = np.array([k1, k2, p1, p2, *(k3 if k3.any() else ())]) / SUBPIXELS
-    camera = checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis)
-    return checked_guesses(camera, entry, element.get("guessed", "").split())
+    guessed = element.get("guessed", "").split()
+    return checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis, guessed=guessed)
 
 
 def _binning(entry: Entry, element: ElementTree.Element, video: Floats) -> float:

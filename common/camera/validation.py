@@ -68,12 +68,13 @@ class Entry:
 
 def checked_camera(
     entry: Entry, name: str, size: object, matrix: object, distortions: object, rotation: object, translation: object,
-    up_axis: str, fisheye: bool = False,
+    up_axis: str, fisheye: bool = False, guessed: object = (),
 ) -> Camera:  # fmt: skip
     """Return the camera in the Y-up world, from a file's values in OpenCV's convention, world to camera, metres.
 
     size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  fisheye: whether matrix and distortions
-    are those of OpenCV's fisheye model; the camera is that of the rectified images then.  Raises UserError.
+    are those of OpenCV's fisheye model; the camera is that of the rectified images then.  guessed: names of what the file
+    marks as guessed, which is noted.  Raises UserError.
     """
     if not name:
         raise entry.error("name", repr(name), "at least one character")
@@ -87,9 +88,11 @@ def checked_camera(
     checked = checked_matrix(entry, matrix, (width, height))
     if fisheye:
         lens = checked_fisheye(entry, (width, height), checked, distortions)
-        return Camera(name, (width, height), lens.pinhole_matrix(), np.zeros(4), world_to_camera, shift, lens)
-    coefficients = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
-    return Camera(name, (width, height), checked, coefficients, world_to_camera, shift)
+        camera = Camera(name, (width, height), lens.pinhole_matrix(), np.zeros(4), world_to_camera, shift, lens)
+    else:
+        coefficients = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
+        camera = Camera(name, (width, height), checked, coefficients, world_to_camera, shift)
+    return _with_guesses(camera, entry, guessed)
 
 
 def checked_fisheye(entry: Entry, size: tuple[int, int], matrix: Floats, coefficients: object) -> FisheyeLens:
@@ -136,22 +139,21 @@ def checked_rotation(entry: Entry, value: object) -> Floats:
     return nearest
 
 
-def checked_guesses(camera: Camera, entry: Entry, names: object) -> Camera:
-    """Return the camera with what the file marks as guessed, which is noted.  Raises UserError."""
-    if not isinstance(names, list) or not all(isinstance(name, str) and name in GUESSES for name in names):
+def checked_up_axis(path: Path, up_axis: str) -> str:
+    """Return `up_axis` if it is "y" or "z"; UserError otherwise."""
+    if up_axis not in UP_AXES:
+        raise UserError(f"{path}: up_axis = {up_axis!r}: allowed: 'y' or 'z'")
+    return up_axis
+
+
+def _with_guesses(camera: Camera, entry: Entry, names: object) -> Camera:
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) and name in GUESSES for name in names):
         raise entry.error("guessed", names, f"names of {', '.join(GUESSES)}")
     for name in names:
         where = f"camera {camera.name!r}: " if name == "size" else ""
         text = GUESSES[name].format(size=" x ".join(map(str, camera.size)))
         warnings.warn(f"{entry.path}: {where}{text}", FileNote, stacklevel=2)
     return replace(camera, guessed=tuple(names))
-
-
-def checked_up_axis(path: Path, up_axis: str) -> str:
-    """Return `up_axis` if it is "y" or "z"; UserError otherwise."""
-    if up_axis not in UP_AXES:
-        raise UserError(f"{path}: up_axis = {up_axis!r}: allowed: 'y' or 'z'")
-    return up_axis
 
 
 def _only_numbers(value: object) -> bool:

@@ -113,7 +113,7 @@ POSTURES_KIND = Kind(
         for size in ("160x120", "640x480")
         for protocol, name in zip(PROTOCOLS, ("the paper's protocol", "other people"), strict=True)
     },
-    case("postures", people=3),
+    case("postures", people=2),
     rows="poses from, classifier, protocol",
 )
 AS_IN_THE_PAPER = Kind(
@@ -127,7 +127,7 @@ AS_IN_THE_PAPER = Kind(
         for variant, poses in (("paper", "two-view-paper"), ("improved", "two-view"))
         for topology in TOPOLOGIES
     },
-    case("postures", protocol="paper", topology="ergodic", people=3),
+    case("postures", protocol="paper", topology="ergodic", people=2),
     rows="poses from, models",
 )
 CONFUSIONS = Kind(
@@ -137,7 +137,7 @@ CONFUSIONS = Kind(
     run_confusions,
     (*(Quantity(str(number + 1), "", 0, "") for number in range(len(POSTURES))), Quantity("paper", "", 0, "")),
     {f"{number + 1} {posture}": case(posture) for number, posture in enumerate(POSTURES)},
-    case(POSTURES[2], poses="truth", people=3),
+    case(POSTURES[2], poses="truth", people=2),
     seeds=1,
     rows="performed",
 )

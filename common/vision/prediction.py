@@ -72,8 +72,7 @@ def seen_parts(camera: Camera, points: Floats) -> tuple[Bools, Floats]:
     points: (parts, points, 3) in the world, metres; each part is the convex hull of its own.
     """
     pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
-    seen: Bools = (np.abs(pixels) <= FARTHEST_PX).all(axis=(1, 2))  # not so for NaN
-    return seen, pixels
+    return np.asarray((np.abs(pixels) <= FARTHEST_PX).all(axis=(1, 2))), pixels  # not so for NaN
 
 
 def drawn(size: tuple[int, int], pixels: Floats) -> Mask:

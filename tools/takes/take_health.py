@@ -1,6 +1,6 @@
 """Health of the services over a take, and how long its rig was overloaded."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from zenocap.common import messages as m
 from zenocap.common.messages import PROCESS
@@ -32,7 +32,7 @@ class HealthTally:
     offset_ns: int = 0
     error_ns: int = 0
     memory_bytes: int = 0
-    view: ServiceView = ServiceView(False, 0)
+    view: ServiceView = field(default_factory=lambda: ServiceView(False, 0))
 
     def add(self, health: m.Health) -> None:
         self.reports += 1

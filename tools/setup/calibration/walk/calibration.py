@@ -191,7 +191,7 @@ def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: F
         normal += across
         target += across @ camera.centre
     there = np.linalg.solve(normal + 1e-12 * np.eye(3), target[..., None])[..., 0]
-    return aligned_errors(there, points)
+    return aligned_errors(np.asarray(there, dtype=np.float64), points)
 
 
 def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], PlanarMotion]) -> None:

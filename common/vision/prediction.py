@@ -1,4 +1,4 @@
-"""Image of a body in a view; that of the tracked body expected in the next frame, as distances from its outline."""
+"""Image of a body in a view; of the tracked body in the next frame, as distances from its outline."""
 
 from typing import NamedTuple
 

@@ -21,7 +21,7 @@ V = TypeVar("V")
 
 SILENT_NS = 3_000_000_000  # time without a health message, which is published every second
 GONE_NS = SILENT_NS // 3  # without a token, and without a health message for as long
-KEPT_RATES = 30
+KEPT_RATES = 30  # half a minute; chosen by hand
 MOST_OTHERS = 256  # services stored beside those of the rig file; chosen by hand
 TROUBLE: tuple[Status, ...] = ("silent", "gone", "missing")
 
@@ -124,7 +124,7 @@ def observed(view: RigView, event: Received, at_ns: int) -> RigView:
             return _stored(view, (service, id), replace(before, alive=alive, since_ns=since_ns))
         case Envelope(message=Health() as health):
             key = (health.service, health.id)
-            return _stored(view, key, _with_health(view.services.get(key) or ServiceView(False, at_ns), health, at_ns))
+            return _stored(view, key, with_health(view.services.get(key) or ServiceView(False, at_ns), health, at_ns))
         case Envelope(message=CameraAdvice() as advice):
             key = ("viewer", advice.viewer)
             return _stored(view, key, replace(view.services.get(key) or ServiceView(False, at_ns), advice=advice))
@@ -163,19 +163,19 @@ def _stored(view: RigView, key: ServiceKey, one: ServiceView) -> RigView:
     return replace(view, services=MappingProxyType({**view.services, key: one}))
 
 
-def _with_health(one: ServiceView, health: Health, at_ns: int) -> ServiceView:
+def with_health(one: ServiceView, health: Health, at_ns: int) -> ServiceView:
     """View after a health message."""
     lately = lost(health.counts) - (lost(one.health.counts) if one.health else 0)
     rates = (*one.rates, health.rate)[-KEPT_RATES:]
     past = one.past
-    if one.health is not None and is_restarted(one.health, health):
-        past = {name: past.get(name, 0) + one.health.counts.get(name, 0) for name in {*past, *one.health.counts}}
+    if one.health is not None and _is_restarted(one.health, health):
+        past = {name: one.total(name) for name in {*past, *one.health.counts}}
     return replace(
         one, health=health, health_ns=at_ns, rates=rates, lately=max(0, lately) if one.health else 0, past=past
     )  # fmt: skip
 
 
-def is_restarted(before: Health, after: Health) -> bool:
+def _is_restarted(before: Health, after: Health) -> bool:
     """Whether two healths of one service are of different processes; those of earlier versions have no number of it."""
     processes = [health.counts.get(PROCESS) for health in (before, after)]
     return processes[0] != processes[1] if None not in processes else after.frame <= before.frame

@@ -121,9 +121,15 @@ def chunk_records(body: bytes) -> Iterator[Schema | Channel | Message]:
             raise BrokenChunk(f"a chunk with a record of kind {kind}, which a chunk cannot contain")
 
 
+def compression_of(body: bytes) -> bytes:
+    """Name of the compression of a chunk; b"" for none."""
+    *_, name_length = FIXED.unpack_from(body)
+    return body[FIXED.size : FIXED.size + name_length]
+
+
 def _unpacked(body: bytes) -> bytes:
     _, _, size, expected, name_length = FIXED.unpack_from(body)
-    packing = body[FIXED.size : FIXED.size + name_length]
+    packing = compression_of(body)
     packed = memoryview(body)[FIXED.size + name_length + 8 :]
     if size > MAX_CHUNK:
         raise BrokenChunk(f"a chunk of {size} bytes uncompressed, more than {MAX_CHUNK}")

@@ -26,6 +26,7 @@ from zenocap.common.recording.mcap_content import (
     BrokenRecord,
     chunk_records,
     chunk_span,
+    compression_of,
     decode_record,
 )
 
@@ -63,7 +64,9 @@ class Damage:
 
 @dataclass(frozen=True)
 class ChunkEnd:
-    """End of a chunk: the items since the last one belong to it."""
+    """End of a chunk: the items since the last one belong to it.  compression: its name, "none" without."""
+
+    compression: str
 
 
 Item: TypeAlias = Header | Schema | Channel | Message | Metadata | Attachment | ChunkEnd | Damage
@@ -136,7 +139,7 @@ class Records:
                 except BrokenChunk as error:
                     yield self._damage(offset, length, str(error), span_ns=chunk_span(body))
                 else:
-                    yield ChunkEnd()
+                    yield ChunkEnd(compression_of(body).decode() or "none")
             case Opcode.MESSAGE if len(body) >= MESSAGE.size:
                 channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(body)
                 yield Message(channel_id, log_ns, body[MESSAGE.size :], publish_ns, sequence)

@@ -1,5 +1,6 @@
 """Reader of takes, also of truncated and damaged ones."""
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,7 +90,7 @@ class UnreadableParts:
 class TakeReader:
     """The messages of a file in the order of writing.  The other fields are complete after the end of `messages`.
 
-    cut: description of the damage, None for an intact file.
+    cut: description of the damage, None for an intact file.  chunks: number of those that were read, by compression.
     """
 
     path: Path
@@ -98,10 +99,11 @@ class TakeReader:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     losses: UnreadableParts = field(default_factory=UnreadableParts)
+    chunks: Counter[str] = field(default_factory=Counter)
 
     def messages(self) -> Iterator[Recorded]:
         """Iterate over the messages.  Raises UserError when the file is unreadable or no MCAP file; damage sets `cut`."""
-        self.cut, self.losses = None, UnreadableParts()
+        self.cut, self.losses, self.chunks = None, UnreadableParts(), Counter()
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         count = 0
@@ -126,6 +128,8 @@ class TakeReader:
                     self.attachments[item.name] = item.data
                 case Damage():
                     self.losses.add(item)
+                case ChunkEnd():
+                    self.chunks[item.compression] += 1
         if self.losses:
             self.cut = f"{self.path}: {self.losses.description(count)}"
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Message, Metadata, MetadataIndex, Statistics
+from mcap.records import Channel, ChunkIndex, Message, Metadata, MetadataIndex, Schema, Statistics
 
 from zenocap.common.recording.mcap_content import BrokenChunk, BrokenRecord, chunk_records, decode_record
 from zenocap.common.recording.mcap_records import Records
@@ -24,14 +24,16 @@ MAX_SEARCHED = 8  # chunks that are read for one message; chosen by hand
 
 @dataclass(frozen=True)
 class Summary:
-    """messages: number.  start_ns: log time of the first.  channels: by id.  chunks: in the order of the file.
+    """messages: number.  start_ns, end_ns: log time of the first and the last.  chunks: in the order of the file.
 
-    counts: messages by id of the channel.  metadata: places of the records, by name.
+    channels, schemas: by id.  counts: messages by id of the channel.  metadata: places of the records, by name.
     """
 
     messages: int
     start_ns: int
+    end_ns: int
     channels: Mapping[int, Channel]
+    schemas: Mapping[int, Schema]
     chunks: tuple[ChunkIndex, ...]
     counts: Mapping[int, int]
     metadata: Mapping[str, int]
@@ -43,8 +45,7 @@ class Summary:
     def with_messages(self, topic: Topic) -> tuple[set[int], list[ChunkIndex]]:
         """Ids of the channels of a topic, and the chunks with messages on them, in the order of the file."""
         wanted = self.ids(topic)
-        chunks = [chunk for chunk in self.chunks if wanted & chunk.message_index_offsets.keys()]
-        return wanted, sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)
+        return wanted, [chunk for chunk in self.chunks if wanted & chunk.message_index_offsets.keys()]
 
 
 def read_summary(path: Path) -> Summary | None:
@@ -66,7 +67,7 @@ def last_message(path: Path, topic: Topic) -> tuple[bytes, Summary] | None:
         wanted, chunks = summary.with_messages(topic)
         for chunk in chunks[: -MAX_SEARCHED - 1 : -1]:
             try:
-                if found := list(_messages(records, chunk, wanted)):
+                if found := [one.data for one in chunk_messages(records, chunk) if one.channel_id in wanted]:
                     return found[-1], summary
             except BrokenChunk:
                 return None
@@ -78,16 +79,16 @@ def messages_in(path: Path, chunk: ChunkIndex, wanted: Collection[int]) -> list[
     the damage.  Raises OSError."""
     found: list[bytes] = []
     with path.open("rb") as file, suppress(BrokenChunk):
-        found.extend(_messages(Records(file), chunk, wanted))
+        found.extend(one.data for one in chunk_messages(Records(file), chunk) if one.channel_id in wanted)
     return found
 
 
-def _messages(records: Records, chunk: ChunkIndex, wanted: Collection[int]) -> Iterator[bytes]:
-    """Bytes of the messages of a chunk on the channels of these ids.  Raises BrokenChunk."""
+def chunk_messages(records: Records, chunk: ChunkIndex) -> Iterator[Message]:
+    """Messages of a chunk, in the order of writing.  Raises BrokenChunk, also where the file has none at its place."""
     body = records.body_at(chunk.chunk_start_offset, Opcode.CHUNK)
-    for item in chunk_records(body) if body is not None else ():
-        if isinstance(item, Message) and item.channel_id in wanted:
-            yield item.data
+    if body is None:
+        raise BrokenChunk("no chunk where the index has one")
+    return (item for item in chunk_records(body) if isinstance(item, Message))
 
 
 def metadata_of(path: Path, summary: Summary) -> dict[str, dict[str, str]]:
@@ -108,6 +109,7 @@ def _summary(records: Records) -> Summary | None:
     statistics: Statistics | None = None
     metadata: dict[str, int] = {}
     channels: dict[int, Channel] = {}
+    schemas: dict[int, Schema] = {}
     chunks: list[ChunkIndex] = []
     try:
         for kind, body in records.summary():
@@ -120,17 +122,20 @@ def _summary(records: Records) -> Summary | None:
                 case Opcode.METADATA_INDEX:
                     place = MetadataIndex.read(stream)
                     metadata[place.name] = place.offset
-                case Opcode.CHANNEL:
-                    channel = decode_record(kind, body)
-                    if isinstance(channel, Channel):
-                        channels[channel.id] = channel
+                case Opcode.CHANNEL | Opcode.SCHEMA:
+                    match decode_record(kind, body):
+                        case Channel() as channel:
+                            channels[channel.id] = channel
+                        case Schema() as schema:
+                            schemas[schema.id] = schema
                 case _:
                     pass
     except (BrokenRecord, McapError, ValueError, struct.error):
         return None
     if statistics is None:
         return None
+    chunks.sort(key=lambda chunk: chunk.chunk_start_offset)
     return Summary(
-        statistics.message_count, statistics.message_start_time, channels, tuple(chunks),
-        statistics.channel_message_counts, metadata,
+        statistics.message_count, statistics.message_start_time, statistics.message_end_time, channels, schemas,
+        tuple(chunks), statistics.channel_message_counts, metadata,
     )  # fmt: skip

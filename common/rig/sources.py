@@ -325,6 +325,7 @@ def learning_frames(background: "Background") -> int:
 
 
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
+# `mog2` stays beside `adaptive`: users compare silhouettes with the mixture model that [Hybrid III] has.
 PLAIN_BACKGROUNDS: Mapping[Literal["adaptive", "median", "mog2"], Background] = {  # by their texts in a rig file
     "adaptive": AdaptiveBackground(), "median": MedianFrames(), "mog2": Mog2(),
 }  # fmt: skip

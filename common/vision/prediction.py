@@ -1,15 +1,15 @@
-"""The image of the tracked body expected in the next frame of a view, as distances from its outline."""
+"""Image of a body in a view; of the tracked body in the next frame, as distances from its outline."""
 
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Mask
+from zenocap.common.arrays import Bools, Floats, Floats32, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.vision.silhouette import Extents
 
-FARTHEST_PX = 1e4  # from the image; farther points are behind the camera or too close to it
+FARTHEST_PX = 1e4  # from the image; farther points are behind the camera or too close to it; chosen by hand
 BAND_M = 0.08  # m, half width of the band in which the outline of a still body is uncertain: clothes, errors of the pose
 BAND_MOTION = 0.5  # of the largest motion of the outline since the pose before, added to that; chosen by hand
 MOVING_PERCENTILE = 90  # of the motions of the points of the body that counts as the largest; chosen by hand
@@ -46,8 +46,8 @@ def predicted(camera: Camera, points: Floats, motion: Floats | None = None) -> P
     by how much they moved since the pose before and are expected to move again; None: a body at rest.
     """
     expected = points if motion is None else points + motion
-    pixels = camera.project(expected.reshape(-1, 3))
-    mask = _drawn(camera.size, pixels.reshape(*points.shape[:2], 2))
+    seen, pixels = seen_parts(camera, expected)
+    mask = drawn(camera.size, pixels[seen])
     left, top, across, down = cv2.boundingRect(mask)
     width, height = camera.size
     if across == 0 or across * down > LARGEST_SHARE * width * height:
@@ -66,12 +66,20 @@ def predicted(camera: Camera, points: Floats, motion: Floats | None = None) -> P
     return Prediction(x0, y0, depths(crop), band, extents)
 
 
-def _drawn(size: tuple[int, int], pixels: Floats) -> Mask:
-    """Image (height, width) of 0 and 1 of parts (parts, points, 2) px."""
+def seen_parts(camera: Camera, points: Floats) -> tuple[Bools, Floats]:
+    """Whether each part of a body can be drawn in a view, (parts,), and its pixels (parts, points, 2).
+
+    points: (parts, points, 3) in the world, metres; each part is the convex hull of its own.
+    """
+    pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+    return np.asarray((np.abs(pixels) <= FARTHEST_PX).all(axis=(1, 2))), pixels  # not so for NaN
+
+
+def drawn(size: tuple[int, int], pixels: Floats) -> Mask:
+    """Image (height, width) of 0 and 1 of parts that can be drawn, (parts, points, 2) px."""
     mask: Mask = np.zeros((size[1], size[0]), np.uint8)
     for part in pixels:
-        if np.all(np.isfinite(part)) and np.abs(part).max() <= FARTHEST_PX:
-            cv2.fillConvexPoly(mask, cv2.convexHull(np.round(part).astype(np.int32)), (1,))
+        cv2.fillConvexPoly(mask, cv2.convexHull(np.round(part).astype(np.int32)), (1,))
     return mask
 
 

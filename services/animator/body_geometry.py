@@ -5,6 +5,7 @@ axis along its own +Y, the long radius along X and the short one along Z.
 """
 
 from dataclasses import dataclass
+from itertools import compress
 
 import cv2
 import numpy as np
@@ -15,8 +16,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, joint_centres, part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.camera.pinhole import Camera
-
-MAX_PIXEL = 1e5  # a part that is nearly in the camera's plane projects beyond this and has no usable outline
+from zenocap.common.vision.prediction import seen_parts
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,9 @@ def part_outlines(anatomy: Anatomy, bdp: Bdp, pose: Pose, camera: Camera) -> lis
 
     Parts that are not entirely in front of the camera are left out.
     """
-    ellipses = body_ellipses(bdp, part_frames(anatomy, bdp, pose))
-    pixels = camera.project(np.concatenate(ellipses)).reshape(len(ellipses), -1, 2)
+    seen, pixels = seen_parts(camera, np.stack(body_ellipses(bdp, part_frames(anatomy, bdp, pose))))
     found: list[tuple[str, Floats]] = []
-    for part, points in zip(anatomy.parts, pixels, strict=True):
-        if np.isfinite(points).all() and np.abs(points).max() < MAX_PIXEL:
-            hull = cv2.convexHull(points.astype(np.float32))
-            found.append((part, np.asarray(hull, dtype=np.float64).reshape(-1, 2)))
+    for part, points in zip(compress(anatomy.parts, seen), pixels[seen], strict=True):
+        hull = cv2.convexHull(points.astype(np.float32))
+        found.append((part, np.asarray(hull, dtype=np.float64).reshape(-1, 2)))
     return found

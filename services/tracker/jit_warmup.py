@@ -1,6 +1,5 @@
 """Warm-up of compiled functions before the first frame set, which would otherwise be delayed."""
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Mask
@@ -8,6 +7,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.vision.prediction import drawn, seen_parts
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.states import TrackerSetup
 from zenocap.services.tracker.tracking import describe, initial_state, track
@@ -35,12 +35,5 @@ def load_compiled(setup: TrackerSetup) -> str:
 
 def _silhouette(setup: TrackerSetup, camera: Camera, body: Bdp, pose: Pose, shown: frozenset[str]) -> Mask:
     """Mask of the shown parts of the body, without those behind the camera."""
-    width, height = camera.size
-    mask = np.zeros((height, width), np.uint8)
-    for part, ellipses in zip(
-        setup.anatomy.parts, body_ellipses(body, part_frames(setup.anatomy, body, pose)), strict=True
-    ):
-        points = camera.project(ellipses)
-        if part in shown and np.all(np.isfinite(points)) and np.abs(points).max() < 1e5:
-            cv2.fillConvexPoly(mask, cv2.convexHull(np.round(points).astype(np.int32)), (1,))
-    return mask
+    seen, pixels = seen_parts(camera, np.stack(body_ellipses(body, part_frames(setup.anatomy, body, pose))))
+    return drawn(camera.size, pixels[seen & [part in shown for part in setup.anatomy.parts]])

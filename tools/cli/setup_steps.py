@@ -14,7 +14,10 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 
 def _command(*words: str) -> int:
-    """Run a zenocap command in this terminal; its exit status.  Ctrl-C ends the command and not the set-up."""
+    """Run a zenocap command in this terminal; its exit status.  Ctrl-C ends the command and not the set-up.
+
+    In a process of its own: such a command takes cameras, threads and Ctrl-C, and gives all back only when it ends.
+    """
     import signal
     import subprocess
     import sys

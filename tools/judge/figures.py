@@ -12,7 +12,7 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import camera_of, silhouette_mask
-from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
+from zenocap.common.lags.tangents import Baseline, Outline, baseline_of, outline_of, scene_centre, tangents
 from zenocap.tools.judge import parameters
 from zenocap.tools.judge.evidence import PoseRow, TakeBody, TakeEvidence
 from zenocap.tools.judge.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
@@ -92,7 +92,7 @@ def _apart(
         baseline = baselines[one, other]
         if baseline is None:
             continue
-        ends = [_tangents(baseline, outlines[name]) for name in (one, other)]
+        ends = [tangents([outlines[name]], baseline).angles for name in (one, other)]  # none of one that is too wide
         across = scene - cameras[one].centre
         distance = float(np.linalg.norm(across - (across @ baseline.axis) * baseline.axis))
         apart = np.abs(ends[0] - ends[1])
@@ -101,15 +101,6 @@ def _apart(
             apart_m = min(parameters.MOST_APART_M, distance * float(np.nanmean(apart)))
             found[one, other] = apart_m, apart_m / (parameters.APART_NOISE_M + distance * pixel_rad)
     return found
-
-
-def _tangents(baseline: Baseline, outline: Outline) -> Floats:
-    """(2,) angles of the tangent planes about a baseline, radians; NaN where the silhouette is cut there."""
-    values = baseline.angles(outline.rays)
-    ends = np.array([np.argmin(values), np.argmax(values)])
-    if values[ends[1]] - values[ends[0]] > WIDEST_RAD:
-        return np.full(2, np.nan)
-    return np.where(outline.cut[ends], np.nan, values[ends])
 
 
 def motion_figures(evidence: TakeEvidence, body: TakeBody, times: Ints, rows: Sequence[PoseRow]) -> Floats:

@@ -10,9 +10,8 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.vision.prediction import drawn, seen_parts
 from zenocap.tools.judge.parameters import LONG_SIDE_PX, MIN_PIECE, TOLERANCE_PX
-
-FARTHEST_PX = 1e4  # from the image; farther ellipses are behind the camera or too close to it
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,16 +54,9 @@ def body_points(anatomy: Anatomy, body: Bdp, pose: Pose) -> Floats:
 
 def body_mask(camera: Camera, points: Floats) -> tuple[Mask, float]:
     """Image (height, width) of a body, 0 and 1, and the share of its points outside it.  points: see `body_points`."""
-    width, height = camera.size
-    mask: Mask = np.zeros((height, width), np.uint8)
-    pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
-    seen = 0
-    for part in pixels:
-        if not np.all(np.isfinite(part)) or np.abs(part).max() > FARTHEST_PX:
-            continue
-        cv2.fillConvexPoly(mask, cv2.convexHull(np.round(part).astype(np.int32)), (1,))
-        seen += int(np.count_nonzero((part >= 0).all(axis=1) & (part[:, 0] < width) & (part[:, 1] < height)))
-    return mask, 1.0 - seen / (points.shape[0] * points.shape[1])
+    seen, pixels = seen_parts(camera, points)
+    inside = ((pixels[seen] >= 0) & (pixels[seen] < np.array(camera.size))).all(axis=2)
+    return drawn(camera.size, pixels[seen]), 1.0 - np.count_nonzero(inside) / (points.shape[0] * points.shape[1])
 
 
 def view_sample(camera: Camera, mask: Mask, points: Floats | None) -> ViewSample:

@@ -85,11 +85,16 @@ def outlines_of(evidence: TakeEvidence) -> dict[str, list[Outline]]:
     return found
 
 
-def seen_outline(camera: Camera, silhouette: m.Silhouette, start_ns: int = 0) -> Outline | None:
-    """Outline of a silhouette, with the time since start_ns; None of an empty one, a damaged one or one of another size."""
+def seen_outline(camera: Camera, silhouette: m.Silhouette, start_ns: int = 0, least: float = 0.0) -> Outline | None:
+    """Outline of a silhouette, with the time since start_ns; None of a damaged one or one of another size.
+
+    None also of an area up to `least`, a share of the image.
+    """
     try:
         mask = silhouette_mask(silhouette, camera.size)
     except ValueError:
+        return None
+    if np.count_nonzero(mask) <= least * mask.size:
         return None
     return outline_of(camera, mask, (silhouette.captured_ns - start_ns) / 1e9)
 

@@ -29,7 +29,6 @@ from zenocap.tools.takes.take_statistics import (
     Pairs,
     PoseStatistics,
     Recognized,
-    chunk_counts,
 )
 
 BY_FRAME = (topics.SIGHTING, topics.SILHOUETTE)  # published by a viewer for every frame
@@ -67,7 +66,7 @@ class Info:
     start_ns, end_ns: log time of the first and last message since the Unix epoch; start, end: the same in ISO 8601.
 
     rig: of the first zenocap key, "" without one.  unreadable: messages that this version cannot decode.
-    chunks: by compression.  attachments: name to bytes.  parameters: service to number of values.
+    chunks: that were read, by compression.  attachments: name to bytes.  parameters: service to number of values.
     cut: missing content, None for a complete file.  height_ratio: height of the person in the side view over that in the
     front view, of the last measured body.
     """
@@ -132,7 +131,7 @@ def info(
         unreadable=tally.unreadable,
         cut=take.cut,
         library=take.library,
-        chunks=chunk_counts(path),
+        chunks=dict(sorted(take.chunks.items())),
         channels=tuple(one.statistics(*channel, start_ns) for channel, one in sorted(tally.channels.items())),
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,

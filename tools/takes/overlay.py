@@ -10,7 +10,6 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Image
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp
-from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import is_lost, silhouette_mask
 from zenocap.common.errors import UserError
@@ -18,13 +17,14 @@ from zenocap.common.formats.take_poses import NO_VIEW, views_of
 from zenocap.common.observe.bodies import NO_BODIES, Bodies, Posed, SourceBody, posed
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.video.film_writer import FilmWriter
+from zenocap.services.animator.body_geometry import part_outlines
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.takes.track import TrackedFrameSet
 
-LONG_SIDE_PX = 640  # of each view in the picture
-PER_ROW = 4
-DIMMED = 0.55
-CAPTION_PX = 26
+LONG_SIDE_PX = 640  # of each view in the picture; chosen by hand
+PER_ROW = 4  # views in a row; chosen by hand
+DIMMED = 0.55  # brightness of the image behind the lines; chosen by hand
+CAPTION_PX = 26  # height of the caption; chosen by hand
 CONTOUR = (255, 255, 255)
 LEFT, RIGHT, MIDDLE = (60, 150, 255), (255, 190, 60), (110, 220, 110)  # orange, blue, green (BGR)
 
@@ -134,11 +134,6 @@ def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None)
 
 def draw_model(image: Image, camera: Camera, posed: Posed) -> None:
     """Outline every part as `camera` sees it, tilt and lens included: left limbs orange, right ones blue."""
-    outlines = body_ellipses(posed.body, part_frames(posed.anatomy, posed.body, posed.pose))
-    for part, ellipses in zip(posed.anatomy.parts, outlines, strict=True):
-        points = camera.project(ellipses)
-        if not np.all(np.isfinite(points)) or np.abs(points).max() > 1e5:
-            continue  # behind the camera, or too close to it
-        hull = cv2.convexHull(points.astype(np.float32))
+    for part, corners in part_outlines(posed.anatomy, posed.body, posed.pose, camera):
         colour = LEFT if part.startswith("left") else RIGHT if part.startswith("right") else MIDDLE
-        cv2.polylines(image, [np.round(hull * 16).astype(np.int32)], True, colour, 2, cv2.LINE_AA, 4)
+        cv2.polylines(image, [np.round(corners * 16).astype(np.int32)], True, colour, 2, cv2.LINE_AA, 4)

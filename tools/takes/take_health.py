@@ -1,12 +1,11 @@
 """Health of the services over a take, and how long its rig was overloaded."""
 
-from collections import Counter
 from dataclasses import dataclass, field
 
 from zenocap.common import messages as m
 from zenocap.common.messages import PROCESS
 from zenocap.common.observe.losses import MEASURED
-from zenocap.common.observe.view import is_restarted
+from zenocap.common.observe.view import ServiceView, with_health
 from zenocap.common.runtime.frame_rate import describe, share_of
 
 
@@ -33,25 +32,24 @@ class HealthTally:
     offset_ns: int = 0
     error_ns: int = 0
     memory_bytes: int = 0
-    last: m.Health | None = None
-    before: Counter[str] = field(default_factory=Counter)  # of processes before restarts
+    view: ServiceView = field(default_factory=lambda: ServiceView(False, 0))
 
     def add(self, health: m.Health) -> None:
         self.reports += 1
         self.memory_bytes = max(self.memory_bytes, health.memory_bytes)
         if abs(health.clock_offset_ns) >= abs(self.offset_ns):
             self.offset_ns, self.error_ns = health.clock_offset_ns, health.clock_error_ns
-        if self.last is not None and is_restarted(self.last, health):
-            self.before.update({name: count for name, count in self.last.counts.items() if name not in MEASURED})
-        self.last = health
+        self.view = with_health(self.view, health, health.captured_ns)
 
     def health(self, service: str, id: str) -> ServiceHealth:
-        assert self.last is not None, "one is made for the first health"
-        counts = self.before + Counter(self.last.counts)
+        last = self.view.health
+        assert last is not None, "one is made for the first health"
+        summed = {name: self.view.total(name) for name in self.view.past.keys() - MEASURED}
+        counts = sorted((last.counts | summed).items())
         return ServiceHealth(
-            service=service, id=id, reports=self.reports, state=self.last.state, clock_offset_ms=self.offset_ns / 1e6,
+            service=service, id=id, reports=self.reports, state=last.state, clock_offset_ms=self.offset_ns / 1e6,
             clock_error_ms=self.error_ns / 1e6, memory_mb=self.memory_bytes / 1e6,
-            counts={name: count for name, count in sorted(counts.items()) if name != PROCESS},
+            counts={name: count for name, count in counts if count > 0 and name != PROCESS},
         )  # fmt: skip
 
 

@@ -1,17 +1,15 @@
-"""Counts over a take: its chunks, and the messages as they are read, in bounded memory."""
+"""Counts over the messages of a take as they are read, in bounded memory."""
 
-import struct
 from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from pathlib import Path
 from statistics import median
 
 from zenocap.common import messages as m
 
-MAX_HOLES = 1000  # stored, so that a late frame does not count as missing
-SHOWN_HOLES = 20
-MAX_LATENCIES = 10_000  # of the latest commands
+MAX_HOLES = 1000  # stored, so that a late frame does not count as missing; chosen by hand
+SHOWN_HOLES = 20  # in the text; chosen by hand
+MAX_LATENCIES = 10_000  # of the latest commands; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -220,27 +218,3 @@ class CommandTally:
 
 def _median_and_largest_ms(values_ns: Collection[int]) -> tuple[float, float]:
     return (median(values_ns) / 1e6, max(values_ns) / 1e6) if values_ns else (0.0, 0.0)
-
-
-MAGIC = 8
-RECORD = struct.Struct("<BQ")
-CHUNK, DATA_END, FOOTER = 0x06, 0x0F, 0x02
-CHUNK_HEAD = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
-
-
-def chunk_counts(path: Path) -> dict[str, int]:
-    """Number of chunks by compression ("none" among them), without reading their content.  Raises OSError."""
-    counts: Counter[str] = Counter()
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        at = MAGIC
-        while at + RECORD.size <= size:
-            file.seek(at)
-            kind, length = RECORD.unpack(file.read(RECORD.size))
-            at += RECORD.size + length
-            if kind in (DATA_END, FOOTER) or at > size:
-                break
-            if kind == CHUNK and length >= CHUNK_HEAD.size:
-                *_, name_length = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
-                counts[file.read(min(name_length, 32)).decode("ascii", "replace") or "none"] += 1
-    return dict(sorted(counts.items()))

@@ -13,6 +13,7 @@ from zenocap.common import messages as m
 from zenocap.common.codec import encode
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Recorded, TakeReader, envelope
+from zenocap.common.recording.summary import read_summary
 from zenocap.common.recording.writer import Channel, Recording
 
 FRAMES = 150
@@ -38,6 +39,7 @@ def test_a_complete_take_round_trips(complete: Path) -> None:
     take = TakeReader(complete)
     assert messages(take) == expected()
     assert take.cut is None
+    assert take.chunks == {"zstd": len(read_summary(complete).chunks)}
     assert take.library == "zenocap"
     assert take.metadata["versions"] == {"zenocap": "0.1.0", "a": "b"}
     assert take.attachments == {"rig.toml": b'name = "studio"'}
@@ -77,6 +79,7 @@ def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> No
     assert found[-1] == bap(FRAMES - 1)
     assert len(found) < 2 * FRAMES
     assert "damaged: 1 chunks" in take.cut
+    assert take.chunks["zstd"] == len(read_summary(path).chunks) - 1
 
 
 def test_flushed_messages_survive_a_crash(tmp_path: Path) -> None:

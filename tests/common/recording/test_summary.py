@@ -15,8 +15,9 @@ from tests.common.recording.test_damage import MAGIC, chunk, record
 from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
+from zenocap.common.recording.mcap_records import Records
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.recording.summary import last_message, read_summary
+from zenocap.common.recording.summary import chunk_messages, last_message, read_summary
 from zenocap.common.recording.take_account import take_account
 from zenocap.common.topics import BOTH_WAYS_POSE, topic_at
 
@@ -34,7 +35,12 @@ def take(tmp_path: Path) -> Path:
 def test_the_summary_has_what_the_messages_have(take: Path) -> None:
     messages = list(TakeReader(take).messages())
     found = read_summary(take)
-    assert (found.messages, found.start_ns) == (len(messages), min(one.log_ns for one in messages))
+    times = [one.log_ns for one in messages]
+    assert (found.messages, found.start_ns, found.end_ns) == (len(messages), min(times), max(times))
+    assert {schema.name for schema in found.schemas.values()} == {one.schema for one in messages}
+    with take.open("rb") as file:
+        indexed = [one.data for chunk in found.chunks for one in chunk_messages(Records(file), chunk)]
+    assert indexed == [one.data for one in messages]
     assert {channel.topic for channel in found.channels.values()} == {one.topic for one in messages}
     assert take_account(take).messages == len(messages)
 

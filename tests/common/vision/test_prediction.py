@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.support.simulated_cameras import look
 from zenocap.common.arrays import Floats
-from zenocap.common.vision.prediction import BAND_M, predicted
+from zenocap.common.vision.prediction import BAND_M, drawn, predicted, seen_parts
 
 CAMERA = look("cam01", np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 0.0])).resized((320, 240))
 PX_PER_M = CAMERA.matrix[0, 0] / 4.0
@@ -37,3 +37,11 @@ def test_a_motion_moves_the_body_and_widens_the_band() -> None:
 def test_a_body_outside_of_the_image_has_no_prediction() -> None:
     assert predicted(CAMERA, box(30.0)) is None
     assert predicted(CAMERA, box() + np.array([0.0, 0.0, 8.0])) is None  # behind the camera
+
+
+def test_a_part_behind_the_camera_is_not_drawn() -> None:
+    seen, pixels = seen_parts(CAMERA, np.concatenate([box(), box() + np.array([0.0, 0.0, 8.0])]))
+    assert seen.tolist() == [True, False]
+    alone = drawn(CAMERA.size, seen_parts(CAMERA, box())[1])
+    assert alone.any()
+    np.testing.assert_array_equal(drawn(CAMERA.size, pixels[seen]), alone)

@@ -113,6 +113,7 @@ def packed(source: Path, target: Path, name: bytes = b"lz4") -> Path:
 def test_chunks_of_lz4_are_read(intact: Path, output: Path) -> None:
     take = TakeReader(packed(intact, intact.with_name("lz4.mcap")))
     assert [one.data for one in take.messages()] == [one.data for one in TakeReader(intact).messages()]
+    assert set(take.chunks) == {"lz4"}
     assert take.cut is None
     assert not recover(intact.with_name("lz4.mcap"), output).lost
 

@@ -5,7 +5,6 @@ two, such as the files of one recording, is kept up to LONGEST_GAP_NS.
 """
 
 import logging
-import struct
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -13,25 +12,18 @@ from itertools import pairwise
 from pathlib import Path
 from typing import BinaryIO
 
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.reader import SeekingReader
-from mcap.records import Chunk, ChunkIndex, McapRecord, Message
-from mcap.stream_reader import breakup_chunk
-from mcap.summary import Summary
+from mcap.records import ChunkIndex, Message
 
 from zenocap.common.errors import UserError
-from zenocap.common.recording.mcap_records import MAX_RECORD
+from zenocap.common.recording.mcap_content import BrokenChunk
+from zenocap.common.recording.mcap_records import Records
 from zenocap.common.recording.reader import Recorded, TakeReader, recorded_of
+from zenocap.common.recording.summary import Summary, chunk_messages, read_summary
 
 logger = logging.getLogger(__name__)
 
-# Exceptions of the mcap reader on missing or damaged bytes.
-BROKEN = (McapError, struct.error, zstandard.ZstdError, ValueError, KeyError, OverflowError, MemoryError)
-LONGEST_GAP_NS = 10_000_000_000
-OPCODE_AND_LENGTH = 9  # bytes of a record before its content
-CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that the clock was set back
+LONGEST_GAP_NS = 10_000_000_000  # between two takes that is waited for; chosen by hand
+CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that the clock was set back; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -39,7 +31,6 @@ class PlayedPart:
     """One take.  start_ns, end_ns: its first and last log_time.  keys: messages by key.
 
     index: with which it is read from any log_time without reading the messages before; None without a whole one.
-    chunks: of the index, in the order of the file.
     """
 
     path: Path
@@ -47,7 +38,6 @@ class PlayedPart:
     end_ns: int
     keys: dict[str, int]
     index: Summary | None = field(default=None, repr=False)
-    chunks: tuple[ChunkIndex, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
@@ -107,9 +97,8 @@ class Timeline:
 
     def _part(self, path: Path) -> PlayedPart:
         try:
-            with path.open("rb") as file:
-                part = _from_summary(path, SeekingReader(file, record_size_limit=MAX_RECORD).get_summary())
-        except (*BROKEN, OSError):
+            part = _from_summary(path, read_summary(path))
+        except OSError:
             part = None  # reading the file decides whether it is a take
         if part is not None:
             return part
@@ -148,46 +137,39 @@ class Timeline:
             self.lost[path] = take.cut
 
     def _indexed(self, part: PlayedPart, summary: Summary, from_log_ns: int) -> Iterator[Recorded]:
-        """Messages logged from a time on, in the order of writing.
-
-        One chunk is in memory at a time (mcap's own reader loads all of them for the order of writing).
-        """
+        """Messages logged from a time on, in the order of writing; one chunk is in memory at a time."""
         with _opened(part.path) as file:
-            for chunk in part.chunks:
+            for chunk in summary.chunks:
                 if chunk.message_end_time < from_log_ns:
                     continue
                 for message in self._records(part, file, chunk):
-                    if isinstance(message, Message) and message.log_time >= from_log_ns:
-                        channel = summary.channels.get(message.channel_id)
-                        if channel is not None:
-                            yield recorded_of(message, channel, summary.schemas)
+                    channel = summary.channels.get(message.channel_id)
+                    if channel is not None and message.log_time >= from_log_ns:
+                        yield recorded_of(message, channel, summary.schemas)
 
     def _last_indexed(self, part: PlayedPart, summary: Summary, to_log_ns: int, keys: Sequence[str]) -> list[Recorded]:
         """The last message of each of `keys` logged before a time, in the order of writing; read from the end."""
         missing, found = set(keys), dict[str, tuple[int, int, Recorded]]()
         with _opened(part.path) as file:
-            for chunk in reversed(part.chunks):
+            for chunk in reversed(summary.chunks):
                 if not missing:
                     break
                 topics = {summary.channels[id].topic for id in chunk.message_index_offsets}
                 if chunk.message_start_time >= to_log_ns or (topics and not topics & missing):
                     continue
                 for number, message in enumerate(self._records(part, file, chunk)):
-                    channel = summary.channels.get(message.channel_id) if isinstance(message, Message) else None
-                    if channel is None or channel.topic not in missing or not isinstance(message, Message):
-                        continue
-                    if message.log_time < to_log_ns:
+                    channel = summary.channels.get(message.channel_id)
+                    if channel is not None and channel.topic in missing and message.log_time < to_log_ns:
                         recorded = recorded_of(message, channel, summary.schemas)
                         found[channel.topic] = chunk.chunk_start_offset, number, recorded
                 missing -= found.keys()
         return [recorded for *_, recorded in sorted(found.values(), key=lambda each: each[:2])]
 
-    def _records(self, part: PlayedPart, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
-        """The records of a chunk; none of a damaged one, which counts as lost."""
+    def _records(self, part: PlayedPart, file: BinaryIO, chunk: ChunkIndex) -> Sequence[Message]:
+        """The messages of a chunk; none of a damaged one, which counts as lost."""
         try:
-            file.seek(chunk.chunk_start_offset + OPCODE_AND_LENGTH)
-            return breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
-        except (*BROKEN, OSError):
+            return list(chunk_messages(Records(file), chunk))
+        except (BrokenChunk, OSError):
             self.lost[part.path] = f"{part.path}: damaged: a chunk lost at byte {chunk.chunk_start_offset}"
             return ()
 
@@ -214,25 +196,20 @@ def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterat
 
 
 def _from_summary(path: Path, summary: Summary | None) -> PlayedPart | None:
-    """None when the summary is incomplete or contradictory.  Raises the exceptions in BROKEN."""
-    if summary is None or summary.statistics is None or not summary.chunk_indexes or not _in_order(summary):
+    """None when the summary is incomplete or contradictory, or the clock was set back."""
+    filled = [chunk for chunk in summary.chunks if chunk.message_end_time] if summary is not None else []
+    if summary is None or not filled or not _in_order(filled):
         return None
-    statistics = summary.statistics
-    counts: Counter[str] = Counter()
-    for channel_id, count in statistics.channel_message_counts.items():
-        counts[summary.channels[channel_id].topic] += count
-    filled = [chunk for chunk in summary.chunk_indexes if chunk.message_end_time]
+    used = {*summary.counts, *(id for chunk in summary.chunks for id in chunk.message_index_offsets)}
     start_ns, end_ns = min(c.message_start_time for c in filled), max(c.message_end_time for c in filled)
-    if (start_ns, end_ns) != (statistics.message_start_time, statistics.message_end_time):
+    if (start_ns, end_ns) != (summary.start_ns, summary.end_ns) or not used <= summary.channels.keys():
         return None
-    if any(id not in summary.channels for chunk in filled for id in chunk.message_index_offsets):
-        return None
-    chunks = tuple(sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset))
-    return PlayedPart(path, start_ns, end_ns, dict(counts), summary, chunks)
+    counts: Counter[str] = Counter()
+    for id, count in summary.counts.items():
+        counts[summary.channels[id].topic] += count
+    return PlayedPart(path, start_ns, end_ns, dict(counts), summary)
 
 
-def _in_order(summary: Summary) -> bool:
-    """True when the chunks are in the order of time in the file, so no clock was set back."""
-    chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
-    filled = [chunk for chunk in chunks if chunk.message_end_time]
-    return all(after.message_start_time >= before.message_end_time - CLOCK_STEP_NS for before, after in pairwise(filled))
+def _in_order(chunks: Sequence[ChunkIndex]) -> bool:
+    """True when chunks in the order of the file are in the order of time, so no clock was set back."""
+    return all(after.message_start_time >= before.message_end_time - CLOCK_STEP_NS for before, after in pairwise(chunks))

@@ -9,14 +9,15 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import camera_of, silhouette_mask
+from zenocap.common.conversion import camera_of
 from zenocap.common.errors import UserError
-from zenocap.common.lags.tangents import Outline, outline_of
+from zenocap.common.lags.tangents import Outline
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.rig.folder import plain_name
 from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.parameters import MIN_AREA
 from zenocap.tools.judge.verdict import USED
+from zenocap.tools.judge.view_lag import seen_outline
 from zenocap.tools.setup.calibration.drift import Drift, drift_of, turn_deg
 from zenocap.tools.setup.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
 
@@ -41,13 +42,7 @@ def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[s
     for sample in posed if len(posed) >= LEAST_INSTANTS else samples:
         seen: dict[str, Outline] = {}
         for viewer, silhouette in sample.silhouettes.items():
-            if viewer not in cameras or not silhouette.data:
-                continue
-            try:
-                mask = silhouette_mask(silhouette, cameras[viewer].size)
-            except ValueError:  # damaged, or of another size
-                continue
-            outline = outline_of(cameras[viewer], mask, 0.0) if (mask != 0).mean() > MIN_AREA else None
+            outline = seen_outline(cameras[viewer], silhouette, least=MIN_AREA) if viewer in cameras else None
             if outline is not None:
                 seen[cameras[viewer].name] = outline
         instants.append(seen)

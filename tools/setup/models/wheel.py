@@ -48,6 +48,7 @@ def fetched() -> bytes:
 
 
 def _run(command: Sequence[str]) -> None:
+    """Run pip, which has no functions for other programs.  Raises UserError."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=FETCH_S)
     except subprocess.TimeoutExpired:

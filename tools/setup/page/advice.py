@@ -13,17 +13,8 @@ import msgspec
 from zenocap.common.camera_advice import WORDINGS
 from zenocap.common.messages import AdviceCode
 from zenocap.common.vision.image_measures import Exposure, Light
-from zenocap.services.viewer.parameters import HIGH_FLICKER, LOW_BRIGHTNESS, MUCH_SATURATED
-from zenocap.tools.setup.page.parameters import (
-    BRIGHT_MEAN,
-    BRIGHTNESS_S,
-    HIGH_DRIFT,
-    HIGH_JITTER,
-    HIGH_NOISE,
-    LOW_RATE,
-    MUCH_BLACK,
-    SOFT,
-)
+from zenocap.services.viewer.parameters import ADVICE_LIGHT_S, HIGH_DRIFT, HIGH_FLICKER, LOW_BRIGHTNESS, MUCH_SATURATED
+from zenocap.tools.setup.page.parameters import BRIGHT_MEAN, HIGH_JITTER, HIGH_NOISE, LOW_RATE, MUCH_BLACK, SOFT
 
 Verdict = Literal["good", "bad", "wait"]
 T = TypeVar("T")
@@ -34,9 +25,7 @@ SLOW = (
 UNEVEN = "Images come unevenly: give the camera a USB port of its own, or the stream a cable instead of Wi-Fi."
 SOFTER = "It was sharper before: turn the focus until the bar is full, then fix it. If the scene changed: measure anew."
 BRIGHT = "Too bright: shorten the exposure or lower the gain."
-DARK = "Too dark: add light; a longer exposure blurs motion, more gain adds noise."
 BLACK = "Large parts are black: add light from the side of the camera."
-CHANGING = "The brightness changes: fix exposure and gain, switch off the camera's automatic modes, keep daylight out."
 NOISY = "Noisy: add light and lower the gain."
 
 
@@ -88,8 +77,9 @@ def rows(found: Measures) -> list[MeasureRow]:
              lambda its: SOFTER if its < SOFT else "", sharpness),
         _row("exposure", "Exposure", found.exposure, _exposure_text, _exposure_advice),
         _row("noise", "Noise", noise, lambda its: f"{its:.1f} levels", lambda its: NOISY if its > HIGH_NOISE else ""),
-        _row("drift", "Drift", light, lambda its: f"{its.drift:+.1%} in {BRIGHTNESS_S:.0f} s",
-             lambda its: CHANGING if abs(its.drift) > HIGH_DRIFT else ""),
+        _row("drift", "Drift", light, lambda its: f"{its.drift:+.1%} in {ADVICE_LIGHT_S:.0f} s",
+             lambda its: _advice("The light drifts", AdviceCode.LIGHT_DRIFT)
+             if 100.0 * abs(its.drift) > HIGH_DRIFT else ""),
         _row("flicker", "Flicker", light, lambda its: f"{its.flicker:.1%}",
              lambda its: _advice("The light flickers", AdviceCode.FLICKER) if 100.0 * its.flicker > HIGH_FLICKER else ""),
     ]  # fmt: skip
@@ -118,5 +108,5 @@ def _exposure_advice(one: Exposure) -> str:
     if one.mean > BRIGHT_MEAN:
         return BRIGHT
     if one.mean < LOW_BRIGHTNESS:
-        return DARK
+        return _advice("Too dark", AdviceCode.DARK)
     return BLACK if one.black > MUCH_BLACK else ""

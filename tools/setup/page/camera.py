@@ -16,11 +16,12 @@ from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.vision.image_measures import brightness, exposure, focus, grey_of, light, noise
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import ADVICE_LIGHT_S
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import live_images
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.tools.setup.page.advice import Measures
-from zenocap.tools.setup.page.parameters import BRIGHTNESS_S, KEPT_S, LATE_S, RETRY_S
+from zenocap.tools.setup.page.parameters import KEPT_S, LATE_S, RETRY_S
 
 logger = logging.getLogger(__name__)
 STOPPED_S = 1.0  # for a camera to close; chosen by hand
@@ -184,7 +185,7 @@ class LiveCamera:
                 self._frames.popleft()
             self._times_s.append(time_s)
             self._cells.append(cells)
-            while time_s - self._times_s[0] > BRIGHTNESS_S:
+            while time_s - self._times_s[0] > ADVICE_LIGHT_S:
                 self._times_s.popleft()
                 self._cells.popleft()
 

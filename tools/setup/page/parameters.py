@@ -18,7 +18,6 @@ FILE_DELAY_S: Final = 0.5  # before video files begin, so that all of them are o
 # Measures.
 MEASURE_PERIOD_S: Final = 0.5  # between two measures of a camera; by hand
 KEPT_S: Final = 0.45  # of images that are kept of each camera: those around a view of the board, BURST_S, and a little
-BRIGHTNESS_S: Final = 10.0  # over which drift and flicker are measured; by hand
 
 # Advice.
 LOW_RATE: Final = 0.9  # of the requested rate; by hand
@@ -27,7 +26,6 @@ SOFT: Final = 0.6  # focus measure by the best one seen; by hand
 MUCH_BLACK: Final = 0.3  # share of pixels; by hand
 BRIGHT_MEAN: Final = 205.0  # of 255; by hand
 HIGH_NOISE: Final = 6.0  # standard deviation, levels; by hand
-HIGH_DRIFT: Final = 0.04  # change of the brightness over BRIGHTNESS_S; by hand
 
 # Board.  Checked on simulated rooms at commit 4d52ed9, by the program of that commit.
 BURST_PERIOD_S: Final = 1.0  # between stretches of images in which the board is searched; by hand

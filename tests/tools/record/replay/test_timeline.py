@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.replay_takes import PERIOD_NS, RIG, START_NS, sample_messages, written
 from zenocap.common.errors import UserError
+from zenocap.common.recording import mcap_content
 from zenocap.common.topics import PARTIAL_BDP, SIGHTING
 from zenocap.tools.record.replay.timeline import LONGEST_GAP_NS, PlacedMessage, Timeline
 
@@ -118,6 +119,16 @@ def test_damaged_chunk_loses_only_its_own_messages(take: Path) -> None:
     assert "damaged" in timeline.lost[take]
     for place_ns in (PERIOD_NS, 10 * PERIOD_NS, 30 * PERIOD_NS):
         assert list(timeline.read(place_ns)) == [p for p in whole if p.place_ns >= place_ns]
+
+
+def test_a_chunk_larger_than_allowed_is_lost_from_every_position(take: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small file may claim any size, and the limit is that of all readers."""
+    monkeypatch.setattr(mcap_content, "MAX_CHUNK", 100)
+    timeline = Timeline([take])
+    assert timeline.parts[0].index is not None
+    assert list(timeline.read(PERIOD_NS)) == list(timeline.read()) == []
+    assert timeline.last_before(20 * PERIOD_NS, BDPS) == []
+    assert "damaged" in timeline.lost[take]
 
 
 @pytest.mark.parametrize("data", [b"", b"this is no take", bytes(1000)])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from zenocap.common.vision.image_measures import Exposure, Light
+from zenocap.services.viewer.parameters import HIGH_DRIFT, HIGH_FLICKER
 from zenocap.tools.setup.page.advice import Measures, rows
 
 GOOD = Measures(29.9, 30.0, 0.001, 1.0, 0.9, Exposure(120.0, 0.01, 0.02), 2.0, Light(0.01, 0.002))
@@ -36,6 +37,12 @@ def test_a_bad_measure_has_its_advice(changed, key, word):
     bad = [one for one in rows(replace(GOOD, **changed)) if one.verdict == "bad"]
     assert [one.key for one in bad] == [key]
     assert word in bad[0].advice
+
+
+def test_the_limits_of_the_light_are_those_of_a_running_viewer():
+    for share, verdict in ((0.9, "good"), (1.1, "bad")):
+        light = Light(-share * HIGH_DRIFT / 100.0, share * HIGH_FLICKER / 100.0)
+        assert [one.verdict for one in rows(replace(GOOD, light=light))[-2:]] == [verdict] * 2
 
 
 def test_what_is_unknown_waits():

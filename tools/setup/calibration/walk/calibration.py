@@ -9,6 +9,8 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.pairs import jackknife_error
+from zenocap.tools.setup.calibration.precision import aligned_errors
 from zenocap.tools.setup.calibration.silhouettes import Hulls, median_px, pair_residuals
 from zenocap.tools.setup.calibration.walk.adjustment import Walk, adjusted, heads_of, middle_of
 from zenocap.tools.setup.calibration.walk.delays import Delay, SilhouetteSeries, adjusted_delays, coarse_delays
@@ -171,12 +173,12 @@ def _error_m(found: Mapping[str, Camera], walk: Walk) -> float:
     points = points[np.isfinite(points[:, 0])]
     points = points[np.linspace(0, len(points) - 1, min(30, len(points))).astype(int)]
     points = np.concatenate([points, points * [1.0, 0.5, 1.0], points * [1.0, 0.0, 1.0]])
-    total = 0.0
+    off = []
     for block in np.array_split(np.arange(count), BLOCKS):
         part = walk.part(np.setdiff1d(np.arange(count), block))
         again, _ = adjusted(found, lambda _, part=part: part, rounds=1)  # type: ignore[misc]
-        total += float(np.mean(apart_m(again, found, points) ** 2))
-    return float(np.sqrt((BLOCKS - 1) / BLOCKS * total))
+        off.append(np.sqrt(np.mean(apart_m(again, found, points) ** 2)))
+    return float(jackknife_error(off))
 
 
 def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: Floats) -> Floats:
@@ -189,9 +191,7 @@ def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: F
         normal += across
         target += across @ camera.centre
     there = np.linalg.solve(normal + 1e-12 * np.eye(3), target[..., None])[..., 0]
-    left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (points - points.mean(axis=0)))
-    turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
-    return np.asarray(np.linalg.norm((there - there.mean(axis=0)) @ turn - (points - points.mean(axis=0)), axis=1))
+    return aligned_errors(np.asarray(there, dtype=np.float64), points)
 
 
 def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], PlanarMotion]) -> None:

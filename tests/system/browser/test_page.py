@@ -555,9 +555,9 @@ def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Vis
 
 def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:
     shown = "((one) => [one.textContent, one.classList.contains('calm')])(document.getElementById('advice'))"
-    waiting, tracking = "waiting for the T-pose in both views", "tracking"
-    for state, phase in ((waiting, m.Phase.AWAITING_PERSON), (tracking, m.Phase.TRACKING)):
+    waiting, following = "waiting for the T-pose in both views", "the person is followed"
+    for state, phase in ((waiting, m.Phase.AWAITING_PERSON), (following, m.Phase.TRACKING), ("tracking", m.Phase.LOST)):
         animator.receive(health("integrator", "main", animator.clock.now_ns(), state, phase))
-        expected = [state, state == tracking]
+        expected = [state, phase is m.Phase.TRACKING]
         visit.until(lambda expected=expected: (tick(animator), visit.evaluate(shown) == expected)[1], f"calm: {expected}")
     assert "grey: lost" in str(visit.evaluate("document.getElementById('colours').textContent"))

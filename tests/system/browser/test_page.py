@@ -402,7 +402,8 @@ def shining(visit: Visit, panel: str) -> tuple[int, int]:
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_lines_of_the_cameras_do_not_shine_through_the_panels(browser: object, animator: StandIn, scheme: str) -> None:
     with opened(browser, animator, scheme=scheme) as visit:
-        visit.until(lambda: visit.evaluate("zenocap.scene.lines.some(({layer}) => layer === 'cameras')"), "a frustum")
+        animator.send_frame_set(0.0)
+        sees(visit, 1)
         for panel in ("#right", "#brand"):
             found: list[tuple[int, int]] = []
 

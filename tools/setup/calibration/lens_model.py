@@ -15,10 +15,7 @@ ZERO = np.zeros(3)
 
 @dataclass(frozen=True)
 class LensModel:
-    """size: (width, height) px.  values: fx, fy, cx, cy, and 4, 5 or 8 distortions of OpenCV, or 4 of its fisheye model.
-
-    guessed: as of a `Lens`.
-    """
+    """size, guessed: as of a `Lens`.  values: fx, fy, cx, cy, and 4, 5 or 8 distortions of OpenCV, or 4 of a fisheye."""
 
     size: tuple[int, int]
     values: Floats

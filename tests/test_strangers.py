@@ -73,6 +73,9 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "test_a_guessed_size_is_marked_in_what_is_written_and_noted_where_that_is_read",
         "tools/cli/calibrate/test_convert.py::test_a_guessed_vertical_is_marked_in_every_layout",
         "tools/cli/calibrate/test_convert.py::test_an_unknown_error_is_not_written_as_none",
+        "tools/cli/calibrate/test_scene.py::test_a_guessed_size_of_a_lens_stays_marked_unless_the_images_give_it",
+        "common/camera/test_lens_files.py::test_the_size_of_images_replaces_a_guess_unless_they_are_scaled",
+        "common/rig/test_video_folder.py::test_the_size_of_a_video_replaces_a_guess_and_no_known_size",
         f"{TAKES}/test_export.py::test_a_body_that_was_not_measured_is_said",
     ),
     "valid containers": (
@@ -115,6 +118,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
         "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
         "system/browser/test_page.py::test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",
+        "system/browser/test_page.py::test_lines_of_the_cameras_do_not_shine_through_the_panels",
     ),
     "Ctrl-C": (
         "common/runtime/test_signals.py::test_a_process_that_still_loads_ends_at_once",

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
-from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.lens import SIZE_GUESS, Lens
 from zenocap.common.camera.opencv_storage import WITH_POSITION
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
@@ -48,7 +48,8 @@ def read_ros_info(path: Path) -> Lens:
     fisheye = scalars["distortion_model"] == FISHEYE_MODEL
     counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
     distortions = entry.numbers("distortion_coefficients", lens, *((n,) for n in counts))
-    return Lens(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions, fisheye)
+    guessed = (SIZE_GUESS,) if GUESSED_SIZE in text else ()
+    return Lens(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions, fisheye, guessed)
 
 
 def no_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
@@ -60,10 +61,7 @@ def no_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
 def ros_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str) -> dict[Path, str]:
     """A file of each camera in a folder, which is made.  Raises OSError."""
     path.mkdir(parents=True, exist_ok=True)
-    return {
-        path / f"{name}.yaml": (GUESSED_SIZE if "size" in camera.guessed else "") + ros_info_text(Lens.of(camera))
-        for name, camera in cameras.items()
-    }
+    return {path / f"{name}.yaml": ros_info_text(Lens.of(camera)) for name, camera in cameras.items()}
 
 
 def ros_info_text(lens: Lens) -> str:
@@ -76,7 +74,8 @@ def ros_info_text(lens: Lens) -> str:
         return f"{name}:\n  rows: {rows}\n  cols: {len(values) // rows}\n  data: {values}\n"
 
     return (
-        f"image_width: {lens.size[0]}\nimage_height: {lens.size[1]}\ncamera_name: {lens.name}\n"
+        (GUESSED_SIZE if SIZE_GUESS in lens.guessed else "")
+        + f"image_width: {lens.size[0]}\nimage_height: {lens.size[1]}\ncamera_name: {lens.name}\n"
         + matrix("camera_matrix", 3, lens.matrix.ravel().tolist())
         + f"distortion_model: {model}\n"
         + matrix("distortion_coefficients", 1, lens.distortions.tolist())

@@ -44,7 +44,7 @@ class ScenePose:
         lens = self.lens_in_use
         fisheye = FisheyeLens(lens.size, lens.matrix, lens.distortions) if lens.fisheye else None
         matrix, distortions = (fisheye.pinhole_matrix(), np.zeros(4)) if fisheye else (lens.matrix, lens.distortions)
-        return Camera(name, self.size, matrix, distortions, self.rotation, self.vector[3:6], fisheye)
+        return Camera(name, self.size, matrix, distortions, self.rotation, self.vector[3:6], fisheye, lens.guessed)
 
     @property
     def rotation(self) -> Floats:

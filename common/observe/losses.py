@@ -68,10 +68,10 @@ def lost(counts: Mapping[str, int]) -> int:
     return sum(counts.get(name, 0) for name in SUMMED)
 
 
-def described(counts: Mapping[str, int]) -> list[tuple[str, int, int]]:
-    """The losses of a service: text, number, and total, 0 where that is not counted."""
+def described(counts: Mapping[str, int]) -> list[tuple[str, str, int, int]]:
+    """The losses of a service: name, text, number, and total, 0 where that is not counted."""
     return [
-        (one.text, counts[one.name], sum(counts.get(name, 0) for name in one.of))
+        (one.name, one.text, counts[one.name], sum(counts.get(name, 0) for name in one.of))
         for one in LOSSES
         if one.text and counts.get(one.name)
     ]

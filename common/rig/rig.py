@@ -171,10 +171,11 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     used = [id.encode() for id in read.used or ()]
     parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    all_notes = (*read.notes, *pair, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
+    sizes = (*size_notes(content, viewers, cameras), *(video_notes(viewers) if files else ()))
+    notes = (*read.notes, *pair, *rates, *sizes)
     files_of_rig = tuple(file for file in dict.fromkeys((read.file, calibration)) if file.is_file())
     return Rig(
-        content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log, files_of_rig,
+        content.name, method, viewers, notes, base, digest, content.zenoh, content.log, files_of_rig,
         content.person_height, tracker, recognizer, content.animator,
         None if content.security is None else base / content.security.certificates, additions, content.film, delays,
     )  # fmt: skip

@@ -1,10 +1,12 @@
 """The viewers of a rig: each camera at its working size, its source and its background, with checks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import camera_named
+from zenocap.common.camera.lens import SIZE_GUESS, Sized, of_images
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Entry
 from zenocap.common.errors import SourceError, UserError
@@ -102,8 +104,10 @@ def rig_viewers(
             raise UserError(f"{path}: {key}.camera = {table.camera!r}: viewer {users[table.camera]!r} uses it already")
         users[table.camera] = table.id
         camera = replace(camera, name=plain_name(camera.name))
-        size = _working_size(entry, table, camera)
         source = _source(entry, table, base, files)
+        if isinstance(source, VideoFile):
+            camera = of_film(camera, source.path)
+        size = _working_size(entry, table, camera)
         fps = table.fps or _own_fps(entry, source)
         try:
             background = parse_background(table.background or source.background, base, fps, size)
@@ -183,15 +187,32 @@ def _with_empty(viewer: Viewer, seconds: float) -> Viewer:
     return replace(viewer, background=FirstSeconds(seconds).at_rate(viewer.fps))
 
 
-def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
-    """Notes for the user on working sizes chosen by default."""
-    chosen = {table.id for table in content.viewer if table.size is not None}
-    return [
-        f"viewer {viewer.id}: images of {viewer.calibrated_size[0]} x {viewer.calibrated_size[1]} "
-        f"are processed at {viewer.camera.size[0]} x {viewer.camera.size[1]}"
-        for viewer in viewers
-        if viewer.id not in chosen and viewer.camera.size != viewer.calibrated_size
-    ]
+def of_film(one: Sized, path: Path) -> Sized:
+    """The lens or camera with the size of the images of a video in the place of a guess, see `of_images`.
+
+    As it is where no video can be read.
+    """
+    if SIZE_GUESS in one.guessed and path.is_file():
+        with suppress(SourceError), VideoReader(path) as reader:
+            return of_images(one, reader.size)
+    return one
+
+
+def size_notes(content: RigFile, viewers: tuple[Viewer, ...], cameras: Mapping[str, Camera]) -> list[str]:
+    """Notes for the user on sizes of videos instead of guesses, and on working sizes chosen by default.
+
+    cameras: of the calibration.
+    """
+    tables, notes = {table.id: table for table in content.viewer}, []
+    for viewer in viewers:
+        (width, height), table = viewer.calibrated_size, tables[viewer.id]
+        if (guess := cameras[table.camera].size) != viewer.calibrated_size:
+            text = f"images of {width} x {height}, as its video has: {guess[0]} x {guess[1]} in the calibration is a guess"
+            notes.append(f"viewer {viewer.id}: {text}")
+        if table.size is None and viewer.camera.size != viewer.calibrated_size:
+            working = f"{viewer.camera.size[0]} x {viewer.camera.size[1]}"
+            notes.append(f"viewer {viewer.id}: images of {width} x {height} are processed at {working}")
+    return notes
 
 
 def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:

@@ -132,8 +132,8 @@ def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
         )
     elif evidence.body is None and evidence.cameras and not causes:
         text = (
-            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), the "
-            "calibration, swapped videos, and for two-view the T-pose"
+            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), a wrong "
+            "calibration, a camera that was moved, swapped or turned videos, and for two-view the T-pose"
         )
     else:
         text = "no pose"

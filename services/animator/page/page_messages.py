@@ -127,7 +127,7 @@ class ServiceRow(msgspec.Struct, frozen=True):
     """Status of one service.
 
     condition, silent_s: see `zenocap.services.animator.presence`.  phase, state: as in its health, empty before the first.
-    latency_ms: age of its result when published, or None.  losses: kind, number, and total, which is 0 where unknown.
+    latency_ms: age of its result when published, or None.  losses: see `described`.
     """
 
     name: str
@@ -138,7 +138,7 @@ class ServiceRow(msgspec.Struct, frozen=True):
     state: str
     rate: float
     latency_ms: float | None
-    losses: list[tuple[str, int, int]]
+    losses: list[tuple[str, str, int, int]]
     offset_ms: float | None
     memory_mb: float
 
@@ -173,10 +173,11 @@ class Check(msgspec.Struct, frozen=True):
 
 
 class ChecksUpdate(msgspec.Struct, frozen=True, tag="checks", tag_field="type"):
-    """Checks by viewer.  advice: next step of the set-up of the whole rig."""
+    """Checks by viewer.  advice: next step of the set-up of the whole rig.  phase: of the service that states it, or ""."""
 
     viewers: dict[str, list[Check]]
     advice: str
+    phase: str
 
 
 class PostureUpdate(msgspec.Struct, frozen=True, tag="posture", tag_field="type"):

@@ -140,8 +140,9 @@ def checks_update(state: AnimatorState, presence: Presence) -> EncodedUpdate:
         for id in viewers
     }
     solvers = [health[key] for key in presence.services if key[0] in ("integrator", "tracker") and key in health]
-    waiting = [one.state for one in solvers if one.phase is not m.Phase.RUNNING]
-    return encoded("checks", pm.ChecksUpdate(found, waiting[-1] if waiting else "waiting for the integrator"))
+    waiting = [(one.state, one.phase.value) for one in solvers if one.phase is not m.Phase.RUNNING]
+    advice, phase = waiting[-1] if waiting else ("waiting for the integrator", "")
+    return encoded("checks", pm.ChecksUpdate(found, advice, phase))
 
 
 def _flat(array: Floats, decimals: int) -> list[float]:

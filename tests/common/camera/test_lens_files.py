@@ -1,13 +1,16 @@
 """Lens files: what OpenCV's calibration programs write, folders of them, and wrong ones."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.common.camera.test_calibration_files import GOOD, ROS, storage
+from tests.common.camera.test_fisheye import FILE as FISHEYE
 from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.lens import Lens, of_images
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.errors import UserError
 
@@ -84,3 +87,25 @@ def test_opencv_xml_in_easymocaps_layout_is_a_calibration(tmp_path):
     storage(tmp_path / "extri.xml", {"Rot_left": left.rotation, "T_left": left.translation.reshape(3, 1)})
     read = read_calibration(tmp_path / "extri.xml")["left"]
     np.testing.assert_allclose(read.centre, left.centre)
+
+
+@pytest.mark.parametrize("content", [GOOD, FISHEYE])
+@pytest.mark.parametrize(
+    ("guessed", "images", "size", "left"),
+    [
+        (("size", "vertical"), (656, 492), (656, 492), ("vertical",)),
+        (("size",), (640, 480), (640, 480), ()),
+        (("size",), (320, 240), (640, 480), ("size",)),
+        (("size",), (960, 720), (640, 480), ("size",)),
+        ((), (656, 492), (640, 480), ()),
+    ],
+)
+def test_the_size_of_images_replaces_a_guess_unless_they_are_scaled(tmp_path, content, guessed, images, size, left):
+    (tmp_path / "calibration.toml").write_text(content)
+    (camera,) = read_calibration(tmp_path / "calibration.toml").values()
+    camera = replace(camera, guessed=guessed)
+    found, lens = of_images(camera, images), of_images(Lens.of(camera), images)
+    assert (found.size, found.guessed) == (size, left)
+    assert (lens.size, lens.guessed) == (size, tuple(name for name in left if name == "size"))
+    assert Lens.of(found).size == size
+    np.testing.assert_array_equal(lens.matrix, Lens.of(camera).matrix)

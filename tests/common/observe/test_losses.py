@@ -16,5 +16,7 @@ def test_what_is_normal_or_unknown_is_no_loss() -> None:
 def test_losses_are_described_with_their_totals() -> None:
     counts = {"frames": 90, "dropped_frames": 4, "skipped_frames": 6, "step_errors": 1, "rejected_invalid": 0, "other": 3}
     assert described(counts) == [
-        ("camera frames dropped", 4, 100), ("camera frames skipped under overload", 6, 100), ("steps failed", 1, 0),
-    ]  # fmt: skip
+        ("dropped_frames", "camera frames dropped", 4, 100),
+        ("skipped_frames", "camera frames skipped under overload", 6, 100),
+        ("step_errors", "steps failed", 1, 0),
+    ]

@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
+from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import _paired
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
@@ -119,6 +121,27 @@ def test_wrong_file_of_offsets_is_refused(tmp_path: Path, sync: str, text: str) 
 def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
     rig = load_rig(folder(tmp_path, size=(320, 240)))
     assert "viewer cam01: video of 320 x 240, calibration for 640 x 480: scaled" in " ".join(rig.notes)
+
+
+@pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
+@pytest.mark.parametrize(
+    ("size", "used", "guessed", "note"),
+    [
+        ((656, 492), (656, 492), (), "images of 656 x 492, as its video has: 640 x 480 in the calibration is a guess"),
+        ((320, 240), (640, 480), ("size",), "video of 320 x 240, calibration for 640 x 480: scaled"),
+    ],
+)
+def test_the_size_of_a_video_replaces_a_guess_and_no_known_size(
+    tmp_path: Path, size: tuple[int, int], used: tuple[int, int], guessed: tuple[str, ...], note: str
+) -> None:
+    file = folder(tmp_path, size=size) / "calibration.toml"
+    assert {one.calibrated_size for one in load_rig(tmp_path).viewers} == {(640, 480)}
+    file.write_text(file.read_text().replace("fisheye = false", 'guessed = ["size"]'))
+    known, rig = read_calibration(file), load_rig(tmp_path)
+    assert {(one.calibrated_size, one.camera.guessed) for one in rig.viewers} == {(used, guessed)}
+    assert f"viewer cam01: {note}" in " ".join(rig.notes)
+    for one in rig.viewers:  # the pixels of the calibration are those of the video
+        np.testing.assert_allclose(one.camera.resized(used).matrix, known[one.camera.name].matrix)
 
 
 def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:

@@ -367,6 +367,54 @@ def test_a_frustum_shows_the_cameras_picture_unless_it_would_hide_the_person(vis
     visit.until(lambda: shown("1") == {"whole": False, "bare": True}, "the silhouette of camera 1")
 
 
+# Puts the middle of the first line of a frustum under the inner edge of a panel, with thick lines, or draws no cameras;
+# returns the boxes of the panel, without its border and corners, and of all panels.
+FRUSTUM_UNDER = """([panel, cameras]) => {
+  const {scene} = zenocap, one = document.querySelector(panel).getBoundingClientRect();
+  const {from, to} = scene.lines.find(({layer}) => layer === 'cameras');
+  const [x, y] = scene.toPage(from.map((value, k) => (value + to[k]) / 2));
+  const edge = one.left > innerWidth / 2 ? one.left : one.right, middle = one.top + one.height / 2;
+  const [right, up] = scene.shift;
+  scene.shift = [right + 2 * (edge - x) / innerWidth, up - 2 * (middle - y) / innerHeight];
+  const thick = { width: 6, colour: [1, 0.3, 0.3, 1] };
+  scene.lines = scene.lines.map((line) => (line.layer === 'cameras' ? {...line, ...thick} : line));
+  scene.layers.cameras = cameras;
+  scene.draw();
+  const all = [...document.querySelectorAll('.glass')].map((each) => each.getBoundingClientRect());
+  const rounded = 14, rows = all.map(({left, top, right, bottom}) => [left, top, right, bottom]);
+  return [[one.left + rounded, one.top + rounded, one.right - rounded, one.bottom - rounded], ...rows];
+}"""
+
+
+def shining(visit: Visit, panel: str) -> tuple[int, int]:
+    """Largest change of a channel by the lines of the cameras: within a panel, and beside all of them."""
+    pictures = []
+    for cameras in (True, False):
+        own, *every = np.round(visit.page.evaluate(FRUSTUM_UNDER, [panel, cameras])).astype(int)
+        pictures.append(cv2.imdecode(np.frombuffer(visit.page.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(int))
+    apart = np.abs(pictures[0] - pictures[1]).max(axis=2)
+    within = int(apart[own[1] : own[3], own[0] : own[2]].max())
+    for left, top, right, bottom in every:
+        apart[max(0, top - 1) : bottom + 1, max(0, left - 1) : right + 1] = 0
+    return within, int(apart.max())
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_lines_of_the_cameras_do_not_shine_through_the_panels(browser: object, animator: StandIn, scheme: str) -> None:
+    with opened(browser, animator, scheme=scheme) as visit:
+        animator.send_frame_set(0.0)
+        sees(visit, 1)
+        for panel in ("#right", "#brand"):
+            found: list[tuple[int, int]] = []
+
+            def seen(panel: str = panel, found: list[tuple[int, int]] = found) -> bool:
+                found.append(shining(visit, panel))
+                return found[-1][1] > 60
+
+            visit.until(seen, f"a frustum beside {panel}")
+            assert found[-1][0] < 10, (panel, found)
+
+
 def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit, animator: StandIn) -> None:
     notice = visit.page.get_by_role("status").and_(visit.page.locator("#notice"))
     assert notice.get_attribute("aria-live") == "polite"
@@ -555,9 +603,9 @@ def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Vis
 
 def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:
     shown = "((one) => [one.textContent, one.classList.contains('calm')])(document.getElementById('advice'))"
-    waiting, tracking = "waiting for the T-pose in both views", "tracking"
-    for state, phase in ((waiting, m.Phase.AWAITING_PERSON), (tracking, m.Phase.TRACKING)):
+    waiting, following = "waiting for the T-pose in both views", "the person is followed"
+    for state, phase in ((waiting, m.Phase.AWAITING_PERSON), (following, m.Phase.TRACKING), ("tracking", m.Phase.LOST)):
         animator.receive(health("integrator", "main", animator.clock.now_ns(), state, phase))
-        expected = [state, state == tracking]
+        expected = [state, phase is m.Phase.TRACKING]
         visit.until(lambda expected=expected: (tick(animator), visit.evaluate(shown) == expected)[1], f"calm: {expected}")
     assert "grey: lost" in str(visit.evaluate("document.getElementById('colours').textContent"))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
-from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.lens import Lens, of_images
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.april_grid import check_spacing
@@ -135,7 +135,8 @@ def _cameras(
     cameras = []
     for c, one in enumerate(seen):
         rotation, shift = composed(state.cameras[c], inverse(world.pose))
-        camera = replace(state.lenses[c].camera(one.name, rotation, shift), guessed=guessed)
+        camera = state.lenses[c].camera(one.name, rotation, shift)
+        camera = replace(camera, guessed=(*camera.guessed, *guessed))
         residuals = result.residuals[observed.cameras == c]
         cameras.append(
             CalibratedCamera(
@@ -153,6 +154,7 @@ def _given(seen: CameraViews, lenses: Mapping[str, Lens]) -> LensModel:
         raise UserError(
             f"no lens of {seen.name}; there are: {', '.join(lenses)}; allowed: one for all, or one for each camera"
         )
+    lens = of_images(lens, seen.size)
     if lens.size != seen.size:
         width, height = seen.size
         raise UserError(

@@ -15,18 +15,19 @@ ZERO = np.zeros(3)
 
 @dataclass(frozen=True)
 class LensModel:
-    """size: (width, height) px.  values: fx, fy, cx, cy, and 4, 5 or 8 distortions of OpenCV, or 4 of its fisheye model."""
+    """size, guessed: as of a `Lens`.  values: fx, fy, cx, cy, and 4, 5 or 8 distortions of OpenCV, or 4 of a fisheye."""
 
     size: tuple[int, int]
     values: Floats
     fisheye: bool = False
+    guessed: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, lens: Lens) -> "LensModel":
         """The model of a lens."""
         matrix = lens.matrix
         values = np.concatenate([matrix[[0, 1], [0, 1]], matrix[:2, 2], np.ravel(lens.distortions)])
-        return cls(lens.size, values, lens.fisheye)
+        return cls(lens.size, values, lens.fisheye, lens.guessed)
 
     @property
     def matrix(self) -> Floats:
@@ -71,8 +72,8 @@ class LensModel:
         """The camera of this lens, that of the rectified images for a fisheye lens."""
         if self.fisheye:
             lens = FisheyeLens(self.size, self.matrix, self.distortions)
-            return Camera(name, self.size, lens.pinhole_matrix(), np.zeros(4), rotation, translation, lens)
-        return Camera(name, self.size, self.matrix, self.distortions, rotation, translation)
+            return Camera(name, self.size, lens.pinhole_matrix(), np.zeros(4), rotation, translation, lens, self.guessed)
+        return Camera(name, self.size, self.matrix, self.distortions, rotation, translation, guessed=self.guessed)
 
 
 def plane_poses(lens: LensModel, corners: Floats, pixels: Floats) -> list[tuple[Floats, Floats, float]]:

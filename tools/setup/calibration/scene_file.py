@@ -9,7 +9,7 @@ from typing import TypeVar
 import msgspec
 
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.lens import Lens, of_images
 from zenocap.common.camera.scene_calibration import PlacedCamera, placed_camera
 from zenocap.common.camera.validation import MAX_DISTANCE_M, Entry, checked_size
 from zenocap.common.errors import UserError
@@ -97,7 +97,10 @@ def placed_cameras(scene: PickedPoints, lenses: Mapping[str, Lens] | None) -> li
 def placed_in_scene(scene: PickedPoints, name: str, lenses: Mapping[str, Lens] | None) -> PlacedCamera:
     """A camera of a scene.  Raises UserError."""
     lens, pixels = _lens_of(name, lenses), scene.picked[name]
-    size = scene.size_of(name) or (lens.size if lens is not None else None)
+    size = scene.size_of(name)
+    if lens is not None:
+        lens = lens if size is None else of_images(lens, size)
+        size = size or lens.size
     if size is None:
         raise UserError(f"{scene.path}: size is missing: allowed: width and height of the images, or --lenses")
     if lens is not None and lens.size != size:

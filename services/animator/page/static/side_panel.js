@@ -54,20 +54,20 @@ function statusText(service) {
   }
 }
 
-// What a kind of loss means, by its text in the table.
+// What a kind of loss means, by the name of its count.
 const LOSS_WORDS = {
-  'camera frames dropped': 'images that came faster than this service takes them; the newest are used',
-  'camera frames skipped under overload': 'images that the whole rig leaves out at equal times, because a service is too slow for all of them',
-  'frame sets skipped': 'without a pose, because a newer one had come',
-  'messages dropped': 'messages that waited too long and were replaced by newer ones',
-  'messages invalid': 'messages of another version, or of other programs, that were not used',
-  'steps failed': 'messages whose processing failed; the log of the service has the error',
-  'messages not recorded': 'messages that are missing in the take',
-  'commands failed': 'commands of postures whose action did not succeed',
-  'commands dropped': 'commands of postures that came while too many others were waiting',
+  dropped_frames: 'images that came faster than this service takes them; the newest are used',
+  skipped_frames: 'images that the whole rig leaves out at equal times, because a service is too slow for all of them',
+  dropped_instants: 'without a pose, because a newer one had come',
+  dropped_queue_full: 'messages that waited too long and were replaced by newer ones',
+  rejected_invalid: 'messages of another version, or of other programs, that were not used',
+  step_errors: 'messages whose processing failed; the log of the service has the error',
+  log_lost: 'messages that are missing in the take',
+  commands_failed: 'commands of postures whose action did not succeed',
+  commands_dropped: 'commands of postures that came while too many others were waiting',
 };
 
-function lossText([what, count, total]) {
+function lossText([, what, count, total]) {
   return total ? `${grouped(count)} of ${grouped(total)} ${what}` : `${grouped(count)} ${what}`;
 }
 
@@ -109,9 +109,9 @@ export function setAlert(name, text) {
   box.textContent = alerts.get('connection') || [...alerts.values()].join(' · ');
 }
 
-export function showChecks({ viewers, advice }) {
+export function showChecks({ viewers, advice, phase }) {
   el('advice').textContent = advice;
-  el('advice').classList.toggle('calm', advice === 'tracking');  // nothing to be done
+  el('advice').classList.toggle('calm', phase === 'tracking');  // nothing to be done
   el('checks').replaceChildren(...Object.entries(viewers).map(([viewer, checks]) => {
     const box = create('div', { className: 'checks' });
     box.append(create('h2', { textContent: `viewer ${viewer}` }));

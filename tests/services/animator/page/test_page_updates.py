@@ -125,7 +125,7 @@ def test_the_services_have_their_condition_losses_and_recording() -> None:
     assert [(row["name"], row["id"], row["condition"]) for row in sent["services"]] == [
         ("viewer", "1", "stale"), ("viewer", "2", "stale"), ("integrator", "main", "ok"),
     ]  # fmt: skip
-    assert sent["services"][2]["losses"] == [["messages not recorded", 3, 15]]
+    assert sent["services"][2]["losses"] == [["log_lost", "messages not recorded", 3, 15]]
     assert (sent["recording"], sent["log"], sent["pages"]) == (True, 12, 2)
     assert services_of()["recording"] is None
     assert json.loads(updates_module.recording_update(presence).data) == {
@@ -146,7 +146,8 @@ def test_checks_have_advice_for_each_viewer_and_for_the_rig() -> None:
         health("viewer", "2", NOW, "learning the background (3 frames)", m.Phase.LEARNING_BACKGROUND),
         health("integrator", "main", NOW, "waiting for the T-pose in both views", m.Phase.AWAITING_PERSON),
     )
-    assert sent["advice"] == "waiting for the T-pose in both views"
+    assert (sent["advice"], sent["phase"]) == ("waiting for the T-pose in both views", "awaiting_person")
+    assert checks_of(full())["phase"] == ""
     first = {check["name"]: check["verdict"] for check in sent["viewers"]["1"]}
     assert first["background"] == "wait"  # no health received
     assert first["posture"] == "bad"  # walking, not standing with stretched arms
@@ -262,11 +263,14 @@ def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
     [
         (
             ("viewer", "1"), {"frames": 60, "dropped_frames": 4, "skipped_frames": 36, "kept_percent": 67},
-            [["camera frames dropped", 4, 100], ["camera frames skipped under overload", 36, 100]],
+            [
+                ["dropped_frames", "camera frames dropped", 4, 100],
+                ["skipped_frames", "camera frames skipped under overload", 36, 100],
+            ],
         ),
         (
             ("recognizer", "main"), {"commands_done": 9, "commands_failed": 2, "commands_dropped": 1},
-            [["commands failed", 2, 0], ["commands dropped", 1, 0]],
+            [["commands_failed", "commands failed", 2, 0], ["commands_dropped", "commands dropped", 1, 0]],
         ),
     ],
     ids=["frames of a viewer", "commands of the recognizer"],
@@ -287,7 +291,7 @@ def test_the_page_gets_what_is_left_out_under_overload() -> None:
 
 
 def test_the_page_explains_every_loss() -> None:
-    """The texts of the table of losses are the keys of the explanations in `side_panel.js`."""
-    texts = {one.text for one in LOSSES if one.text}
+    """The names in the table of losses are the keys of the explanations in `side_panel.js`."""
+    names = {one.name for one in LOSSES if one.text}
     script = (ROOT / "services" / "animator" / "page" / "static" / "side_panel.js").read_text(encoding="utf-8")
-    assert all(f"'{text}': '" in script for text in texts)
+    assert all(f"  {name}: '" in script for name in names)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.command import printed
 from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.ros_camera_info import GUESSED_SIZE
 from zenocap.tools.cli.calibrate.scene import SCENE_EXAMPLE
 
 LENS = """image_width: 640
@@ -22,6 +23,7 @@ distortion_coefficients:
   cols: 5
   data: [0.0, 0.0, 0.0, 0.0, 0.0]
 """
+WITHOUT_SIZE = "\n".join(line for line in SCENE_EXAMPLE.splitlines() if not line.startswith("size"))
 scene = partial(printed, "calibrate", "scene")
 
 
@@ -39,6 +41,16 @@ def test_the_example_gives_a_calibration(points, tmp_path, known):
     for text in ("cam01: at (", "expected error of a person in the middle: ", "without being noticed", "verdict: good"):
         assert text in output
     assert read_calibration(tmp_path / "a.toml")["cam01"].centre == pytest.approx([0.0, 1.0, 5.2], abs=0.02)
+
+
+@pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
+def test_a_guessed_size_of_a_lens_stays_marked_unless_the_images_give_it(points, tmp_path):
+    (tmp_path / "lens.yaml").write_text(GUESSED_SIZE + LENS.replace("image_height: 480", "image_height: 500"))
+    for text, size, guessed in ((SCENE_EXAMPLE, (640, 480), ()), (WITHOUT_SIZE, (640, 500), ("size",))):
+        points.write_text(text)
+        scene(points, "--lenses", tmp_path / "lens.yaml", "-o", tmp_path / "a.toml", "--force")
+        camera = read_calibration(tmp_path / "a.toml")["cam01"]
+        assert (camera.size, camera.guessed) == (size, guessed)
 
 
 def test_few_points_are_called_unchecked(points, tmp_path):

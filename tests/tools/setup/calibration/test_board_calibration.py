@@ -81,9 +81,12 @@ def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig, se
 
 
 def test_given_lenses_stay(rig, seen):
-    kept = calibrated_rig(BOARD, seen, lenses_of(rig))
+    """And a guess of their size is replaced by that of the images."""
+    guessed = {name: replace(one, size=(1300, 740), guessed=("size",)) for name, one in lenses_of(rig).items()}
+    kept = calibrated_rig(BOARD, seen, guessed)
     for one, true in zip(kept.cameras, rig, strict=True):
         np.testing.assert_array_equal(one.camera.matrix, true.matrix)
+        assert (one.camera.size, one.camera.guessed) == ((1280, 720), ("vertical",))
     with pytest.raises(UserError, match="no lens of cam02; there are: cam01, cam03"):
         calibrated_rig(BOARD, seen, lenses_of((rig[0], rig[2])))
     small = {name: replace(one, size=(640, 360)) for name, one in lenses_of(rig).items()}

@@ -10,8 +10,10 @@ from unittest.mock import Mock
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
@@ -19,7 +21,7 @@ from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
 from zenocap.common.runtime.service import Event, Runner, Service, Stepper, TooManyFailures, TopicSubscription, run
-from zenocap.common.topics import FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 M = TypeVar("M", bound=m.Message)
 
@@ -408,3 +410,27 @@ class OneSecondClock(ManualClock):
     def elapsed_ns(self) -> int:
         self.set(self.now_ns() + 10**9)
         return self.now_ns()
+
+
+def test_a_first_message_that_another_program_replaces_is_published_again() -> None:
+    """Pages, takes and the tracker used the camera of another program until the end."""
+    clock = ManualClock(1)
+    network = LocalNetwork("studio", clock)
+    stranger, reader = network.bus(), network.bus()
+    reader.subscribe(CAMERA, every=True)
+    own = built(m.CameraInfo)
+    false, after = structs.replace(own, name="false"), list[list[str]]()
+
+    def stopped() -> bool:
+        after.append([message.name for message in messages_on(reader, m.CameraInfo)])
+        match len(after):
+            case 2 | 3 | 4:
+                stranger.publish(CAMERA, false)
+            case 5:
+                clock.advance(1_000_000_000)  # to the next health
+        return len(after) == 8
+
+    assert run(viewer(), network.bus(), clock, stopped=stopped, first_messages=(own,)) == 0
+    assert after[0] == [own.name]
+    assert [name for turn in after[1:] for name in turn] == ["false", own.name, "false", "false", own.name]
+    assert after[-1] == []

@@ -171,7 +171,8 @@ class Runner(Generic[Setup, State, F]):
                 self.meter.counts["failed_frames"] += 1
             self._log_once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:
-                raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
+                why = str(error) or type(error).__name__  # that of a MemoryError is empty
+                raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {why}") from error
             return
         self._failures = 0
         stepped_ns = self.clock.elapsed_ns()

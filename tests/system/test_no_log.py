@@ -14,7 +14,7 @@ import pytest
 from benchmarks.chaos.observer import Observer
 from tests.support.demo_rigs import written_demo
 from tests.support.networks import free_endpoint
-from tests.support.processes import all_run, children_of, ended, output_of, started, wait_for_frames, wait_until
+from tests.support.processes import all_run, ended, output_of, service_pids, started, wait_for_frames, wait_until
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import PROCESS
@@ -73,7 +73,7 @@ def run_with_a_kill(folder: Path, service: str, *, records: bool) -> Run:
             wait_until(lambda: any(takes.glob("*.mcap")), folder, running=[up])
         wait_for_frames(folder, RECORDED)
         before = {one.health.counts.get(PROCESS) for one in observer.health}
-        kill(up.pid, service)
+        os.kill(service_pids(up.pid)[service], signal.SIGKILL)
         killed_ns = time.time_ns()
 
         def healths() -> list[int]:
@@ -89,17 +89,6 @@ def run_with_a_kill(folder: Path, service: str, *, records: bool) -> Run:
         frames = {one.frame: one.received_ns for one in reversed(observer.frames[WITNESS])}
         found = list(takes.glob("*.mcap"))
         return Run(status, output_of(folder), killed_ns, healths()[1], frames, found[0] if found else None)
-
-
-def kill(parent: int, service: str) -> None:
-    """End a service of a process with SIGKILL."""
-    name, _, id = service.partition(" ")
-    (pid,) = (
-        pid
-        for pid, words in children_of(parent).items()
-        if f" zenocap {name} " in words and (not id or f" --id {id} " in f"{words} ")
-    )
-    os.kill(pid, signal.SIGKILL)
 
 
 def numbers(pattern: str, text: str) -> list[int]:

@@ -149,6 +149,13 @@ def test_a_step_that_keeps_failing_ends_the_service_and_one_successful_step_rese
         runner.handle(Image(29, 1))
 
 
+def test_a_service_that_ends_without_memory_says_so() -> None:
+    """Its reason was empty."""
+    runner = runner_of(step=Mock(side_effect=MemoryError), max_failures=1)
+    with pytest.raises(TooManyFailures, match="1 steps in a row failed, the last on frame 1: MemoryError"):
+        runner.handle(Image(1, 1))
+
+
 def test_failures_on_received_messages_do_not_end_a_service() -> None:
     def refuse(_: Setup, state: RecordedEvents, event: Event[Image]) -> tuple[RecordedEvents, Sequence[m.Message]]:
         if isinstance(event, Envelope):

@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
+from io import TextIOWrapper
+from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -112,6 +114,10 @@ def leave(status: int) -> NoReturn:
 
 
 def main() -> None:
+    if sys.stdin is None:  # closed by the caller: a question gets the end of the input, as from `</dev/null`
+        sys.stdin = Path(os.devnull).open()
+    elif isinstance(sys.stdin, TextIOWrapper):
+        sys.stdin.reconfigure(errors="surrogateescape")  # what is not UTF-8 is a wrong answer
     try:
         program(sys.argv[1:])()
     except SystemExit as end:

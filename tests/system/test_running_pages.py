@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import msgspec.inspect as mi
@@ -30,6 +31,7 @@ from zenocap.tools.setup.page.points_scene import ScenePointTask
 from zenocap.tools.teach.page import messages as pm
 
 pytestmark = pytest.mark.nightly
+C = TypeVar("C")
 COMMANDS = 250
 BATCH = 16  # commands that are sent before the page has handled those before: fewer than may wait
 NO_COMMANDS = ("", "null", "[]", "{}", "[" * 3000, "\0", "1e999", '{"type":"x"}', '{"type":["add"]}')
@@ -50,7 +52,7 @@ def hostile_texts(kinds: object, known: Sequence[object], number: int) -> Iterat
     yield from NO_COMMANDS
 
 
-def attack(page: Page[object], address: str, texts: Iterator[str]) -> None:
+def attack(page: Page[C], address: str, texts: Iterator[str]) -> None:
     """Send all of them, and wait until they are handled."""
     handled: Callable[[], bool] = page._commands.empty
 

@@ -94,8 +94,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "system/test_limits.py::test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes",
     ),
     "a revoked certificate under load": (
-        "system/test_revocation.py::"
-        "test_revocations_and_renewals_under_load_exclude_the_holder_and_bring_the_others_back",
+        "system/test_revocation.py::test_revocations_and_renewals_under_load_exclude_the_holder_and_bring_the_others_back",
     ),
     "a wheel with another model for `models add`": (
         "tools/setup/models/test_models.py::test_a_false_wheel_is_one_error_and_nothing_is_kept",

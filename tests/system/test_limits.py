@@ -130,4 +130,3 @@ def test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes(rig: Ru
         name: pid for name, pid in before.items() if name != "viewer 1"
     }
     rig.end()
-

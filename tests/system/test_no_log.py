@@ -101,9 +101,7 @@ def counted_in(take: Path) -> int:
     """Messages of a take that their service has counted as sent."""
     keys = [one.topic for one in TakeReader(take).messages()]
     topics = {key: topic_at(key) for key in {*keys}}
-    return sum(
-        1 for key in keys if (topic := topics[key]) and topic.queueing is not Queueing.LATCHED and service_at(key)
-    )
+    return sum(1 for key in keys if (topic := topics[key]) and topic.queueing is not Queueing.LATCHED and service_at(key))
 
 
 def holds(run: Run) -> int:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
 from io import TextIOWrapper
-from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -115,7 +114,7 @@ def leave(status: int) -> NoReturn:
 
 def main() -> None:
     if sys.stdin is None:  # closed by the caller: a question gets the end of the input, as from `</dev/null`
-        sys.stdin = Path(os.devnull).open()
+        sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY))
     elif isinstance(sys.stdin, TextIOWrapper):
         sys.stdin.reconfigure(errors="surrogateescape")  # what is not UTF-8 is a wrong answer
     try:

@@ -134,7 +134,7 @@ def test_a_killed_viewer_leaves_a_time_without_a_count(tmp_path: Path) -> None:
     holds(run)
     assert "not counted: what viewer 1 sent from " in run.text
     assert ", and an unknown number in " in run.text
-    assert "cut: " not in run.text
+    assert "; cut: " not in run.text
     assert run.status == LOSS, run.text
 
 

@@ -20,6 +20,7 @@ from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.queries import PeriodicQueries
+from zenocap.common.runtime.signals import come_round
 from zenocap.common.table import attribute
 from zenocap.common.topics import Topic, topic_of
 
@@ -324,6 +325,7 @@ def _loop(
         offset = offset_at(trips, clock.now_ns())
         on_clock_offset(offset)
         first.repeat()
+        come_round()
         runner.set_counts(extra_counts())
         runner.set_counts(service.count(runner.state))
         _report(runner, frames, choice, offset)
@@ -359,6 +361,7 @@ def _loop(
     runner.report_handled()
     runner.meter.counts[ENDED] = 1
     report()  # the last one: it has the numbers of all messages before
+    come_round(0.0)  # what follows has no loop
 
 
 def _report(

@@ -105,7 +105,7 @@ def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Run
         name: one for name, one in before.items() if name != "viewer 1"
     }
     text = rig.end()
-    assert re.search(r"viewer 1: (died \(SIG\w+\)|failed \(exit status 1\))", text)
+    assert re.search(r"viewer 1: (did nothing for \d+ s|died \(SIG\w+\)|failed \(exit status 1\))", text)
     assert re.search(MEMORY, text), text
 
 

@@ -17,6 +17,7 @@ from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
+from zenocap.common.runtime import service as service_module
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
@@ -441,3 +442,20 @@ def test_a_first_message_that_another_program_replaces_is_published_again() -> N
     assert after[0] == [own.name]
     assert [name for turn in after[1:] for name in turn] == ["false", own.name, "false", "false", own.name]
     assert after[-1] == []
+
+
+def test_a_loop_comes_round_with_each_health_and_not_after_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = Mock()
+    monkeypatch.setattr(service_module, "come_round", calls)
+    clock = ManualClock(1)
+    turns = iter(range(10))
+
+    def stopped() -> bool:
+        clock.advance(500_000_000)
+        return next(turns) == 6
+
+    assert run(viewer(), LocalNetwork("studio", clock).bus(), clock, stopped=stopped) == 0
+    *before, last = [call.args for call in calls.call_args_list]
+    assert len(before) > 3
+    assert set(before) == {()}
+    assert last == (0.0,)

@@ -250,7 +250,7 @@ class FirstMessages:
             names = topic.names_of(message)
             self._own[topic.at(bus.rig, **names)] = message
             publish(message)
-            bus.subscribe(topic, **names)
+            bus.subscribe(topic, every=False, **names)
 
     def others(self, events: Iterable[Received]) -> Iterator[Received]:
         """The events without the messages on these keys."""

@@ -19,10 +19,14 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "valid messages in the name of a service": (
         "system/test_hostile.py::test_valid_but_inconsistent_messages_stop_no_service",
         "services/viewer/two_view/test_step.py::test_a_false_assignment_interrupts_tracking_for_one_frame",
+        "services/tracker/test_state_recovery.py::test_a_false_body_before_the_own_measurement_lasts_until_the_next_t_pose",
         "common/bus/test_zenoh_state_recovery.py::test_a_false_body_of_one_session_does_not_outvote_the_subscribers",
         "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
         f"{SECURED}::test_members_publish_only_on_their_own_keys",
         f"{SECURED}::test_only_trusted_members_return_the_body_of_a_restarted_integrator",
+    ),
+    "another calibration of a camera": (
+        "common/runtime/test_service.py::test_a_first_message_that_another_program_replaces_is_published_again",
     ),
     "a false frame rate below 5 frames/s": (
         "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
@@ -57,11 +61,23 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "bodies and poses at the ends of their ranges": (
         "services/animator/outputs/test_output_group.py::"
         "test_values_at_the_ends_of_the_bus_ranges_reach_receivers_as_numbers",
+        "services/animator/outputs/test_ros.py::test_bodies_and_poses_at_the_ends_of_their_ranges_are_numbers",
     ),
     "a flood of commands, or one that fails, from an open page": (
         "common/web/test_page.py::test_a_flood_of_commands_delays_neither_a_turn_nor_the_end",
         "common/web/test_page.py::test_commands_beyond_the_maximum_are_refused_with_a_reason",
         "common/web/test_page.py::test_a_command_that_fails_is_said_and_the_page_goes_on",
+    ),
+    "random commands to the pages of set-up and of postures": (
+        "system/test_running_pages.py::test_the_page_of_postures_outlasts_hostile_commands",
+        "system/test_running_pages.py::test_the_page_of_points_outlasts_hostile_commands",
+        "tools/setup/page/test_live_page.py::test_an_unknown_command_is_answered_and_the_page_lives",
+    ),
+    "a web page of another site, also by DNS rebinding, or one without the token": (
+        "common/web/test_server.py::test_a_foreign_host_name_is_refused",
+        "common/web/test_server.py::test_without_the_token_there_is_neither_page_nor_socket",
+        "tools/operate/metrics/test_shell.py::test_a_server_for_all_machines_is_asked_by_address_or_own_name",
+        "services/animator/outputs/test_gate.py::test_a_page_of_a_name_that_now_leads_here_is_refused",
     ),
     "a camera that answers ONVIF with nonsense": (
         "tools/setup/cameras/test_onvif.py::test_a_device_with_an_odd_answer_is_named_and_the_others_are_asked",
@@ -72,6 +88,16 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "tools/operate/traces/test_export.py::test_a_collector_that_never_answers_is_left",
         "tools/operate/traces/test_export.py::"
         "test_a_collector_whose_answer_has_no_end_delays_no_end_and_has_taken_the_spans",
+    ),
+    "the last memory of a service, or the last open files of a rig": (
+        "system/test_limits.py::test_a_service_without_memory_ends_with_the_reason_and_no_other_one",
+        "system/test_limits.py::test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes",
+    ),
+    "a revoked certificate under load": (
+        "system/test_revocation.py::test_revocations_and_renewals_under_load_exclude_the_holder_and_bring_the_others_back",
+    ),
+    "a wheel with another model for `models add`": (
+        "tools/setup/models/test_models.py::test_a_false_wheel_is_one_error_and_nothing_is_kept",
     ),
 }
 

@@ -540,10 +540,12 @@ def test_a_video_of_an_unknown_codec_is_refused(tmp_path: Path, opened: Callable
     [
         (PermissionError(13, "Permission denied", "/a\nb/take.mcap"), "error: /a\\nb/take.mcap: Permission denied\n"),
         (OSError(28, "No space left on device"), "error: No space left on device\n"),
+        (MemoryError(), "error: out of memory: no more is allowed\n"),
+        (MemoryError("Unable to allocate 2 GiB"), "error: out of memory: Unable to allocate 2 GiB\n"),
     ],
 )
 def test_errors_of_the_system_are_one_line_of_a_command(
-    capsys: pytest.CaptureFixture[str], error: OSError, line: str
+    capsys: pytest.CaptureFixture[str], error: OSError | MemoryError, line: str
 ) -> None:
     with pytest.raises(typer.Exit) as ended, one_line_errors():
         raise error

@@ -106,11 +106,11 @@ class ServiceArguments(ZenohArguments):
         """
         from zenocap.common.bus.protocol import BusError
         from zenocap.common.runtime import logs
-        from zenocap.common.runtime.signals import print_stacks_on_signal, stop_signals
+        from zenocap.common.runtime.signals import print_stacks_on_signal, stop_signals, watched
 
         logs.configure(name)
         print_stacks_on_signal()
-        with stop_signals(with_parent=self.with_parent) as stopped:
+        with stop_signals(with_parent=self.with_parent) as stopped, watched():
             try:
                 yield stopped
             except BusError as error:

@@ -5,7 +5,7 @@ ticks from one thread, publishes the messages it returns, and publishes its heal
 """
 
 import logging
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Never, TypeAlias, TypeVar, cast
 
@@ -20,6 +20,7 @@ from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.queries import PeriodicQueries
+from zenocap.common.runtime.signals import come_round
 from zenocap.common.table import attribute
 from zenocap.common.topics import Topic, topic_of
 
@@ -171,7 +172,8 @@ class Runner(Generic[Setup, State, F]):
                 self.meter.counts["failed_frames"] += 1
             self._log_once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:
-                raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
+                why = str(error) or type(error).__name__  # that of a MemoryError is empty
+                raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {why}") from error
             return
         self._failures = 0
         stepped_ns = self.clock.elapsed_ns()
@@ -232,6 +234,40 @@ class Runner(Generic[Setup, State, F]):
             return None
 
 
+class FirstMessages:
+    """Messages of a process that hold until its end: published at its start, and again where another program replaces one.
+
+    Readers keep the last one of a key.  The own one is published at once, but once between two healths, and with the next
+    health: a reader may receive both in the other order.
+    """
+
+    def __init__(self, bus: Bus, publish: Callable[[Message], object], messages: Sequence[Message]) -> None:
+        self._publish = publish
+        self._own = dict[str, Message]()
+        self._replaced = set[str]()  # keys, since the last health
+        for message in messages:
+            topic = topic_of(type(message))
+            names = topic.names_of(message)
+            self._own[topic.at(bus.rig, **names)] = message
+            publish(message)
+            bus.subscribe(topic, every=False, **names)
+
+    def others(self, events: Iterable[Received]) -> Iterator[Received]:
+        """The events without the messages on these keys."""
+        for event in events:
+            if not isinstance(event, Envelope) or event.key not in self._own:
+                yield event
+            elif event.message != self._own[event.key] and event.key not in self._replaced:
+                self._replaced.add(event.key)
+                self._publish(self._own[event.key])
+
+    def repeat(self) -> None:
+        """Publish those that were replaced since the last call."""
+        for key in sorted(self._replaced):
+            self._publish(self._own[key])
+        self._replaced.clear()
+
+
 def run(
     service: Service[Setup, State, F], bus: Bus, clock: Clock, source: Iterator[F] | None = None,
     stopped: Callable[[], bool] = lambda: False, *, extra_counts: Callable[[], Mapping[str, int]] = dict,
@@ -242,7 +278,7 @@ def run(
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
     extra_counts: further counts for this service's health, such as those of its log.
-    first_messages: messages to publish at the start, after the check that no other process runs this service.
+    first_messages: see `FirstMessages`; after the check that no other process runs this service.
     requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
     on_state: receives the state whenever all received events are handled.
     on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
@@ -256,11 +292,10 @@ def run(
         if service.keeps_time:
             bus.serve_clock()
         runner.subscribe()
-        for message in first_messages:
-            runner.publish(message)
+        first = FirstMessages(bus, runner.publish, first_messages)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset, choice)
+        _loop(runner, frames, first, stopped, extra_counts, requested, on_state, on_clock_offset, choice)
         if final_counts is not None:
             runner.set_counts(final_counts())
             runner.report(service.describe(runner.state), None)
@@ -277,7 +312,7 @@ def run(
 
 
 def _loop(
-    runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, stopped: Callable[[], bool],
+    runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, first: FirstMessages, stopped: Callable[[], bool],
     extra_counts: Callable[[], Mapping[str, int]], requested: Callable[[], Sequence[Message]],
     on_state: Callable[[State], None], on_clock_offset: Callable[[Offset | None], None], choice: FrameChoice | None,
 ) -> None:  # fmt: skip
@@ -289,6 +324,8 @@ def _loop(
     def report() -> None:
         offset = offset_at(trips, clock.now_ns())
         on_clock_offset(offset)
+        first.repeat()
+        come_round()
         runner.set_counts(extra_counts())
         runner.set_counts(service.count(runner.state))
         _report(runner, frames, choice, offset)
@@ -304,7 +341,7 @@ def _loop(
             runner.handle(Tick(clock.now_ns()))
             tick_ns = max(tick_ns + service.tick_ns, now_ns)
         wait_s = 0.0 if runner.pending else min(WAIT_S, service.tick_ns / 1e9 or WAIT_S)
-        for event in received(bus, wait_s):
+        for event in first.others(received(bus, wait_s)):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
             elif choice and isinstance(event, Envelope) and isinstance(event.message, FrameRate):
@@ -324,6 +361,7 @@ def _loop(
     runner.report_handled()
     runner.meter.counts[ENDED] = 1
     report()  # the last one: it has the numbers of all messages before
+    come_round(0.0)  # what follows has no loop
 
 
 def _report(

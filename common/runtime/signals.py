@@ -1,8 +1,9 @@
-"""SIGINT and SIGTERM as a predicate that loops poll; a signal that prints the stacks of all threads."""
+"""Stop signals as a predicate that loops poll; stacks of threads; end of a service that hangs."""
 
 import faulthandler
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ STACKS: signal.Signals | None = getattr(signal, "SIGUSR1", None)  # None on Wind
 STDERR = 2
 # Longest wait of a main thread, which handles the signals: one that another thread receives does not wake it; by hand
 WAIT_S = 0.2
+HANGS_S = 60.0  # between two healths of a service, which sends one a second; chosen by hand
 
 
 def print_stacks_on_signal() -> None:
@@ -21,6 +23,7 @@ def print_stacks_on_signal() -> None:
 
 
 _nothing_to_end = threading.Event()
+_watched = threading.Event()
 
 
 @contextmanager
@@ -70,3 +73,23 @@ def _until_closed(event: threading.Event) -> None:
     while os.read(0, 4096):
         pass
     event.set()
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """Context of a service that SIGALRM ends where its loop has not called `come_round` for HANGS_S.
+
+    Without memory a call of a library may wait for ever, as for a thread that could not begin; this timer needs none.
+    """
+    _watched.set()
+    try:
+        yield
+    finally:
+        come_round(0.0)
+        _watched.clear()
+
+
+def come_round(seconds: float = HANGS_S) -> None:
+    """Set the time until the next call, within `watched`; 0: there is none."""
+    if sys.platform != "win32" and _watched.is_set():
+        signal.setitimer(signal.ITIMER_REAL, seconds)

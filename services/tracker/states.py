@@ -112,7 +112,8 @@ class TrackedPerson:
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
     less sharp hull.  heading_known: False while the feet do not show which side is the front.
     detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of the rays' evidence on the sizes.
-    measuring: of a body that began as an average one and has not been measured in the T-pose; else None.
+    measured: whether the sizes are those of a T-pose; else they began as average ones.
+    measuring: of a body that this process has not measured: an average one, or one from before a restart; else None.
     """
 
     body: Bdp
@@ -122,6 +123,7 @@ class TrackedPerson:
     expected_support: float
     heading_known: bool = True
     detail: float = 1.0
+    measured: bool = True
     measuring: AwaitingPerson | None = None
 
     @staticmethod

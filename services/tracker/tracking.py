@@ -43,9 +43,12 @@ def remeasure(setup: TrackerSetup) -> TrackState:
 def resume(
     setup: TrackerSetup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int, *, measured: bool = True
 ) -> TrackState:
-    """State after a restart: search for a person with known body and last pose.  measured: see `Outcome`."""
-    person = known_person(setup, body)
-    if not measured and setup.person_height is None:
+    """State after a restart: search for a person with known body and last pose.  measured: see `Outcome`.
+
+    The next T-pose is measured: with the body of another program the person might never be found.
+    """
+    person = replace(known_person(setup, body), measured=measured)
+    if setup.person_height is None:
         person = replace(person, measuring=AwaitingPerson())
     return replace(state, phase=Lost(person, RootedPose.of(setup.anatomy, body, pose), seen_ns=captured_ns))
 
@@ -85,7 +88,7 @@ def track(
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
-        measured = setup.person_height is None and phase.person.measuring is None
+        measured = setup.person_height is None and phase.person.measured
         outcome = replace(outcome, measured=measured)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
@@ -115,7 +118,7 @@ def describe(state: TrackState) -> str:
             return advice
         case Tracking(misfits_in_row=0, toes=toes, person=person):
             certain = person.heading_known and (toes >= HEADING_TOES or state.phase.decided_ns is not None)
-            body = "" if person.measuring is None else " with average proportions: hold the T-pose to measure the body"
+            body = "" if person.measured else " with average proportions: hold the T-pose to measure the body"
             return f"tracking{body}" if certain else f"tracking{body}, front or back is not certain"
         case Tracking():
             return "tracking, the body does not fit the scene"

@@ -5,10 +5,12 @@ import random
 import zlib
 from collections.abc import Iterator
 from functools import cache
+from typing import TypeVar
 
 import msgpack
 import msgspec
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis.strategies import SearchStrategy
 
 from tests.support.message_strategies import messages_of
 from zenocap.common import codec
@@ -16,6 +18,7 @@ from zenocap.common import messages as m
 from zenocap.common.topics import TOPICS, Topic
 
 Plain = dict[str, object]
+T = TypeVar("T")
 FAR_NS = 2**63 - 1
 HUGE_BYTES = 7 << 20  # Zenoh itself stops at 8 MiB
 
@@ -23,13 +26,18 @@ HUGE_BYTES = 7 << 20  # Zenoh itself stops at 8 MiB
 @cache
 def valid_messages(topic: Topic, count: int, number: int) -> tuple[m.Message, ...]:
     """Messages of valid form with random content."""
-    found: list[m.Message] = []
+    return drawn(messages_of(topic.message), count, number)
+
+
+def drawn(strategy: SearchStrategy[T], count: int, number: int) -> tuple[T, ...]:
+    """Values of a strategy.  number: seed."""
+    found: list[T] = []
 
     @seed(number)
     @settings(max_examples=count, phases=(Phase.generate,), database=None, suppress_health_check=list(HealthCheck))
-    @given(messages_of(topic.message))
-    def collect(message: m.Message) -> None:
-        found.append(message)
+    @given(strategy)
+    def collect(value: T) -> None:
+        found.append(value)
 
     collect()
     return tuple(found)

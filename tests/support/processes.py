@@ -186,3 +186,12 @@ def children_of(pid: int) -> dict[int, str]:
                 continue
             waiting.append(int(child))
     return found
+
+
+def service_pids(pid: int) -> dict[str, int]:
+    """Process ids of the services that a process has started, by name, as in "viewer 1" and "tracker"."""
+    found = {}
+    for child, words in children_of(pid).items():
+        if named := re.search(r" zenocap (\w+) (?:.* --id (\S+))?", f"{words} "):
+            found[" ".join(filter(None, named.groups()))] = child
+    return found

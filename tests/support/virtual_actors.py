@@ -1,5 +1,6 @@
 """Virtual actors for the tests of the animator: a body of either anatomy in any pose."""
 
+import msgspec
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -10,6 +11,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.body.proportions import t_pose_angles
+from zenocap.common.conversion import bdp_of, body_of
 from zenocap.services.animator.states import ActorPose
 from zenocap.services.tracker.body.average_body import body_of_height
 
@@ -41,6 +43,16 @@ def posed(name: str, shares: Floats, position: Floats, *, frame: int = 0, lost: 
     """An actor with every joint angle at the given fraction of its range."""
     low, high = BODIES[name][0].limits.T
     return actor_of(name, low + np.resize(shares, len(low)) * (high - low), position, frame=frame, lost=lost)
+
+
+def at_the_ends(name: str, size: float, place: float, angle: float) -> ActorPose:
+    """An actor that a stranger on an open network can send.  size, place: of all parts, metres.  angle: of all joints."""
+    anatomy, bdp = BODIES[name]
+    usual = body_of(anatomy, bdp)
+    sizes, offsets = dict.fromkeys(usual.sizes, (size,) * 3), dict.fromkeys(usual.offsets, (place,) * 3)
+    hostile = bdp_of(anatomy, msgspec.structs.replace(usual, sizes=sizes, offsets=offsets))
+    pose = Pose(np.full(3, place), np.full(len(anatomy.angles), angle))
+    return ActorPose(0, START_NS, START_NS, "tracker", anatomy, hostile, pose)
 
 
 def centres_of(actor: ActorPose) -> dict[str, Floats]:

@@ -3,9 +3,10 @@
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 
@@ -21,12 +22,13 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import HEALTH, SIGHTING, SILHOUETTE, UNIVERSAL_BAP
 from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.nightly
 SOON_S = 5.0  # within which a revoked certificate is to be excluded
 LASTING_S = 10.0  # of a certificate that is to expire, in which its member joins
+LOAD_BYTES = 100_000  # of one message of a load of 5 MB/s
 DAY = timedelta(days=1)
 
 
@@ -298,3 +300,54 @@ def test_a_running_rig_outlasts_a_revocation(rig_file: Path, tmp_path: Path) -> 
             assert ended(process) in (0, 3), output_of(tmp_path)  # 3: what the router dropped is missing in the take
     assert "Traceback" not in output_of(tmp_path)
     assert len(poses_in(take)) >= 80
+
+
+def test_revocations_and_renewals_under_load_exclude_the_holder_and_bring_the_others_back(
+    rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
+) -> None:
+    """Three rounds while another member sends megabytes a second; nothing is lost once the router is open again."""
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
+        integrator, two = joined("integrator", certs), Sender(joined("viewer-2", certs), "2")
+        integrator.subscribe(HEALTH, every=True)
+        integrator.subscribe(SILHOUETTE)
+        with loaded(joined("replay", certs)):
+            for number in range(3):
+                stolen = joined("viewer-1", copied(rig_file, f"stolen-{number}", "viewer-1"))
+                one = Sender(stolen, "1")
+                assert arrives(integrator, one)
+                with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
+                    while command.poll() is None:
+                        arrivals(integrator, [one, two], 0.1)
+                assert command.returncode == 0, output_of(tmp_path)
+                arrivals(integrator, [two], 0.5)  # what had passed the router
+                assert arrivals(integrator, [one, two], 1.0)["1"] == []
+                assert arrives(integrator, two, SOON_S)
+                listening = output_of(tmp_path).count("listens on")
+                renewed = dict.fromkeys((Member(ROUTER), Member("viewer", "2")), HOSTS)
+                certify(certs, "demo", renewed, datetime.now(UTC), 90, renew=True)
+                wait_until(lambda count=listening: output_of(tmp_path).count("listens on") > count, tmp_path)
+                assert arrives(integrator, two, SOON_S)
+                stolen.close()
+            frames = arrivals(integrator, [two], 2.0)["2"]
+        assert frames == list(range(frames[0], frames[0] + len(frames)))
+        assert arrives(integrator, Sender(joined("viewer-1", certs), "1"))  # with the last new pair
+    assert "Traceback" not in output_of(tmp_path)
+
+
+@contextmanager
+def loaded(bus: ZenohBus) -> Iterator[None]:
+    """Megabytes a second of another member through the router, on the key of a silhouette."""
+    ended = Event()
+
+    def send() -> None:
+        while not ended.wait(0.02):
+            bus._session.put("zenocap/demo/viewer/2/silhouette", bytes(LOAD_BYTES))
+
+    thread = Thread(target=send, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join(PATIENCE_S)

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Annotated, NoReturn
 
 import typer
@@ -112,6 +113,10 @@ def leave(status: int) -> NoReturn:
 
 
 def main() -> None:
+    if sys.stdin is None:  # closed by the caller: a question gets the end of the input, as from `</dev/null`
+        sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY))
+    elif isinstance(sys.stdin, TextIOWrapper):
+        sys.stdin.reconfigure(errors="surrogateescape")  # what is not UTF-8 is a wrong answer
     try:
         program(sys.argv[1:])()
     except SystemExit as end:

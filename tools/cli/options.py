@@ -125,8 +125,8 @@ def echo(line: str, err: bool = False) -> None:
 def one_line_errors() -> Iterator[None]:
     """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
 
-    An OSError likewise: of a file or the network.  Other exceptions are bugs and pass.  A FileNote is a line too, once for
-    each text.
+    An OSError of a file or the network, and a MemoryError, likewise.  Other exceptions are bugs and pass.  A FileNote is a
+    line too, once for each text.
     """
     try:
         with file_notes(lambda text: echo(f"note: {text}", err=True)):
@@ -135,6 +135,9 @@ def one_line_errors() -> Iterator[None]:
         for line in f"error: {error}".split("\n"):
             echo(line, err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+    except MemoryError as error:  # of the machine, of its group, or by a limit of the process
+        echo(f"error: out of memory: {str(error) or 'no more is allowed'}", err=True)
+        raise typer.Exit(FAILED) from None
     except BrokenPipeError:
         raise  # of the standard output: `zenocap ... | head` ends without a line
     except OSError as error:

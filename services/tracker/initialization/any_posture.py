@@ -57,7 +57,8 @@ def start_in_any_posture(
 def average_person(setup: TrackerSetup, stature: float, column: Column) -> TrackedPerson:
     """Person of average proportions.  stature: metres.  column: where the person is."""
     person = TrackedPerson.of(setup.anatomy, average_body(setup.anatomy, stature), stature)
-    return replace(person, heading_known=False, detail=detail_at(setup, column.centre), measuring=AwaitingPerson())
+    person = replace(person, measured=False, measuring=AwaitingPerson())
+    return replace(person, heading_known=False, detail=detail_at(setup, column.centre))
 
 
 def _facing_where_feet_point(

@@ -10,16 +10,19 @@ from unittest.mock import Mock
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
+from zenocap.common.runtime import service as service_module
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
 from zenocap.common.runtime.service import Event, Runner, Service, Stepper, TooManyFailures, TopicSubscription, run
-from zenocap.common.topics import FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 M = TypeVar("M", bound=m.Message)
 
@@ -145,6 +148,13 @@ def test_a_step_that_keeps_failing_ends_the_service_and_one_successful_step_rese
     assert runner.state.frames == (9, 19)
     with pytest.raises(TooManyFailures, match="10 steps in a row failed, the last on frame 29: no person"):
         runner.handle(Image(29, 1))
+
+
+def test_a_service_that_ends_without_memory_says_so() -> None:
+    """Its reason was empty."""
+    runner = runner_of(step=Mock(side_effect=MemoryError), max_failures=1)
+    with pytest.raises(TooManyFailures, match="1 steps in a row failed, the last on frame 1: MemoryError"):
+        runner.handle(Image(1, 1))
 
 
 def test_failures_on_received_messages_do_not_end_a_service() -> None:
@@ -408,3 +418,44 @@ class OneSecondClock(ManualClock):
     def elapsed_ns(self) -> int:
         self.set(self.now_ns() + 10**9)
         return self.now_ns()
+
+
+def test_a_first_message_that_another_program_replaces_is_published_again() -> None:
+    """Pages, takes and the tracker used the camera of another program until the end."""
+    clock = ManualClock(1)
+    network = LocalNetwork("studio", clock)
+    stranger, reader = network.bus(), network.bus()
+    reader.subscribe(CAMERA, every=True)
+    own = built(m.CameraInfo)
+    false, after = structs.replace(own, name="false"), list[list[str]]()
+
+    def stopped() -> bool:
+        after.append([message.name for message in messages_on(reader, m.CameraInfo)])
+        match len(after):
+            case 2 | 3 | 4:
+                stranger.publish(CAMERA, false)
+            case 5:
+                clock.advance(1_000_000_000)  # to the next health
+        return len(after) == 8
+
+    assert run(viewer(), network.bus(), clock, stopped=stopped, first_messages=(own,)) == 0
+    assert after[0] == [own.name]
+    assert [name for turn in after[1:] for name in turn] == ["false", own.name, "false", "false", own.name]
+    assert after[-1] == []
+
+
+def test_a_loop_comes_round_with_each_health_and_not_after_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = Mock()
+    monkeypatch.setattr(service_module, "come_round", calls)
+    clock = ManualClock(1)
+    turns = iter(range(10))
+
+    def stopped() -> bool:
+        clock.advance(500_000_000)
+        return next(turns) == 6
+
+    assert run(viewer(), LocalNetwork("studio", clock).bus(), clock, stopped=stopped) == 0
+    *before, last = [call.args for call in calls.call_args_list]
+    assert len(before) > 3
+    assert set(before) == {()}
+    assert last == (0.0,)

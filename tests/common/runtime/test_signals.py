@@ -3,10 +3,21 @@
 import faulthandler
 import os
 import signal
+import subprocess
+import sys
+from unittest.mock import Mock
 
 import pytest
 
-from zenocap.common.runtime.signals import STACKS, loading, print_stacks_on_signal, stop_signals
+from zenocap.common.runtime.signals import (
+    HANGS_S,
+    STACKS,
+    come_round,
+    loading,
+    print_stacks_on_signal,
+    stop_signals,
+    watched,
+)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -55,3 +66,27 @@ def test_a_process_that_still_loads_ends_at_once(
             pass
         os.kill(os.getpid(), number)  # of what has begun, the end is its own
         assert stopped()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="the signal is one of POSIX")
+@pytest.mark.parametrize(("code", "status"), [("while True: come_round(0.2)", 0), ("come_round(0.2); Event().wait()", -14)])
+def test_a_service_whose_loop_comes_round_no_more_is_ended(code: str, status: int) -> None:
+    """Without memory the start of a thread waited for ever, and nothing was started again."""
+    begin = (
+        "import os\nfrom threading import Event, Timer\nfrom zenocap.common.runtime.signals import come_round, watched\n"
+    )
+    text = f"{begin}Timer(1.0, os._exit, (0,)).start()\nwith watched():\n    {code}\n"
+    assert subprocess.run([sys.executable, "-c", text], check=False).returncode == status
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="the signal is one of POSIX")
+def test_the_timer_of_another_program_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    timer = Mock()
+    monkeypatch.setattr(signal, "setitimer", timer)
+    come_round()
+    assert timer.call_args_list == []
+    with watched():
+        come_round()
+    come_round()
+    assert [call.args[1] for call in timer.call_args_list] == [HANGS_S, 0.0]

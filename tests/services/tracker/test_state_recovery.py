@@ -82,3 +82,24 @@ def test_a_body_that_is_not_the_published_one_is_contradicted_with_the_next_fram
     assert [message for message in published if isinstance(message, m.TrackerBdp)] == [body]
     state, published = pass_to(SETUP, state, [body])  # its own, which it hears too
     assert (state.contradicted, published) == (False, [])
+
+
+@pytest.mark.slow
+def test_a_false_body_before_the_own_measurement_lasts_until_the_next_t_pose(
+    before: tuple[m.TrackerBdp, m.TrackerPose],
+) -> None:
+    """It was taken for that of the tracker before a restart, and the person was never found with it."""
+    body, pose = before
+    small = structs.replace(body.body, sizes=dict.fromkeys(body.body.sizes, (0.1, 0.1, 0.1)))
+    false = structs.replace(body, body=small)
+    state, published = pass_to(SETUP, None, [false, pose])
+    assert published == [false, pose]
+    state, published = play(state, [t_pose_at(SEED)] * 6, 10)
+    measured = next(message for message in published if isinstance(message, m.TrackerBdp))
+    assert measured.measured
+    leg, true_leg = (one.body.sizes["right_lower_leg"][0] for one in (measured, body))
+    assert leg == pytest.approx(true_leg, abs=0.03)  # metres
+    last = [message for message in published if isinstance(message, m.TrackerPose)][-1]
+    assert not last.lost
+    assert hip_error(SEED, last.position, t_pose_at(SEED)) < 0.08
+    assert tracker.describe(state) == "tracking"

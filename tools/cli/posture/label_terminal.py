@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -97,18 +98,29 @@ def labels_entered(
     """
     chosen: list[tuple[Candidate, str]] = []
     typer.echo(HELP)
-    for number, (one, guess) in enumerate(guesses.items(), 1):
-        while True:
-            if centres is not None:
-                _play(centres, one, speed)
-            answer = _answer(one, guess, f"{number} of {len(guesses)}", limits)
+    with suppress(KeyboardInterrupt, OSError):  # at any moment; the terminal is gone
+        for number, (one, guess) in enumerate(guesses.items(), 1):
+            answer = _labelled(one, guess, f"{number} of {len(guesses)}", limits, centres, speed)
             if answer is None:
-                return chosen
-            if isinstance(answer, str):
-                chosen += [(one, answer)] * bool(answer)
                 break
-            one = answer
+            chosen += [answer] * bool(answer[1])
     return chosen
+
+
+def _labelled(
+    one: Candidate, guess: Suggestion | None, number: str, limits: tuple[float, float], centres: Trajectories | None,
+    speed: float,
+) -> tuple[Candidate, str] | None:  # fmt: skip
+    """A candidate, as the user has moved it, and its label, empty to skip it; None at the end of the answers."""
+    while True:
+        if centres is not None:
+            _play(centres, one, speed)
+        answer = _answer(one, guess, number, limits)
+        if answer is None:
+            return None
+        if isinstance(answer, str):
+            return one, answer
+        one = answer
 
 
 def _answer(one: Candidate, guess: Suggestion | None, number: str, limits: tuple[float, float]) -> Candidate | str | None:
@@ -165,11 +177,9 @@ def _play(data: Trajectories, one: Candidate, speed: float) -> None:
 
     from zenocap.tools.takes.figure_text import pictures
 
-    texts = pictures(data, one.start_s, one.end_s, FRAMES_PER_S / speed)
-    try:
+    with suppress(KeyboardInterrupt):
+        texts = pictures(data, one.start_s, one.end_s, FRAMES_PER_S / speed)
         with Live(refresh_per_second=2 * FRAMES_PER_S) as live:
             for text in texts:
                 live.update(text)
                 time.sleep(1.0 / FRAMES_PER_S)
-    except KeyboardInterrupt:
-        return

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import IO, Protocol
 
 from zenocap.common.errors import UserError
-from zenocap.common.runtime.signals import STACKS
+from zenocap.common.runtime.signals import HANGS_S, STACKS
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0  # after the second short run, and at most
 SHORT_PAUSE_S = 0.1  # after a run of SETTLED_S, and after the first short one; chosen by hand
@@ -224,6 +224,8 @@ class ChildProcesses:
 
 
 def _exit_text(status: int) -> str:
+    if sys.platform != "win32" and status == -signal.SIGALRM:
+        return f"did nothing for {HANGS_S:g} s and was ended (SIGALRM)"
     if status < 0:
         try:
             return f"died ({signal.Signals(-status).name})"

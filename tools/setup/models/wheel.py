@@ -1,5 +1,6 @@
 """Model file of `people` out of a wheel of mediapipe: fetched by pip, or given as a file."""
 
+import lzma
 import subprocess
 import sys
 import zipfile
@@ -75,7 +76,7 @@ def from_file(path: Path) -> bytes:
             raise UserError(f"{path}: allowed: a wheel of {REQUIREMENT} (.whl), or {SELFIE.name} (.tflite)")
     except KeyError:
         raise UserError(f"{path}: has no {INSIDE}: allowed: a wheel of {REQUIREMENT}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError) as error:
         raise UserError(f"{path}: no wheel that can be read: {error}") from error
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error

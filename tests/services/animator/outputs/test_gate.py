@@ -89,6 +89,14 @@ def test_pages_of_other_sites_are_refused_with_a_reason(output: FoxgloveOutput, 
     assert output.counts()["refused"] == 1
 
 
+def test_a_page_of_a_name_that_now_leads_here_is_refused(output: FoxgloveOutput) -> None:
+    """DNS rebinding: host and origin agree, and the browser takes this server for the site of an attacker."""
+    site = f"evil.example:{port_of(output)}"
+    request = f"GET / HTTP/1.1\r\nHost: {site}\r\nOrigin: http://{site}\r\nUpgrade: websocket\r\n\r\n"
+    assert answer_to(output, request.encode()).startswith(b"HTTP/1.1 403 Forbidden")
+    assert output.counts()["refused"] == 1
+
+
 def test_programs_beyond_the_maximum_are_refused_with_a_reason(output: FoxgloveOutput) -> None:
     with ExitStack() as stack:
         for _ in range(MAX_FOXGLOVE_CLIENTS):

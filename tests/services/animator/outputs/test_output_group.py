@@ -7,16 +7,13 @@ from collections.abc import Mapping
 from contextlib import closing
 from unittest.mock import Mock
 
-import msgspec
 import numpy as np
 import pytest
 
 from tests.services.animator.outputs.test_vmc import Marionette
 from tests.support.command_receivers import udp_receiver
-from tests.support.virtual_actors import BODIES, START_NS, stretched
-from zenocap.common.body.definition import Pose
+from tests.support.virtual_actors import BODIES, at_the_ends, stretched
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import bdp_of, body_of
 from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs import lsl
@@ -103,12 +100,7 @@ def test_values_at_the_ends_of_the_bus_ranges_reach_receivers_as_numbers(
     name: str, size: float, place: float, angle: float
 ) -> None:
     """A stranger on an open network can send such bodies and poses."""
-    anatomy, bdp = BODIES[name]
-    usual = body_of(anatomy, bdp)
-    sizes, offsets = dict.fromkeys(usual.sizes, (size,) * 3), dict.fromkeys(usual.offsets, (place,) * 3)
-    hostile = bdp_of(anatomy, msgspec.structs.replace(usual, sizes=sizes, offsets=offsets))
-    pose = Pose(np.full(3, place), np.full(len(anatomy.angles), angle))
-    actor = ActorPose(0, START_NS, START_NS, "tracker", anatomy, hostile, pose)
+    actor = at_the_ends(name, size, place, angle)
     with closing(Marionette()) as receiver, udp_receiver() as listening:
         tables = {
             "vmc": VmcTable(port=receiver.port), "vrchat": VrchatTable(port=receiver.port),

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from tests.support.live_cameras import until
 from tests.support.processes import PATIENCE_S
 from tests.support.ros_listener import STORE, Received, RosListener, ros_network
-from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
+from tests.support.virtual_actors import BODIES, PLACES, SHARES, at_the_ends, centres_of, posed, stretched
 from zenocap.common.arrays import Floats
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.bus import zenoh_session
@@ -70,6 +70,19 @@ def test_messages_are_byte_for_byte_those_of_rosbags(name: str, shares: Floats, 
     tf, markers = messages_of(actor, "wave")
     for data, kind in ((tf, TF), (markers, MARKERS), (no_markers("map", 5), MARKERS)):
         assert bytes(STORE.serialize_cdr(STORE.deserialize_cdr(data, kind), kind)) == data
+
+
+@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize(("size", "place", "angle"), [(0.0, 1e3, 50.0), (10.0, -1e3, -50.0)])
+def test_bodies_and_poses_at_the_ends_of_their_ranges_are_numbers(
+    name: str, size: float, place: float, angle: float
+) -> None:
+    actor = at_the_ends(name, size, place, angle)
+    moves, marks = [one.transform for one in transforms_of(actor)], markers_of(actor)
+    vectors = [part for one in moves for part in (one.translation, one.rotation)]
+    vectors += [part for one in marks for part in (one.pose.position, one.pose.orientation, one.scale, *one.points)]
+    assert len(vectors) > 2 * len(BODIES[name][0].parts)
+    assert np.isfinite([getattr(one, axis) for one in vectors for axis in "xyz"]).all()
 
 
 @pytest.mark.parametrize("name", BODIES)

@@ -1,6 +1,8 @@
 """`zenocap posture label`: rows of a manifest from a motion, interactive or not; saved names."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from unittest.mock import Mock
@@ -10,6 +12,7 @@ import pytest
 
 from tests.support.command import printed, refused, zenocap
 from tests.support.posture_cases import quick_model
+from tests.support.processes import ENVIRONMENT
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
 from zenocap.services.recognizer.model_file import write_model
@@ -19,6 +22,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.motion_corpus import chained
 from zenocap.simulation.motion.postures import posture
+from zenocap.tools.cli.posture import label_terminal
 from zenocap.tools.teach.page.page import PosturePage
 
 NAMES = ("raise-right-arm", "squat", "kick-left")
@@ -42,7 +46,7 @@ def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def label(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
     """Function of options and answers: the motion is labelled in the terminal, with rows in m.csv; what is printed."""
 
-    def run(*options: object, answers: Sequence[str]) -> str:
+    def run(*options: object, answers: Sequence[str | BaseException]) -> str:
         remaining = [*answers, EOFError()]
         monkeypatch.setattr("builtins.input", Mock(side_effect=remaining))
         return printed("posture", "label", motion, "-o", tmp_path / "m.csv", "--terminal", *options)
@@ -75,10 +79,39 @@ def test_answers_become_rows_and_are_not_asked_again(motion: Path, label: Callab
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("answers", [("raise", "q"), ("raise",)], ids=["q", "end of the input"])
-def test_labels_are_saved_when_the_user_quits(answers: tuple[str, ...], label: Callable[..., str], tmp_path: Path) -> None:
-    assert "1 of 3 labelled, 1 rows" in label("--no-play", answers=answers)
+@pytest.mark.parametrize(
+    "end", ["q", EOFError(), KeyboardInterrupt(), OSError(5, "Input/output error")],
+    ids=["q", "end of the input", "Ctrl-C", "terminal gone"],
+)  # fmt: skip
+def test_labels_are_saved_when_the_user_quits(end: str | BaseException, label: Callable[..., str], tmp_path: Path) -> None:
+    assert "1 of 3 labelled, 1 rows" in label("--no-play", answers=("raise", end))
     assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == ["raise"]
+
+
+@pytest.mark.slow
+def test_labels_are_saved_when_ctrl_c_comes_between_two_answers(
+    label: Callable[..., str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that had been entered was lost."""
+    monkeypatch.setattr(label_terminal, "_play", Mock(side_effect=[None, KeyboardInterrupt]))
+    assert "1 of 3 labelled, 1 rows" in label(answers=("raise",))
+    assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == ["raise"]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("redirection", ["</dev/null", "<&-", "<bytes"])
+def test_an_input_without_answers_ends_without_a_traceback(redirection: str, motion: Path, tmp_path: Path) -> None:
+    (tmp_path / "bytes").write_bytes(b"caf\xe9\nraise\n")
+    words = f"posture label {motion} -o m.csv --terminal --no-play"
+    command = f'"{sys.executable}" -P -m zenocap {words} {redirection}'
+    environment = ENVIRONMENT | {"PYTHONUTF8": "1"}
+    found = subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    labelled = int(redirection == "<bytes")
+    assert (found.returncode, found.stderr) == (0, "")
+    assert f"{labelled} of 3 labelled, {labelled} rows" in found.stdout
+    assert ("allowed: 1 to" in found.stdout) == bool(labelled)
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from tests.support.small_disk import small_disk
 from zenocap.common.rig.detectors import DETECTORS, PEOPLE, SELFIE
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.viewer.people.network import load_network
-from zenocap.tools.setup.models.wheel import INSIDE, download_command
+from zenocap.tools.setup.models.wheel import INSIDE, LARGEST, download_command
 
 pytestmark = pytest.mark.slow
 CONTENT = b"a model" * 1000
@@ -79,6 +79,24 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         assert status == 1
         assert name in error
         assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_a_false_wheel_is_one_error_and_nothing_is_kept(tmp_path: Path, method: int) -> None:
+    """One with megabytes of zeros in kilobytes, and one that is damaged: lzma has an exception of its own."""
+    path = tmp_path / "mediapipe-0.10.21-x.whl"
+    with zipfile.ZipFile(path, "w", method) as wheel:
+        wheel.writestr(INSIDE, bytes(3 * LARGEST))
+    content = bytearray(path.read_bytes())
+    for words in ("SHA-256", ""):
+        status, _, error = zenocap("models", "add", "people", "--from", path)
+        assert (status, error.count("\n")) == (1, 1)
+        assert error.startswith(f"error: {path}: ")
+        assert words in error
+        assert not model_path().exists()
+        begin = content.index(INSIDE.encode()) + len(INSIDE) + 12
+        content[begin : begin + 40] = b"\xa5" * 40
+        path.write_bytes(content)
 
 
 @pytest.mark.nightly

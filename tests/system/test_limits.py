@@ -1,0 +1,132 @@
+"""Services at the limit of their memory or of their open files: what ends is named and started again, the others go on."""
+
+import os
+import re
+import resource
+import signal
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+import zenoh
+
+from tests.support.demo_rigs import written_demo
+from tests.support.hostile import HUGE_BYTES
+from tests.support.networks import client, free_endpoint
+from tests.support.processes import (
+    all_run,
+    children_of,
+    ended,
+    output_of,
+    service_pids,
+    shows,
+    started,
+    wait_for_frames,
+    wait_until,
+)
+from zenocap.common.bus.zenoh_session import configuration, free_ports
+from zenocap.common.topics import CAMERA
+from zenocap.tools.record.launcher.shell import DONE, LOSS
+
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="sets limits of other processes, as Linux alone can"),
+]
+SETTLED = r"^ *(1[2-9]|[2-9]\d|\d{3,})\.\d s"  # of the display: a service that ends later is started again without end
+FRAMES = 60  # with a pose, in which the others are seen to go on
+CONNECTIONS = 200
+MEMORY = r"memory allocation of \d+ bytes failed|out of memory|MemoryError|Unable to allocate|Insufficient memory"
+
+
+@dataclass
+class Running:
+    """up: the launcher.  folder: of its output.  place: where other programs connect.  page: port of the page."""
+
+    up: subprocess.Popen[str]
+    folder: Path
+    place: str
+    page: int
+
+    def pids(self) -> dict[str, int]:
+        return service_pids(self.up.pid)
+
+    def end(self) -> str:
+        """Output of the rig after Ctrl-C."""
+        assert ended(self.up, signal.SIGINT) in (DONE, LOSS), output_of(self.folder)
+        text = output_of(self.folder)
+        assert "not started again" not in text
+        assert "Traceback" not in text
+        return text
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Running]:
+    """The two-view demo, which tracks and whose services have run for long enough to be started again without end."""
+    place, page = free_endpoint(), free_ports(1)[0]
+    network = ["-m", "client", "-e", place, "--no-multicast-scouting"]
+    line = ["up", written_demo(tmp_path), "--port", page, "--recordings", tmp_path / "takes", *network]
+    with started(["router", "-l", place, "--no-multicast-scouting"], tmp_path), started(line, tmp_path) as up:
+        wait_until(lambda: all_run(tmp_path) and shows(tmp_path, SETTLED), tmp_path, running=[up])
+        yield Running(up, tmp_path, place, page)
+
+
+@contextmanager
+def limited(kind: int, most: dict[int, int]) -> Iterator[None]:
+    """A lower limit of running processes, under which nothing more can be had.  most: by process."""
+    before = {pid: resource.prlimit(pid, kind, (limit, resource.prlimit(pid, kind)[1])) for pid, limit in most.items()}
+    try:
+        yield
+    finally:
+        for pid, limits in before.items():
+            with suppress(ProcessLookupError):
+                resource.prlimit(pid, kind, limits)
+
+
+def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Running) -> None:
+    before = rig.pids()
+    pid = before["viewer 1"]
+    key = CAMERA.at("demo", viewer="1")  # which it receives itself
+    with limited(resource.RLIMIT_AS, {pid: 1 << 20}), zenoh.open(configuration(client(rig.place))) as stranger:
+
+        def is_gone() -> bool:
+            stranger.put(key, bytes(HUGE_BYTES))
+            return rig.pids().get("viewer 1") != pid
+
+        wait_until(is_gone, rig.folder, running=[rig.up])
+    wait_until(lambda: "viewer 1: started again" in output_of(rig.folder), rig.folder, running=[rig.up])
+    wait_for_frames(rig.folder, FRAMES)
+    after = rig.pids()
+    assert {name: one for name, one in after.items() if name != "viewer 1"} == {
+        name: one for name, one in before.items() if name != "viewer 1"
+    }
+    text = rig.end()
+    assert re.search(r"viewer 1: (did nothing for \d+ s|died \(SIG\w+\)|failed \(exit status 1\))", text)
+    assert re.search(MEMORY, text), text
+
+
+def test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes(rig: Running) -> None:
+    before = rig.pids()
+    every = [rig.up.pid, *children_of(rig.up.pid)]  # also the server that forks services
+    used = {pid: len(os.listdir(f"/proc/{pid}/fd")) for pid in every}
+    with limited(resource.RLIMIT_NOFILE, used), ExitStack() as stack:
+        for _ in range(CONNECTIONS):  # they wait in the queue of the page's port
+            with suppress(OSError):
+                stack.enter_context(socket.create_connection(("127.0.0.1", rig.page), 1.0))
+        wait_for_frames(rig.folder, FRAMES)
+        assert rig.pids() == before
+        os.kill(before["viewer 1"], signal.SIGKILL)
+        wait_until(lambda: "viewer 1: died (SIGKILL)" in output_of(rig.folder), rig.folder, running=[rig.up])
+        wait_for_frames(rig.folder, FRAMES)
+    wait_until(lambda: rig.pids().keys() == before.keys(), rig.folder, running=[rig.up])
+    wait_until(lambda: all_run(rig.folder), rig.folder, running=[rig.up])
+    with urlopen(f"http://127.0.0.1:{rig.page}/", timeout=60) as answer:
+        assert answer.status == 200
+    assert {name: pid for name, pid in rig.pids().items() if name != "viewer 1"} == {
+        name: pid for name, pid in before.items() if name != "viewer 1"
+    }
+    rig.end()

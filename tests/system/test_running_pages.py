@@ -1,0 +1,96 @@
+"""Set-up and teaching pages that run, under the commands of a hostile page: each is handled, or refused with a reason."""
+
+import asyncio
+import json
+import logging
+import random
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+import msgspec.inspect as mi
+import pytest
+from websockets.asyncio.client import ClientConnection
+
+from tests.common.web.test_server import first_list, talk
+from tests.support.hostile import drawn
+from tests.support.live_cameras import at_once, camera_of, until
+from tests.support.message_strategies import values
+from tests.support.posture_takes import posture_take
+from tests.support.room_pictures import marked_picture
+from tests.system.browser.test_postures import served as served_postures
+from tests.tools.setup.page.test_live_page import served as served_cameras
+from tests.tools.setup.page.test_points_scene import CAMERAS, LENSES, NAMES
+from zenocap.common.web.page import Page
+from zenocap.services.recognizer.training.manifest import read_manifest
+from zenocap.tools.setup.page.point_messages import PointCommand
+from zenocap.tools.setup.page.points_mode import PointsMode
+from zenocap.tools.setup.page.points_scene import ScenePointTask
+from zenocap.tools.teach.page import messages as pm
+
+pytestmark = pytest.mark.nightly
+C = TypeVar("C")
+COMMANDS = 250
+BATCH = 16  # commands that are sent before the page has handled those before: fewer than may wait
+NO_COMMANDS = ("", "null", "[]", "{}", "[" * 3000, "\0", "1e999", '{"type":"x"}', '{"type":["add"]}')
+
+
+def hostile_texts(kinds: object, known: Sequence[object], number: int) -> Iterator[str]:
+    """Valid commands with random content, some of it known to the page; damaged copies; and what is no command."""
+    rng = random.Random(number)
+    for command in drawn(values(mi.type_info(kinds)), COMMANDS, number):
+        fields = msgspec.to_builtins(command)
+        for name, value in fields.items():
+            alike = [one for one in known if type(one) is type(value)]
+            if name != "type" and alike and rng.random() < 0.7:
+                fields[name] = rng.choice(alike)
+        text = json.dumps(fields)
+        place = rng.randrange(len(text))
+        yield from (text, text[:place], f"{text[:place]}{chr(rng.randrange(32, 0x250))}{text[place + 1 :]}")
+    yield from NO_COMMANDS
+
+
+def attack(page: Page[C], address: str, texts: Iterator[str]) -> None:
+    """Send all of them, and wait until they are handled."""
+    handled: Callable[[], bool] = page._commands.empty
+
+    async def send(connection: ClientConnection) -> None:
+        for number, text in enumerate(texts):
+            await connection.send(text)
+            while number % BATCH == 0 and not handled():
+                await asyncio.sleep(0.005)
+
+    talk(address, send)
+    until(handled, "the end of the commands")
+
+
+def failures(caplog: pytest.LogCaptureFixture) -> list[str]:
+    return [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR]
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_the_page_of_postures_outlasts_hostile_commands(
+    number: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    manifest = tmp_path / "examples.csv"
+    known = ("kick", "anna", "", 0, 1, 2, 0.0, 1.5, 3.0, 6.0)
+    with served_postures(posture_take(tmp_path / "monday.mcap"), manifest) as page:
+        attack(page._page, page.address, hostile_texts(pm.Command, known, number))
+        assert "hello" in talk(page.address, first_list)
+        assert failures(caplog) == []
+    read_manifest(manifest)  # whatever was labelled can be read
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_the_page_of_points_outlasts_hostile_commands(
+    number: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    cameras = [camera_of(lambda name=name: at_once(lambda _: marked_picture(CAMERAS[name]), 1), name) for name in NAMES]
+    mode = PointsMode(cameras, ScenePointTask(NAMES, tmp_path / "points.toml", tmp_path / "room.toml", LENSES))
+    known = (*NAMES, "door", "corner", 0.0, 1.0, None)
+    with closing(mode), served_cameras(cameras, mode=mode) as page:
+        attack(page._page, page.address, hostile_texts(PointCommand, known, number))
+        assert "hello" in talk(page.address, first_list)
+        assert failures(caplog) == []

@@ -361,7 +361,7 @@ def _loop(
     runner.report_handled()
     runner.meter.counts[ENDED] = 1
     report()  # the last one: it has the numbers of all messages before
-    come_round(0.0)  # what follows has no loop
+    come_round(loops=False)
 
 
 def _report(

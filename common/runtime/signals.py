@@ -3,17 +3,19 @@
 import faulthandler
 import os
 import signal
-import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType
 
 STACKS: signal.Signals | None = getattr(signal, "SIGUSR1", None)  # None on Windows
 STDERR = 2
 # Longest wait of a main thread, which handles the signals: one that another thread receives does not wake it; by hand
 WAIT_S = 0.2
-HANGS_S = 60.0  # between two healths of a service, which sends one a second; chosen by hand
+HANGS_S = 120.0  # without a health of a service, which sends one a second; longer than a kernel compiles; by hand
+WATCH_S = 1.0  # between two looks at a service; by hand
 
 
 def print_stacks_on_signal() -> None:
@@ -23,7 +25,6 @@ def print_stacks_on_signal() -> None:
 
 
 _nothing_to_end = threading.Event()
-_watched = threading.Event()
 
 
 @contextmanager
@@ -76,20 +77,44 @@ def _until_closed(event: threading.Event) -> None:
 
 
 @contextmanager
-def watched() -> Iterator[None]:
-    """Context of a service that SIGALRM ends where its loop has not called `come_round` for HANGS_S.
+def watched(hangs_s: float = HANGS_S) -> Iterator[None]:
+    """Context in which SIGALRM ends a process, with all stacks, whose loop has not called `come_round` for hangs_s seconds.
 
-    Without memory a call of a library may wait for ever, as for a thread that could not begin; this timer needs none.
+    Without memory a call of a library may wait for ever, as for a thread that could not begin.  Time in which the thread
+    of the watch did not run either, as in a suspended process, does not count.  On Windows nothing is watched.
     """
-    _watched.set()
+    watch = _Watch(hangs_s)
+    _watches.append(watch)
+    if hasattr(signal, "SIGALRM"):
+        threading.Thread(target=watch.look, name="watch", daemon=True).start()
     try:
         yield
     finally:
-        come_round(0.0)
-        _watched.clear()
+        watch.closed = True
+        _watches.remove(watch)
 
 
-def come_round(seconds: float = HANGS_S) -> None:
-    """Set the time until the next call, within `watched`; 0: there is none."""
-    if sys.platform != "win32" and _watched.is_set():
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+def come_round(loops: bool = True) -> None:
+    """The loop of a service has come round, within `watched`.  loops: False: what follows has no loop."""
+    for watch in _watches:
+        watch.loops, watch.idle_s = loops, 0.0
+
+
+@dataclass
+class _Watch:
+    hangs_s: float
+    idle_s: float = 0.0
+    loops: bool = False
+    closed: bool = False
+
+    def look(self) -> None:
+        step_s = min(WATCH_S, self.hangs_s)
+        while not self.closed:
+            time.sleep(step_s)
+            self.idle_s += step_s
+            if self.loops and not self.closed and self.idle_s > self.hangs_s:
+                faulthandler.dump_traceback(STDERR, all_threads=True)
+                os.kill(os.getpid(), signal.SIGALRM)
+
+
+_watches: list[_Watch] = []

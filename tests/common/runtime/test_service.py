@@ -455,7 +455,7 @@ def test_a_loop_comes_round_with_each_health_and_not_after_its_end(monkeypatch: 
         return next(turns) == 6
 
     assert run(viewer(), LocalNetwork("studio", clock).bus(), clock, stopped=stopped) == 0
-    *before, last = [call.args for call in calls.call_args_list]
+    *before, last = [call.kwargs for call in calls.call_args_list]
     assert len(before) > 3
-    assert set(before) == {()}
-    assert last == (0.0,)
+    assert all(one == {} for one in before)
+    assert last == {"loops": False}

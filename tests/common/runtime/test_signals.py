@@ -5,12 +5,12 @@ import os
 import signal
 import subprocess
 import sys
-from unittest.mock import Mock
+import threading
+import time
 
 import pytest
 
 from zenocap.common.runtime.signals import (
-    HANGS_S,
     STACKS,
     come_round,
     loading,
@@ -70,23 +70,35 @@ def test_a_process_that_still_loads_ends_at_once(
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="the signal is one of POSIX")
-@pytest.mark.parametrize(("code", "status"), [("while True: come_round(0.2)", 0), ("come_round(0.2); Event().wait()", -14)])
-def test_a_service_whose_loop_comes_round_no_more_is_ended(code: str, status: int) -> None:
+@pytest.mark.parametrize(
+    ("code", "status"),
+    [
+        ("while True: come_round(); time.sleep(0.05)", 0),
+        ("come_round(); time.sleep(60)", -14),
+        ("come_round(); come_round(loops=False); time.sleep(60)", 0),
+        ("time.sleep(60)", 0),  # has no loop yet
+        ("come_round(); os.kill(os.getpid(), signal.SIGSTOP); come_round(); time.sleep(0.1); os._exit(0)", 0),
+    ],
+)
+def test_a_service_whose_loop_comes_round_no_more_is_ended_with_its_stacks(code: str, status: int) -> None:
     """Without memory the start of a thread waited for ever, and nothing was started again."""
-    begin = (
-        "import os\nfrom threading import Event, Timer\nfrom zenocap.common.runtime.signals import come_round, watched\n"
-    )
-    text = f"{begin}Timer(1.0, os._exit, (0,)).start()\nwith watched():\n    {code}\n"
-    assert subprocess.run([sys.executable, "-c", text], check=False).returncode == status
+    text = f"""import os, signal, time
+from threading import Timer
+from zenocap.common.runtime.signals import come_round, watched
+Timer(3.0, os._exit, (0,)).start()
+with watched(0.5):
+    {code}
+"""
+    process = subprocess.Popen([sys.executable, "-c", text], stderr=subprocess.PIPE, text=True)
+    if "SIGSTOP" in code:
+        os.waitpid(process.pid, os.WUNTRACED)
+        time.sleep(1.5)
+        process.send_signal(signal.SIGCONT)
+    _, errors = process.communicate()
+    assert process.returncode == status
+    assert ("time.sleep" in errors or "File" in errors) == (status != 0), errors
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="the signal is one of POSIX")
-def test_the_timer_of_another_program_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    timer = Mock()
-    monkeypatch.setattr(signal, "setitimer", timer)
+def test_a_loop_without_a_watch_is_not_ended() -> None:
     come_round()
-    assert timer.call_args_list == []
-    with watched():
-        come_round()
-    come_round()
-    assert [call.args[1] for call in timer.call_args_list] == [HANGS_S, 0.0]
+    assert [thread.name for thread in threading.enumerate() if thread.name == "watch"] == []

@@ -224,9 +224,9 @@ class ChildProcesses:
 
 
 def _exit_text(status: int) -> str:
-    if sys.platform != "win32" and status == -signal.SIGALRM:
-        return f"did nothing for {HANGS_S:g} s and was ended (SIGALRM)"
     if status < 0:
+        if status == -getattr(signal, "SIGALRM", 0):
+            return f"did nothing for {HANGS_S:g} s and was ended (SIGALRM)"
         try:
             return f"died ({signal.Signals(-status).name})"
         except ValueError:

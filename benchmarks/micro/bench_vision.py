@@ -24,7 +24,7 @@ SIZES = ((160, 120), (640, 480))
 def scene(request: pytest.FixtureRequest) -> tuple[Background, Image, Mask]:
     """A learned background, a frame with a person, and the person's mask."""
     cv2.setNumThreads(1)
-    one = walker(1, 1, request.param)
+    one = walker(3, 1, request.param)
     film, pose = SimulatedCamera(one.cameras["cam01"], one.person, 1), one.motion.pose_at(1.0)
     person = np.asarray(film.silhouette(pose) != 0, dtype=np.uint8)
     return learn([film.render(None, k) for k in range(20)]), film.render(pose, 20), person

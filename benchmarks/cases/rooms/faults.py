@@ -49,7 +49,7 @@ def _dark(scene: RoomScene, time_s: float, image: Image) -> Image:
 
 
 def _bright(scene: RoomScene, time_s: float, image: Image) -> Image:
-    return scaled(image, 1.8)
+    return np.asarray(np.clip(image.astype(np.float32) * 1.8, 0, 255), dtype=np.uint8)
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ FILMS = (
     FaultFilm(Situation("dark", tone=_dark), frozenset({A.DARK})),
     FaultFilm(Situation("too bright", tone=_bright), frozenset({A.SATURATED}), frozenset({A.FOCUS})),
     FaultFilm(Situation("long exposure", exposed=EXPOSED), frozenset({A.MOTION_BLUR})),
-    FaultFilm(Situation("floor that mirrors 35 %", gloss=GLOSS), *MIRRORS),
-    FaultFilm(Situation("the demo, floor that mirrors 35 %", gloss=GLOSS, demo=True), *MIRRORS),
+    FaultFilm(Situation("floor that mirrors 35 %", mirrors=GLOSS), *MIRRORS),
+    FaultFilm(Situation("the demo, floor that mirrors 35 %", mirrors=GLOSS, demo=True), *MIRRORS),
     FaultFilm(Situation("person far away", view=_focal)),
     FaultFilm(Situation("camera turned up", view=_turned_up)),
 )

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tests.support.walkers import Walker, walker
-from zenocap.common.arrays import Floats, Floats32, Image, Mask
+from zenocap.common.arrays import Bools, Floats, Floats32, Image, Mask
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.rig.rig import demo_rig_file
@@ -24,6 +24,7 @@ EMPTY_S, LENGTH_S = 5.0, 25.0  # of the empty room, unless the situation is with
 CHANGE_S = 12.0  # when a sudden change happens
 SWAY_M = 0.006  # of quiet standing, amplitude (m); posturography: 5 to 10 mm
 FRO_S, FRO_PERIOD_S, FRO_SPAN_S = 7.0, 3.0, 0.15  # from when on; period; of the walk, to both sides
+REFLECTED = 0.5  # of the person's height in the picture, in a glossy floor
 SECOND_PERSON = 900  # seed of the first of the other people
 EXPOSURES = 4  # images that are averaged over an exposure
 DEMO_FROM_S = 5.0  # of the time line of the demo, when the person is in the T-pose for a second longer
@@ -70,7 +71,7 @@ class Situation:
     still: the person stands from CHANGE_S on.  fro: steps to and fro from FRO_S on.  dressed: the person in other clothes.
     other: pose of a second person at a time, None when there is none.  gloss: reflectance of the floor.
     stands_s: for how long the person stands, until the end unless given.  least_s: length of the film, unless it is longer.
-    exposed: share of the frame period.  view: changes the camera of the scene.
+    exposed: share of the frame period.  view: changes the camera of the scene.  mirrors: see `gloss` of the camera.
     demo: the motion and the first camera of `zenocap demo` instead of the walk.
     """
 
@@ -87,6 +88,7 @@ class Situation:
     other: Callable[[RoomScene, float], PersonPose | None] | None = None
     exposed: float = 0.0
     view: Callable[[Camera], Camera] | None = None
+    mirrors: float = 0.0
     demo: bool = False
 
     @property
@@ -144,14 +146,32 @@ def shots(scene: RoomScene, situation: Situation, truth_every: int = 1, length_s
         every = [pose]
         if situation.exposed and pose is not None:
             every = [pose_at(time_s + at) for at in np.linspace(0.0, situation.exposed / FPS, EXPOSURES).tolist()]
-        images = [film.render(one, k, room, beside, situation.gloss) for one in every]
+        images = [film.render(one, k, room, beside, situation.mirrors) for one in every]
         image = np.rint(np.mean(images, axis=0)).astype(np.uint8)
+        if situation.gloss:
+            image = _reflected(image, film.silhouette(pose) != 0, situation.gloss)
         if situation.tone is not None:
             image = situation.tone(scene, time_s, image)
         truth = np.asarray(film.silhouette(pose if k % truth_every == 0 else None) != 0, dtype=np.uint8)
         if other is not None and pose is not None and truth.any():
             truth = _before(film, pose, second, other, truth)
         yield RoomFrame(time_s, image, truth, pose)
+
+
+def _reflected(image: Image, silhouette: Bools, share: float) -> Image:
+    """The picture with the person's lower part mirrored in the floor under the feet."""
+    rows = np.flatnonzero(silhouette.any(axis=1))
+    if len(rows) == 0:
+        return image
+    foot, height = int(rows[-1]), int(rows[-1] - rows[0])
+    count = min(int(REFLECTED * height), image.shape[0] - foot - 1)
+    out = image.copy()
+    if count > 0:
+        mirrored, own = image[foot - count : foot][::-1], silhouette[foot - count : foot][::-1]
+        faded = share * np.linspace(1.0, 0.0, count)[:, None, None] * own[..., None]
+        below = out[foot + 1 : foot + 1 + count]
+        below[:] = np.rint((1.0 - faded) * below + faded * mirrored).astype(np.uint8)
+    return out
 
 
 def _swaying(pose: PersonPose, time_s: float) -> PersonPose:

@@ -71,16 +71,6 @@ def run_capacity(one: Case) -> Figures:
     return {"held": max(held, default=0.0)}
 
 
-def _overload() -> dict[str, Case]:
-    return {
-        f"{method}, {viewers} viewers, {size}, offered {rate:g}/s": case(
-            "overload", method=method, viewers=viewers, size=size, rate=rate, settle_s=OVERLOAD_SETTLE_S
-        )
-        for method, viewers, size, rates in CURVES
-        for rate in rates
-    }
-
-
 _HYBRID = {"method": "hybrid"}
 LOAD = Kind(
     "load",
@@ -141,7 +131,13 @@ LOAD = Kind(
         for mesh in (False, True)
     }
     | {"two viewers and tracker, 640x480, 30/s, beside 2 busy processes": case("busy", size="640x480", busy=2, **_HYBRID)}
-    | _overload(),
+    | {
+        f"{method}, {viewers} viewers, {size}, offered {rate:g}/s": case(
+            "overload", method=method, viewers=viewers, size=size, rate=rate, settle_s=OVERLOAD_SETTLE_S
+        )
+        for method, viewers, size, rates in CURVES
+        for rate in rates
+    },
     case("network", stand_ins=True, seconds=2.0),
     rows="load",
     timed=True,

@@ -19,7 +19,6 @@ from zenocap.common.body.one_euro import Filtered, OneEuro, filtered
 from zenocap.common.body.pose_rotations import pose_rotations
 from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
-from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.states import Options, TrackerSetup
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
 
@@ -102,11 +101,9 @@ def _figures(track: PoseTrack | None, clip: PersonClip) -> dict[str, float]:
     found = found[scored][:, [NAMES.index(name) for name in names]]
     exact = truth.points[scored][:, [truth.names.index(name) for name in names]]
     accelerations = np.linalg.norm(np.diff(found - exact, 2, axis=0), axis=-1) * rate**2
-    kept = ~np.isnan(joints.points[:, 0, 0])
-    if not np.isfinite(accelerations).any() or not kept.any():
+    if not np.isfinite(accelerations).any():
         return {"lost": 100.0}
-    estimate = Trajectories(joints.names, joints.frames[kept], joints.times_s[kept], joints.points[kept], rate)
-    score = accuracy(estimate, truth, ScoredFrames(first=Bound(clip.motion_from)))
+    score = accuracy(joints, truth, ScoredFrames(first=Bound(clip.motion_from)))
     moved = float(np.ptp(exact, axis=0).max()) > 0.0
     drift, step = (nan, nan) if moved else jitter_deg(track, clip.motion_from)
     return {

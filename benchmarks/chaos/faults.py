@@ -9,13 +9,13 @@ from pathlib import Path
 from benchmarks.chaos.injection import Injector
 from benchmarks.chaos.measures import FaultWindow, figures, recovery_ns
 from benchmarks.chaos.observer import Observer, settled_ns
-from benchmarks.chaos.running_rig import RunningRig, rig_file
+from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import ANIMATOR, INTEGRATOR, RECOGNIZER, ROUTER, SERVICES, TRACKER, Fault
 from benchmarks.chaos.takes import content, dishonest
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 
 RIG, SIZE, FPS = "faults", "160x120", 15.0
-START_S, LATE_S = 180.0, 45.0  # until the first poses; observation of a rig that has not recovered
+LATE_S = 45.0  # observation of a rig that has not recovered
 SETTLED_S = 3.0  # of poses from all viewers before the fault
 AFTER_S = 8.0  # shortest observation after it
 
@@ -35,16 +35,7 @@ def measured(fault: Fault, method: str, seed: int, folder: Path) -> dict[str, fl
         observer = Observer(rig.endpoint, RIG, viewers, SERVICES, frames=True)
         observer.start()
         stack.callback(observer.close)
-
-        def settled(since_ns: int, seconds: float) -> bool:
-            end_s = time.monotonic() + seconds
-            while time.monotonic() < end_s and not rig.ended:
-                if settled_ns(observer.poses, since_ns, lambda pose: not pose.lost and pose.views >= len(viewers)):
-                    return True
-                time.sleep(0.1)
-            return False
-
-        if not settled(0, START_S):
+        if not rig.wait(lambda: settled_ns(observer.poses, 0, len(viewers)) is not None, START_S):
             raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
         time.sleep(SETTLED_S)
         injector = Injector(rig, RIG, observer, None)
@@ -55,7 +46,7 @@ def measured(fault: Fault, method: str, seed: int, folder: Path) -> dict[str, fl
         end_fault()
         end_ns = time.time_ns()
         time.sleep(AFTER_S)
-        settled(end_ns, LATE_S)
+        rig.wait(lambda: settled_ns(observer.poses, end_ns, len(viewers)) is not None, LATE_S)
         window = FaultWindow(begin_ns, max(end_ns, begin_ns + 1), time.time_ns())
         rig.stop()
         observer.close()

@@ -1,20 +1,19 @@
 """A TCP forwarder between services and router, in which the links of one service can be cut.
 
-No privileges are needed: the process behind a connection is found in /proc by the port that it connects from.
+No privileges are needed: the process behind a connection is found by the port that it connects from.
 """
 
 import asyncio
-import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import psutil
+
 HOST = "127.0.0.1"
 CHUNK = 1 << 16
-CONNECTED = "01"  # state of a connection in /proc/net/tcp
 
 
 class LinkGate:
@@ -123,18 +122,9 @@ class LinkGate:
 
 def process_of(port: int, remote_port: int, pids: list[int]) -> int | None:
     """Which of these processes has the connection from `port` to `remote_port` of this machine; None for none."""
-    inode = None
-    for line in Path("/proc/net/tcp").read_text(encoding="ascii").splitlines()[1:]:
-        fields = line.split()
-        local, remote = (int(address.rpartition(":")[2], 16) for address in fields[1:3])
-        if (local, remote, fields[3]) == (port, remote_port, CONNECTED):
-            inode = fields[9]
-    if inode is None:
-        return None
     for pid in pids:
-        with suppress(OSError):
-            for entry in os.scandir(f"/proc/{pid}/fd"):
-                with suppress(OSError):
-                    if os.readlink(entry.path) == f"socket:[{inode}]":
-                        return pid
+        with suppress(psutil.Error):
+            for link in psutil.Process(pid).net_connections("tcp4"):
+                if link.raddr and (link.laddr.port, link.raddr.port) == (port, remote_port):
+                    return pid
     return None

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from benchmarks.chaos.observer import Observer
 from benchmarks.chaos.page_visitors import visit
-from benchmarks.chaos.running_rig import ROOT, RunningRig
+from benchmarks.chaos.running_rig import RunningRig
 from benchmarks.chaos.schedule import ROUTER, Fault
+from tests.support.places import ROOT
 
 End = Callable[[], None]
 ORDER_PAUSE_S = (0.3, 1.5)  # between two random requests

@@ -47,7 +47,7 @@ def figures(
 def recovery_ns(poses: Sequence[SeenPose], window: FaultWindow, viewers: int) -> int | None:
     """Time of the first of some consecutive poses from all viewers after the fault (ns); None without any."""
     within = [pose for pose in poses if pose.received_ns <= window.until_ns]
-    return settled_ns(within, window.end_ns, lambda pose: not pose.lost and pose.views >= viewers)
+    return settled_ns(within, window.end_ns, viewers)
 
 
 def missing_frames(seen: Sequence[SeenFrame], window: FaultWindow) -> list[int]:

@@ -1,7 +1,7 @@
 """A peer of the rig: real poses, the health of its services, and nothing of strangers."""
 
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -114,15 +114,16 @@ class Observer(threading.Thread):
         return recent and bool(views) and self._viewers.issuperset(views)
 
 
-def settled_ns(poses: Collection[SeenPose], since_ns: int, wanted: Callable[[SeenPose], bool]) -> int | None:
-    """Time of the first of SETTLED consecutive wanted poses received after `since_ns`; None without any."""
+def settled_ns(poses: Collection[SeenPose], since_ns: int, views: int = 0) -> int | None:
+    """Time of the first of SETTLED consecutive poses of `views` viewers received after `since_ns`; None without any."""
     row: list[SeenPose] = []
     for pose in poses:
         if pose.received_ns < since_ns:
             continue
-        if not wanted(pose) or (row and pose.received_ns - row[-1].received_ns > GAP_NS):
+        wanted = not pose.lost and pose.views >= views
+        if not wanted or (row and pose.received_ns - row[-1].received_ns > GAP_NS):
             row = []
-        if wanted(pose):
+        if wanted:
             row.append(pose)
         if len(row) >= SETTLED:
             return row[0].received_ns

@@ -12,14 +12,6 @@ MARGIN_NS = 2_000_000_000  # around a fault in which what it does may be seen
 
 
 @dataclass(frozen=True)
-class RecoveryLimits:
-    """Longest times after the end of a fault (s).  poses_s: until poses are back.  all_s: until all views contribute."""
-
-    poses_s: float = 5.0
-    all_s: float = 30.0
-
-
-@dataclass(frozen=True)
 class Recovery:
     """poses_s, views_s, services_s: after the end of the fault; None: not within PATIENCE_S."""
 

@@ -4,7 +4,6 @@ import random
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from os import getloadavg
 from pathlib import Path
@@ -14,31 +13,29 @@ from benchmarks.chaos import invariants
 from benchmarks.chaos.injection import Injector
 from benchmarks.chaos.losses import losses
 from benchmarks.chaos.observer import Observer, longest_gap_s, settled_ns
-from benchmarks.chaos.outcome import PATIENCE_S, Recovery, RecoveryLimits, RunOutcome
+from benchmarks.chaos.outcome import PATIENCE_S, Recovery, RunOutcome
 from benchmarks.chaos.page_visitors import answers
-from benchmarks.chaos.running_rig import RunningRig, rig_file
+from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from tests.support.small_disk import mounted
 
-RIG = "chaos"
-START_S = 180.0  # until the first poses: compilation, empty scene
+RIG, SIZE, FPS = "chaos", "160x120", 15.0
+POSES_S, ALL_S = 5.0, 30.0  # longest times from the end of a fault until poses are back, and those of all views
 UNDISTURBED_GAP_S = 5.0  # longest pause of the poses during faults that do not concern them
 DISK_MB, DISK_MB_PER_S, LARGEST_DISK_MB = 100, 0.5, 1000
 
 
 class Run:
-    """A run of one seed.  say: called with a line for every round."""
+    """A run of one seed.  kinds: see `schedule`.  poses_s: longest time from the end of a fault until poses are back."""
 
-    def __init__(
-        self, seed: int, seconds: float, limits: RecoveryLimits, kinds: tuple[str, ...], say: Callable[[str], None]
-    ) -> None:
-        self._limits, self._kinds, self._say = limits, kinds, say
+    def __init__(self, seed: int, seconds: float, kinds: tuple[str, ...] = (), poses_s: float = POSES_S) -> None:
+        self._kinds, self._poses_s = kinds, poses_s
         self.outcome = RunOutcome(seed, seconds)
         self._removals = 0
 
-    def run(self, folder: Path, size: str, fps: float) -> RunOutcome:
+    def run(self, folder: Path) -> RunOutcome:
         """Run the rig in `folder`, with the faults one round after another, and check everything."""
         outcome = self.outcome
         with ExitStack() as stack:
@@ -47,7 +44,7 @@ class Run:
             if disk is None:
                 outcome.notes.append("no fault 'full disk': this user may not mount a small disk")
             recordings = (disk or folder / "disk") / "recordings"
-            file = rig_file(folder, RIG, size, fps, outcome.seed)
+            file = rig_file(folder, RIG, SIZE, FPS, outcome.seed)
             rig = stack.enter_context(RunningRig(folder, recordings, file))
             viewers = [name.partition(" ")[2] for name in VIEWERS]
             observer = Observer(rig.endpoint, RIG, viewers, SERVICES)
@@ -55,7 +52,7 @@ class Run:
             stack.callback(observer.close)
             self._rig, self._observer = rig, observer
             self._injector = Injector(rig, RIG, observer, disk)
-            if not self._wait(lambda: self._back_ns(0, len(VIEWERS)) is not None and self._works(0), START_S):
+            if not rig.wait(lambda: self._back_ns(0, len(VIEWERS)) is not None and self._works(0), START_S):
                 raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
             begin_s, outcome.begin_ns = time.monotonic(), time.time_ns()
             for number, round in enumerate(schedule(outcome.seed, self._kinds)):
@@ -91,7 +88,7 @@ class Run:
         end_ns = time.time_ns()
         self._removals += sum(fault.kind == "recordings" for fault in faults)
         all_views = len(VIEWERS)
-        ready = self._wait(lambda: self._back_ns(end_ns, all_views) is not None and self._works(end_ns), PATIENCE_S)
+        ready = self._rig.wait(lambda: self._back_ns(end_ns, all_views) is not None and self._works(end_ns), PATIENCE_S)
         if self._injector.restore_log:
             self._injector.log_again()
         services_s = (time.time_ns() - end_ns) / 1e9 if ready else None
@@ -105,10 +102,10 @@ class Run:
 
     def _judge(self, recovery: Recovery) -> None:
         found = []
-        if recovery.poses_s is None or recovery.poses_s > self._limits.poses_s:
-            found.append(f"poses back after {_text(recovery.poses_s)}, allowed: {self._limits.poses_s:g} s")
-        if recovery.views_s is None or recovery.views_s > self._limits.all_s:
-            found.append(f"poses of all views after {_text(recovery.views_s)}, allowed: {self._limits.all_s:g} s")
+        if recovery.poses_s is None or recovery.poses_s > self._poses_s:
+            found.append(f"poses back after {_text(recovery.poses_s)}, allowed: {self._poses_s:g} s")
+        if recovery.views_s is None or recovery.views_s > ALL_S:
+            found.append(f"poses of all views after {_text(recovery.views_s)}, allowed: {ALL_S:g} s")
         if recovery.services_s is None:
             since = [name for name in SERVICES if not self._healthy(name, recovery.end_ns)]
             found.append(f"not all services work after {PATIENCE_S:g} s: {', '.join(since) or 'page'}")
@@ -116,7 +113,7 @@ class Run:
             found.append(f"no pose for {recovery.gap_s:.1f} s during a fault that does not concern poses")
         where = f"seed {self.outcome.seed}, {recovery.at_s:.1f} s, {recovery.round.name}"
         self.outcome.violations += [f"{where}: {text}" for text in found]
-        self._say(
+        print(
             f"{recovery.at_s:6.1f} s  {recovery.round.name}: poses {_text(recovery.poses_s)}, all views "
             f"{_text(recovery.views_s)}, all services {_text(recovery.services_s)}; load {recovery.load:.1f}"
             + "".join(f"\n          VIOLATION {text}" for text in found)
@@ -149,7 +146,7 @@ class Run:
         outcome.violations += [f"seed {outcome.seed}: {text}" for text in found]
 
     def _back_ns(self, since_ns: int, views: int) -> int | None:
-        return settled_ns(self._observer.poses, since_ns, lambda pose: not pose.lost and pose.views >= views)
+        return settled_ns(self._observer.poses, since_ns, views)
 
     def _works(self, since_ns: int) -> bool:
         """Whether every service has reported since then, and the page is served."""
@@ -157,14 +154,6 @@ class Run:
 
     def _healthy(self, name: str, since_ns: int) -> bool:
         return any(one.service == name and one.received_ns > since_ns for one in reversed(self._observer.health[-200:]))
-
-    def _wait(self, condition: Callable[[], bool], seconds: float) -> bool:
-        end_s = time.monotonic() + seconds
-        while not condition():
-            if time.monotonic() > end_s or self._rig.ended:
-                return False
-            time.sleep(0.1)
-        return True
 
 
 def _seconds(time_ns: int | None, since_ns: int) -> float | None:
@@ -178,9 +167,7 @@ def _text(seconds: float | None) -> str:
 def run(one: Case) -> Figures:
     """A run of one seed; its violations are printed.  Options: seconds; only, kinds or targets of faults."""
     with tempfile.TemporaryDirectory() as folder:
-        outcome = Run(one.seed, one.option("seconds", 120.0), RecoveryLimits(), one.option("only", ()), print).run(
-            Path(folder).resolve(), "160x120", 15.0
-        )
+        outcome = Run(one.seed, one.option("seconds", 120.0), one.option("only", ())).run(Path(folder).resolve())
     print(outcome.text())
     back = [found.poses_s for found in outcome.recoveries if found.poses_s is not None]
     return {

@@ -1,28 +1,30 @@
 """A rig of simulated cameras under `zenocap up`, with a gate between services and router."""
 
 import os
-import re
 import shutil
 import signal
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import psutil
+
 from benchmarks.chaos.gate import LinkGate
 from benchmarks.chaos.schedule import ROUTER, SERVICES, VIEWERS
+from tests.support.places import ROOT
 from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.rig.rig import demo_rig_file
 
-ROOT = Path(__file__).resolve().parents[2]
 UP = "up"
 SAMPLE_S = 0.5  # between two looks at the processes
-STOP_S = 60.0  # for `up` to stop
+START_S, STOP_S = 180.0, 60.0  # until the first poses: compilation, empty scene; for `up` to stop
 
 
 @dataclass
@@ -117,6 +119,15 @@ class RunningRig:
     def ended(self) -> bool:
         return self._up is not None and self._up.poll() is not None
 
+    def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
+        """Whether a condition is met within some time, while `up` runs."""
+        end_s = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end_s or self.ended:
+                return False
+            time.sleep(0.05)
+        return True
+
     def start_router(self) -> None:
         self._router = self._process(["router", "-l", self.endpoint, "--no-multicast-scouting"], ROUTER)
 
@@ -166,12 +177,9 @@ class RunningRig:
     def _candidates(self) -> list[int]:
         if self._up is None:
             return []
-        found = [self._up.pid]
-        for parent in found:  # the list grows meanwhile: services are children of a fork server
-            with suppress(OSError):
-                for task in Path(f"/proc/{parent}/task").iterdir():
-                    found += [int(pid) for pid in (task / "children").read_text().split()]
-        return found
+        with suppress(psutil.NoSuchProcess):  # services are children of a fork server
+            return [self._up.pid, *(one.pid for one in psutil.Process(self._up.pid).children(recursive=True))]
+        return []
 
     def _owner(self, pid: int) -> str | None:
         name = _name_of(pid)
@@ -186,10 +194,10 @@ class RunningRig:
             now_ns = time.time_ns()
             for pid, name in running.items():
                 seen = self.processes.setdefault(pid, Seen(name, pid, now_ns))
-                with suppress(OSError):
-                    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-                    seen.rss_bytes.append((now_ns, pages * os.sysconf("SC_PAGE_SIZE")))
-                    seen.files.append((now_ns, len(os.listdir(f"/proc/{pid}/fd"))))
+                with suppress(psutil.Error):
+                    found = psutil.Process(pid)
+                    seen.rss_bytes.append((now_ns, found.memory_info().rss))
+                    seen.files.append((now_ns, found.num_fds()))
             for seen in self.processes.values():
                 if seen.pid not in running and seen.ended_ns is None:
                     seen.ended_ns = now_ns
@@ -198,10 +206,10 @@ class RunningRig:
 def _name_of(pid: int) -> str | None:
     """Service of a process by its command line: "viewer 1", "tracker"; None for others."""
     try:
-        words = Path(f"/proc/{pid}/cmdline").read_text(errors="replace").split("\0")
-    except OSError:
+        words = psutil.Process(pid).cmdline()
+    except psutil.Error:
         return None
     if "zenocap" not in words:
         return None
     command = words[words.index("zenocap") + 1]
-    return f"{command} {words[words.index('--id') + 1]}" if "--id" in words and re.fullmatch("viewer", command) else command
+    return f"{command} {words[words.index('--id') + 1]}" if "--id" in words and command == "viewer" else command

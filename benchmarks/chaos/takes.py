@@ -12,7 +12,7 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from benchmarks.chaos.observer import SeenPose
-from benchmarks.chaos.running_rig import ROOT
+from tests.support.places import ROOT
 
 POSE_KEY = "/tracker/pose"
 DONE, FAILED, LOSS = 0, 1, 3

@@ -3,7 +3,7 @@
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -24,6 +24,7 @@ from zenocap.common.rig.animator import FoxgloveTable, LslTable, RosTable, UdpTa
 from zenocap.common.runtime.clock import RealClock
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.lsl import LslOutput
+from zenocap.services.animator.outputs.output import Output
 from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
@@ -49,23 +50,17 @@ def port() -> Iterator[int]:
         reading.join(5)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_vmc(benchmark: BenchmarkFixture, name: str, port: int) -> None:
-    output, actor = VmcOutput(VmcTable(port=port)), stretched(name)
-    benchmark(output.send, actor, None)
-    assert output.counts()["sent"] > 1
+OUTPUTS: dict[str, Callable[[int], Output]] = {
+    "vmc": lambda port: VmcOutput(VmcTable(port=port)),
+    "vrchat": lambda port: VrchatOutput(VrchatTable(port=port)),
+    "udp": lambda port: UdpOutput(UdpTable(port=port), "studio"),
+}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_vrchat(benchmark: BenchmarkFixture, name: str, port: int) -> None:
-    output, actor = VrchatOutput(VrchatTable(port=port)), stretched(name)
-    benchmark(output.send, actor, None)
-    assert output.counts()["sent"] > 1
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_udp(benchmark: BenchmarkFixture, name: str, port: int) -> None:
-    output, actor = UdpOutput(UdpTable(port=port), "studio"), stretched(name)
+@pytest.mark.parametrize("kind", OUTPUTS)
+def test_datagrams(benchmark: BenchmarkFixture, kind: str, name: str, port: int) -> None:
+    output, actor = OUTPUTS[kind](port), stretched(name)
     benchmark(output.send, actor, "wave")
     assert output.counts()["sent"] > 1
 

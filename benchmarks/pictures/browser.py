@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -21,7 +21,7 @@ def served(words: Sequence[str], port: int) -> Iterator[tuple[Browser, str]]:
         command = [sys.executable, "-P", "-m", "zenocap", *words]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            await_page(port)
+            _await(lambda: answers(port), f"page on port {port}", lambda: time.sleep(0.2))
             browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
             yield browser, f"http://127.0.0.1:{port}/"
             browser.close()
@@ -30,17 +30,13 @@ def served(words: Sequence[str], port: int) -> Iterator[tuple[Browser, str]]:
             process.wait(30)
 
 
-def await_page(port: int) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not answers(port):
-        if time.monotonic() > end_s:
-            raise TimeoutError(f"no page on port {port} within {PATIENCE_S:g} s")
-        time.sleep(0.2)
-
-
 def await_pose(page: Page) -> None:
+    _await(lambda: bool(page.evaluate("zenocap.state.count")), "pose", lambda: page.wait_for_timeout(100))
+
+
+def _await(condition: Callable[[], bool], what: str, pause: Callable[[], None]) -> None:
     end_s = time.monotonic() + PATIENCE_S
-    while not page.evaluate("zenocap.state.count"):
+    while not condition():
         if time.monotonic() > end_s:
-            raise TimeoutError(f"no pose within {PATIENCE_S:g} s")
-        page.wait_for_timeout(100)
+            raise TimeoutError(f"no {what} within {PATIENCE_S:g} s")
+        pause()

@@ -81,10 +81,10 @@ def test_no_false_order_is_a_valid_one_of_the_rig() -> None:
 
 def test_poses_count_as_back_only_when_five_follow_each_other() -> None:
     four = [pose(10 + number / 15) for number in range(4)]
-    assert settled_ns(four, 0, lambda each: not each.lost) is None
+    assert settled_ns(four, 0) is None
     five = [pose(12 + number / 15) for number in range(5)]
-    assert settled_ns([*four, *five], 0, lambda each: not each.lost) == 12 * S
-    assert settled_ns([*four[:3], pose(11, lost=True), *five[:4]], 0, lambda each: not each.lost) is None
+    assert settled_ns([*four, *five], 0) == 12 * S
+    assert settled_ns([*four[:3], pose(11, lost=True), *five[:4]], 0) is None
 
 
 def test_a_pose_that_no_take_has_is_missing() -> None:

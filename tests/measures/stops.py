@@ -16,12 +16,11 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.chaos.observer import Observer
-from benchmarks.chaos.running_rig import RunningRig, rig_file
+from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import SERVICES
 from zenocap.common.messages import PROCESS
 
 RIG, SIZE, FPS = "stops", "160x120", 15.0
-STARTED_S = 180.0  # limits that only a hang reaches
 SETTLED_S = 11.0  # after which a process that ends is started again at once
 STOPS = 20
 
@@ -77,11 +76,8 @@ def stop_after(service: str, folder: Path, settled_s: float, ended_by: signal.Si
 
 
 def _until(rig: RunningRig, condition: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + STARTED_S
-    while not condition():
-        if time.monotonic() > end_s or rig.ended:
-            raise RuntimeError(f"the rig does not work: {rig.log_text()[-2000:]}")
-        time.sleep(0.02)
+    if not rig.wait(condition, START_S):
+        raise RuntimeError(f"the rig does not work: {rig.log_text()[-2000:]}")
 
 
 def main(count: int) -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.outcome import RecoveryLimits
 from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import schedule
 
@@ -19,7 +18,7 @@ RECOVERED_S = 20.0  # on a busy machine (s); 5 on a quiet one
 
 @pytest.mark.timeout(600)
 def test_a_rig_survives_a_minute_of_chaos(tmp_path: Path) -> None:
-    outcome = Run(SEED, SECONDS, RecoveryLimits(RECOVERED_S), (), print).run(tmp_path, "160x120", 15.0)
+    outcome = Run(SEED, SECONDS, poses_s=RECOVERED_S).run(tmp_path)
     text = outcome.text()
     assert outcome.violations == [], text
     assert len(outcome.recoveries) >= 4, text

@@ -1,20 +1,20 @@
 """Cost of recognition: time per window, per pose of a stream and of training, and memory over an hour."""
 
-import os
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.cases.recognition.examples import SETTINGS_SEED, posture_examples
 from benchmarks.cases.recognition.streams import MODEL
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
+from zenocap.common.runtime.health import memory_bytes
 from zenocap.services.recognizer.model import classify
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
 from zenocap.services.recognizer.training.examples import TrainingSettings
 from zenocap.services.recognizer.training.train import train
+from zenocap.tools.measure.latency import percentiles
 
 WINDOW, REPEATS = 45, 2000  # frames: three seconds at the model's rate
 HOUR_S = 3600.0
@@ -38,9 +38,10 @@ def run(one: Case) -> Figures:
         nonlocal stream
         stream, *_ = push(plan, stream, round((k + 1) * 1e9 / model.rate), rows[k % len(rows)])
 
-    before_mb = _resident_mb()
+    before_mb = 1e-6 * memory_bytes()
     found = _milliseconds(next_pose, round(one.option("seconds", HOUR_S) * model.rate))
-    return found | {"memory": _resident_mb(), "growth": _resident_mb() - before_mb}
+    after_mb = 1e-6 * memory_bytes()
+    return found | {"memory": after_mb, "growth": after_mb - before_mb}
 
 
 def _milliseconds(work: Callable[[int], object], repeats: int) -> dict[str, float]:
@@ -49,13 +50,8 @@ def _milliseconds(work: Callable[[int], object], repeats: int) -> dict[str, floa
         begin_ns = time.perf_counter_ns()
         work(k)
         times_ms[k] = (time.perf_counter_ns() - begin_ns) / 1e6
-    p50, p95, p99 = map(float, np.quantile(times_ms, (0.5, 0.95, 0.99)))
-    return {"median": p50, "p95": p95, "p99": p99}
-
-
-def _resident_mb() -> float:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    found = percentiles(times_ms)
+    return {"median": found["p50"], "p95": found["p95"], "p99": found["p99"]}
 
 
 COSTS = Kind(

@@ -8,13 +8,13 @@ which it may be reported (`FaultFilm.allowed`) count neither as a hit nor as a f
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases.rooms.faults import FILMS, TRUTH_EVERY, FaultFilm
-from benchmarks.cases.rooms.film import RoomFrame, RoomScene
+from benchmarks.cases.rooms.faults import FILMS, Codes, FaultFilm
+from benchmarks.cases.rooms.film import RoomFrame, RoomScene, Situation, shots
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
 from tests.support.stored import stored
@@ -27,6 +27,8 @@ from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, ViewerSetup
 
 FIRST_SEED = 200  # nothing was chosen on these
+FILM_S = 18.0  # length of the films
+TRUTH_EVERY = 5  # frames between two true silhouettes
 CALM = "no fault"  # films without a fault by their nature
 SETTLED_S = 4.0  # after a fault has begun, from which it has to be reported
 LOST, WHOLE = 0.10, 0.06  # of the true silhouette: missing in the silhouette
@@ -35,7 +37,6 @@ A = AdviceCode
 BY_TRUTH = (A.CONTRAST, A.CUT_OFF, A.SMALL)  # measured on the true silhouette
 UNSTEADY = {A.LIGHT_DRIFT, A.WHITE_BALANCE}  # with these, nothing is stated about the person
 OF_PERSON = {*BY_TRUTH, A.HOLES, A.GLOSSY_FLOOR, A.MOTION_BLUR}
-Codes = frozenset[AdviceCode]
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,17 @@ class Second:
     """One report.  given: the advice.  present: faults that are there.  unknown: faults that may be there or not."""
 
     film: str
-    size: tuple[int, int]
     given: Codes
     present: Codes
     unknown: Codes
 
 
-def seconds(film: FaultFilm, scene: RoomScene, shots: Sequence[RoomFrame], background: str) -> Iterator[Second]:
+def seconds(film: FaultFilm, scene: RoomScene, frames: Sequence[RoomFrame]) -> Iterator[Second]:
     """Reports of a viewer of a film, from the first one that counts."""
-    setup = ViewerSetup("cam01", film.camera(scene), parse_background(background, Path()))
+    setup = ViewerSetup("cam01", film.situation.camera(scene), parse_background("first:60", Path()))
     state, place = LearningBackground(), None
     truly, true_codes, lost = AdviceWatch(), frozenset[AdviceCode](), list[tuple[float, float]]()
-    for number, shot in enumerate(shots):
+    for number, shot in enumerate(frames):
         if place is None:
             state, place = learn(setup, state, shot.image)
             continue
@@ -72,10 +72,10 @@ def seconds(film: FaultFilm, scene: RoomScene, shots: Sequence[RoomFrame], backg
             if isinstance(message, CameraAdvice) and shot.time_s >= film.since_s + SETTLED_S:
                 given = frozenset(one.code for one in message.faults)
                 missing = [share for time_s, share in lost if shot.time_s - time_s <= ADVICE_WINDOW_S]
-                yield _second(film, scene, given, true_codes, float(np.median(missing)) if missing else 0.0)
+                yield _second(film, given, true_codes, float(np.median(missing)) if missing else 0.0)
 
 
-def _second(film: FaultFilm, scene: RoomScene, given: Codes, true_codes: Codes, missing: float) -> Second:
+def _second(film: FaultFilm, given: Codes, true_codes: Codes, missing: float) -> Second:
     present = set(film.wanted) | {code for code in BY_TRUTH if code in true_codes}
     unknown = set(film.allowed) - present
     if film.situation.other is not None:
@@ -86,7 +86,7 @@ def _second(film: FaultFilm, scene: RoomScene, given: Codes, true_codes: Codes, 
         unknown.add(A.HOLES)
     if UNSTEADY & (present | unknown):
         unknown |= OF_PERSON
-    return Second(film.name, scene.size, given, frozenset(present - unknown), frozenset(unknown))
+    return Second(film.situation.name, given, frozenset(present - unknown), frozenset(unknown))
 
 
 def run(one: Case) -> Figures:
@@ -97,7 +97,7 @@ def run(one: Case) -> Figures:
     size, only = one.option("size", "160x120"), one.option("only", "")
     seconds = stored(lambda: _measured(one.seed, size, only), one.seed, size, only, sources=(__name__,))
     if one.film == CALM:
-        calm = [film.name for film in FILMS if not film.wanted]
+        calm = [film.situation.name for film in FILMS if not film.wanted]
         every = [each for each in seconds if each.film in calm and not each.present]
         return _share("false alarms", sum(bool(each.given - each.unknown) for each in every), len(every))
     code = AdviceCode(one.film)
@@ -114,15 +114,16 @@ def _share(name: str, part: int, of: int) -> dict[str, float]:
 def _measured(seed: int, size: str, only: str) -> list[Second]:
     """All seconds of the films of a seed in one image size; films that differ in their tone are rendered once."""
     scene = RoomScene(FIRST_SEED + seed, size_of(size))
-    groups = defaultdict[FaultFilm, list[FaultFilm]](list)
+    groups = defaultdict[Situation, list[FaultFilm]](list)
     for film in FILMS:
-        if any(part in film.name for part in only.split(",")):
-            groups[film.without_tone()].append(film)
+        if any(part in film.situation.name for part in only.split(",")):
+            groups[replace(film.situation, name="", tone=None)].append(film)
     found = list[Second]()
     for plain, toned in groups.items():
-        rendered = list(plain.shots(scene))
+        rendered = list(shots(scene, plain, TRUTH_EVERY, FILM_S))
         for film in toned:
-            found += seconds(film, scene, [film.toned(scene, shot) for shot in rendered], "first:60")
+            tone = film.situation.tone or (lambda scene, time_s, image: image)
+            found += seconds(film, scene, [replace(shot, image=tone(scene, shot.time_s, shot.image)) for shot in rendered])
     return found
 
 

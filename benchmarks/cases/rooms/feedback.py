@@ -5,18 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, FPS, RoomFrame, RoomScene, shots
-from benchmarks.cases.rooms.silhouettes import NAMED, OVERLAP, SETTLED_S, SMALLEST, UNUSABLE, edge_px, overlap
+from benchmarks.cases.rooms.film import FPS, RoomFrame, RoomScene, shots
+from benchmarks.cases.rooms.silhouettes import NAMED, OVERLAP, SETTLED_S, OverlapScore
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.session import rig_of, stepped
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.conversion import bdp_of, pose_of
+from zenocap.common.conversion import bdp_of, pose_of, silhouette_mask
 from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
 from zenocap.common.rig.sources import parse_background
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import Frame
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.tools.parameters import EPOCH_NS
@@ -31,33 +30,24 @@ def run(one: Case) -> Figures:
     scenes = {view: RoomScene(FIRST_SEED + one.seed, SIZE, len(VIEWS), view) for view in VIEWS}
     situation, first = NAMED[one.film], scenes["cam01"]
     subject = first.walker.person if situation.dressed is None else situation.dressed(first)
-    seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
     films = {view: list(shots(scene, situation)) for view, scene in scenes.items()}
     cameras = {view: scene.camera for view, scene in scenes.items()}
     background = parse_background("adaptive", Path())
     rig = rig_of(cameras, background, FPS, "hybrid", feedback=one.option("feedback", False))
-    found, edges, joints, body = list[float](), list[float](), list[float](), None
+    score, joints, body = OverlapScore(), list[float](), None
     for number, messages in enumerate(stepped(rig, _frames(films))):
-        masks = {
-            each.viewer: unpack(each.size, each.region, each.data) for each in messages if isinstance(each, Silhouette)
-        }
+        masks = {each.viewer: silhouette_mask(each) for each in messages if isinstance(each, Silhouette)}
         bodies = [each for each in messages if isinstance(each, TrackerBdp)]
         body = bdp_of(FOURTEEN_PARTS, bodies[-1].body) if bodies else body
         shown = {view: film[number] for view, film in films.items()}
-        if shown["cam01"].time_s < seen_s or (pose := shown["cam01"].pose) is None:
+        if shown["cam01"].time_s < situation.first_s + SETTLED_S or (pose := shown["cam01"].pose) is None:
             continue
         for view, shot in shown.items():
-            if np.count_nonzero(shot.truth) >= SMALLEST * shot.truth.size:
-                mask = masks.get(view, np.zeros_like(shot.truth))
-                found.append(overlap(mask, shot.truth))
-                edges.append(edge_px(mask, shot.truth))
+            score.add(masks.get(view), shot.truth)
         poses = [each for each in messages if isinstance(each, TrackerPose)]
         joints.append(_error_mm(body, poses[-1] if poses else None, landmarks(subject, pose)))
     known = np.isfinite(joints)
-    return {
-        "overlap": float(np.mean(found)),
-        "edge": float(np.mean(edges)),
-        "unusable": 100.0 * float(np.mean(np.array(found) < UNUSABLE)),
+    return score.figures() | {
         "joints": float(np.mean(np.array(joints)[known])) if known.any() else float("nan"),
         "lost": 100.0 * (1.0 - float(known.mean())),
     }

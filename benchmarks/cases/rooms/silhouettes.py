@@ -1,12 +1,14 @@
 """Overlap with the true silhouette in rooms that change, by situation and background method."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import mean, median
 from time import perf_counter
 
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import EMPTY_S, RoomFrame, RoomScene, shots
+from benchmarks.cases.rooms.film import RoomScene, shots
 from benchmarks.cases.rooms.situations import SITUATIONS
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
@@ -38,6 +40,25 @@ class LatePeople(PeopleSegmenter):
         return before
 
 
+@dataclass
+class OverlapScore:
+    """Overlaps of silhouettes with the true ones, and distances of their edges, px."""
+
+    overlaps: list[float] = field(default_factory=list)
+    edges: list[float] = field(default_factory=list)
+
+    def add(self, found: Mask | None, truth: Mask) -> None:
+        """found: None for an empty one."""
+        if np.count_nonzero(truth) >= SMALLEST * truth.size:
+            mask = np.zeros_like(truth) if found is None else found
+            self.overlaps.append(overlap(mask, truth))
+            self.edges.append(edge_px(mask, truth))
+
+    def figures(self) -> dict[str, float]:
+        unusable = np.mean(np.array(self.overlaps) < UNUSABLE)
+        return {"overlap": mean(self.overlaps), "edge": mean(self.edges), "unusable": 100.0 * float(unusable)}
+
+
 def overlap(a: Mask, b: Mask) -> float:
     """Intersection over union of two masks of 0 and 1."""
     union = np.count_nonzero(a | b)
@@ -55,50 +76,36 @@ def edge_px(found: Mask, truth: Mask) -> float:
     return float(far[of_found != 0].mean())
 
 
-def run(one: Case) -> dict[str, float]:
+def run(one: Case) -> Figures:
     """Figures of one seed.  Options: method, one of METHODS or that with `+people`; size."""
-    scene = RoomScene(FIRST_SEED + one.seed, size_of(one.option("size", "320x240")))
-    situation = NAMED[one.film]
-    seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
-    return frame_errors(list(shots(scene, situation)), scene, one.option("method", "adaptive"), seen_s)
-
-
-def run_silhouettes(one: Case) -> Figures:
-    """Without the time.  Options: as of `run`."""
-    return {name: value for name, value in run(one).items() if name != "time"}
+    return _segmented(one)[0].figures()
 
 
 def run_timed(one: Case) -> Figures:
     """Time of a frame, median (ms).  Options: as of `run`."""
-    return {"time": run(one)["time"]}
+    return {"time": 1e3 * median(_segmented(one)[1])}
 
 
-def frame_errors(film: list[RoomFrame], scene: RoomScene, method: str, seen_s: float) -> dict[str, float]:
-    background, _, people = method.partition("+")
+def _segmented(one: Case) -> tuple[OverlapScore, list[float]]:
+    """Score of the silhouettes of a film, and the times of its frames, seconds."""
+    scene = RoomScene(FIRST_SEED + one.seed, size_of(one.option("size", "320x240")))
+    film = list(shots(scene, NAMED[one.film]))  # rendered before anything is timed
+    background, _, people = one.option("method", "adaptive").partition("+")
     segmenter = LatePeople(load_network(), threaded=False) if people else None
     setup = ViewerSetup("cam01", scene.camera, parse_background(background, Path()), people=segmenter)
     state, place = LearningBackground(), None
-    found, edges, times = [], [], []
+    score, times = OverlapScore(), list[float]()
     for number, shot in enumerate(film):
         start = perf_counter()
+        mask: Mask | None = None
         if place is None:
             state, place = learn(setup, state, shot.image)
-            mask = None
         else:
-            frame = Frame(number, round(shot.time_s * 1e9), shot.image)
-            place, mask, _ = segment(setup, place, frame)
+            place, mask, _ = segment(setup, place, Frame(number, round(shot.time_s * 1e9), shot.image))
             times.append(perf_counter() - start)
-        if shot.time_s < seen_s or np.count_nonzero(shot.truth) < SMALLEST * shot.truth.size:
-            continue
-        mask = np.zeros_like(shot.truth) if mask is None else mask
-        found.append(overlap(mask, shot.truth))
-        edges.append(edge_px(mask, shot.truth))
-    return {
-        "overlap": float(np.mean(found)),
-        "edge": float(np.mean(edges)),
-        "unusable": 100.0 * float(np.mean(np.array(found) < UNUSABLE)),
-        "time": 1e3 * float(np.median(times)),
-    }
+        if shot.time_s >= NAMED[one.film].first_s + SETTLED_S:
+            score.add(mask, shot.truth)
+    return score, times
 
 
 OVERLAP = (Quantity("overlap", "", 3, "low"), Quantity("edge", "px"), Quantity("unusable", "%", 0))
@@ -107,7 +114,7 @@ ROOMS = Kind(
     "Simulated people walk in a room for 25 s, 320×240, 15 frames/s; each situation changes one thing, at 12 s where it "
     "is sudden. Overlap (intersection over union) with the true silhouette from 2 s after the person is in view; edge: "
     "mean distance of the outline from the true one; unusable: frames with an overlap below 0.6.",
-    run_silhouettes,
+    run,
     OVERLAP,
     {f"{name}, {method}": case(name, method=method) for name in NAMED for method in METHODS}
     | {f"{name}, adaptive+people": case(name, method="adaptive+people") for name in NAMED},

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, RoomScene, Situation
+from benchmarks.cases.rooms.film import CHANGE_S, EMPTY_S, FPS, RoomScene, Situation, Tone
 from tests.support.walkers import walker
 from zenocap.common.arrays import Floats, Floats32, Image
 from zenocap.simulation.body.person import Person
@@ -35,12 +35,8 @@ def _switched(scene: RoomScene, time_s: float, image: Image) -> Image:
     return scaled(image, across)
 
 
-def _white_balance(scene: RoomScene, time_s: float, image: Image) -> Image:
-    return image if time_s < CHANGE_S else scaled(image, np.array(WHITE_BALANCE))
-
-
-def _early_white_balance(scene: RoomScene, time_s: float, image: Image) -> Image:
-    return image if time_s < EMPTY_S / 2 else scaled(image, np.array(WHITE_BALANCE))
+def _white_balance(since_s: float) -> Tone:
+    return lambda scene, time_s, image: image if time_s < since_s else scaled(image, np.array(WHITE_BALANCE))
 
 
 def _exposure(scene: RoomScene, time_s: float, image: Image) -> Image:
@@ -58,15 +54,13 @@ def _compressed(scene: RoomScene, time_s: float, image: Image) -> Image:
 
 def _together(scene: RoomScene, time_s: float, image: Image) -> Image:
     """Light that fades, white balance that jumps, noise of half of NOISE, and compression."""
-    faded = _white_balance(scene, time_s, _light(scene, time_s, image))
-    rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
-    noisy = np.clip(faded + rng.normal(0.0, NOISE / 2.0, image.shape), 0, 255).astype(np.uint8)
-    return _compressed(scene, time_s, noisy)
+    faded = _white_balance(CHANGE_S)(scene, time_s, _light(scene, time_s, image))
+    return _compressed(scene, time_s, _noisy(scene, time_s, faded, NOISE / 2.0))
 
 
-def _noisy(scene: RoomScene, time_s: float, image: Image) -> Image:
+def _noisy(scene: RoomScene, time_s: float, image: Image, levels: float = NOISE) -> Image:
     rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
-    return np.clip(image + rng.normal(0.0, NOISE, image.shape), 0, 255).astype(np.uint8)
+    return np.clip(image + rng.normal(0.0, levels, image.shape), 0, 255).astype(np.uint8)
 
 
 def scaled(image: Image, share: float | Floats) -> Image:
@@ -84,8 +78,9 @@ def _like_the_wall(scene: RoomScene) -> Person:
     return replace(scene.walker.person, clothing=worn)
 
 
-def _with_box(scene: RoomScene, room: Floats32, x: float, z: float) -> Floats32:
+def _with_box(scene: RoomScene, x: float, z: float) -> Floats32:
     """The room with a wooden box of 0.5 x 0.5 x 0.9 m on the floor, 2 m or more behind the walk."""
+    room = scene.room.copy()
     base = scene.place(x, z)
     corners = np.array(
         [base + np.array([dx, h, dz]) for h in (0.0, 0.9) for dx, dz in ((0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5))]
@@ -102,7 +97,7 @@ def _with_box(scene: RoomScene, room: Floats32, x: float, z: float) -> Floats32:
 
 def _furniture(scene: RoomScene, time_s: float) -> Floats32:
     x = -0.6 if time_s < CHANGE_S else 0.5
-    return _with_box(scene, scene.room.copy(), x, 2.3)
+    return _with_box(scene, x, 2.3)
 
 
 def _door(scene: RoomScene, time_s: float) -> Floats32:
@@ -183,8 +178,8 @@ SITUATIONS: Sequence[Situation] = (
     Situation("a person from the first frame", empty=False),
     Situation("light fades by 40 %", tone=_light),
     Situation("lamp switched off", tone=_switched),
-    Situation("white balance jumps", tone=_white_balance),
-    Situation("white balance jumps while learning", tone=_early_white_balance),
+    Situation("white balance jumps", tone=_white_balance(CHANGE_S)),
+    Situation("white balance jumps while learning", tone=_white_balance(EMPTY_S / 2)),
     Situation("automatic exposure", tone=_exposure),
     Situation("noise", tone=_noisy),
     Situation("compression", tone=_compressed),
@@ -200,5 +195,5 @@ SITUATIONS: Sequence[Situation] = (
     Situation("second person passes in front", other=_passing(-0.9)),
     Situation("glossy floor", gloss=GLOSS),
     Situation("all of it", empty=False, room=_furniture, tone=_together, other=_passing(1.8), gloss=GLOSS),
-    Situation("stands for a minute", still=True, stands_s=STAND_S, length_s=CHANGE_S + STAND_S + 8.0),
+    Situation("stands for a minute", still=True, stands_s=STAND_S, least_s=CHANGE_S + STAND_S + 8.0),
 )

@@ -11,7 +11,7 @@ from benchmarks.people.films import size_of
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.tools.measure.installation import demand
 from zenocap.tools.measure.installation_plan import installation_of
-from zenocap.tools.measure.load_plan import MAX_RATE, Method, Plan, Priority
+from zenocap.tools.measure.load_plan import MAX_RATE, Plan
 from zenocap.tools.measure.load_processes import LoadNetwork
 from zenocap.tools.measure.load_session import prepared
 from zenocap.tools.measure.measurement import Measurement
@@ -19,6 +19,7 @@ from zenocap.tools.measure.ramp import RampQuantity, ramp
 from zenocap.tools.measure.unit_costs import COSTS
 
 OVERLOAD_SETTLE_S = 15.0  # until the integrator has found the rate; chosen by hand
+OF_MEASURING = ("busy", "more")  # options: see `run` and `run_capacity`
 CURVES = (
     ("two-view", 2, "640x480", (15.0, 30.0, 60.0, 120.0)),
     ("two-view", 2, "160x120", (60.0, 120.0, 240.0, 480.0)),
@@ -28,21 +29,9 @@ CURVES = (
 
 
 def plan_of(one: Case) -> Plan:
-    """Options: as the fields of `Plan`."""
-    return Plan(
-        viewers=one.option("viewers", 2),
-        rigs=one.option("rigs", 1),
-        rate=one.option("rate", 30.0),
-        size=size_of(one.option("size", "160x120")),
-        method=cast(Method, one.option("method", "two-view")),
-        until="silhouette" if one.option("silhouettes", False) else "pose",
-        stand_ins=one.option("stand_ins", False),
-        subscribers=one.option("subscribers", 0),
-        subscriber_priority=cast(Priority, one.option("priority", "low")),
-        mesh=one.option("mesh", False),
-        seconds=one.option("seconds", 10.0),
-        settle_s=one.option("settle", 3.0),
-    )
+    """Options: the fields of `Plan`, the size as WIDTHxHEIGHT, beside those of OF_MEASURING."""
+    given = {name: value for name, value in one.options if name not in OF_MEASURING}
+    return replace(Plan(), **given | {"size": size_of(one.option("size", "160x120"))})  # type: ignore[arg-type]
 
 
 def run(one: Case) -> Figures:
@@ -82,16 +71,6 @@ def run_capacity(one: Case) -> Figures:
     return {"held": max(held, default=0.0)}
 
 
-def _overload() -> dict[str, Case]:
-    return {
-        f"{method}, {viewers} viewers, {size}, offered {rate:g}/s": case(
-            "overload", method=method, viewers=viewers, size=size, rate=rate, settle=OVERLOAD_SETTLE_S
-        )
-        for method, viewers, size, rates in CURVES
-        for rate in rates
-    }
-
-
 _HYBRID = {"method": "hybrid"}
 LOAD = Kind(
     "load",
@@ -125,7 +104,7 @@ LOAD = Kind(
     }
     | {
         f"{count} {'stand-ins' if stand_ins else 'viewers'}, silhouettes only, 30/s": case(
-            "viewers", viewers=count, silhouettes=True, stand_ins=stand_ins, **_HYBRID
+            "viewers", viewers=count, until="silhouette", stand_ins=stand_ins, **_HYBRID
         )
         for stand_ins in (False, True)
         for count in (2, 4, 8, 16, 32)
@@ -139,7 +118,7 @@ LOAD = Kind(
     }
     | {
         f"{count} subscribers, {priority} priority": case(
-            "subscribers", stand_ins=True, subscribers=count, priority=priority
+            "subscribers", stand_ins=True, subscribers=count, subscriber_priority=priority
         )
         for priority in ("low", "normal")
         for count in (1, 4, 16)
@@ -152,7 +131,13 @@ LOAD = Kind(
         for mesh in (False, True)
     }
     | {"two viewers and tracker, 640x480, 30/s, beside 2 busy processes": case("busy", size="640x480", busy=2, **_HYBRID)}
-    | _overload(),
+    | {
+        f"{method}, {viewers} viewers, {size}, offered {rate:g}/s": case(
+            "overload", method=method, viewers=viewers, size=size, rate=rate, settle_s=OVERLOAD_SETTLE_S
+        )
+        for method, viewers, size, rates in CURVES
+        for rate in rates
+    },
     case("network", stand_ins=True, seconds=2.0),
     rows="load",
     timed=True,

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.cases.takes.mixture import START_NS, instants, mixture, sized, with_viewers
+from benchmarks.cases.takes.mixture import START_NS, instants, mixture, with_viewers
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import Size, size_of
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -24,17 +24,15 @@ FPS = 60.0
 class WaitingBus(LocalBus):
     """A bus whose receive waits for messages, as on the network."""
 
+    def __init__(self, network: LocalNetwork) -> None:
+        super().__init__(network, network.clock)
+        network.buses.append(self)
+
     def receive(self, timeout_s: float = 0.0) -> Received | None:
         return self._inbox.take(timeout_s)
 
     def wake(self) -> None:
         self._inbox.wake()
-
-
-def waiting_bus(network: LocalNetwork) -> LocalBus:
-    bus = WaitingBus(network, network.clock)
-    network.buses.append(bus)
-    return bus
 
 
 def frame_sets(size: Size, viewers: int, count: int) -> Iterator[list[Envelope]]:
@@ -52,7 +50,7 @@ def run(one: Case) -> Figures:
         messages += group
         if len(messages) >= count:
             break
-    count, bytes_ = sized(messages)
+    count, megabytes = len(messages), sum(len(each.data) for each in messages) / 1e6
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "take.mcap"
         write(path, messages)
@@ -66,7 +64,7 @@ def run(one: Case) -> Figures:
         started_s = time.perf_counter()
         assert operations[one.film]() == count
         spent_s = time.perf_counter() - started_s
-    return {"rate": count / spent_s, "volume": bytes_ / 1e6 / spent_s}
+    return {"rate": count / spent_s, "volume": megabytes / spent_s}
 
 
 def run_thread(one: Case) -> Figures:
@@ -74,7 +72,7 @@ def run_thread(one: Case) -> Figures:
     groups = list(frame_sets(size_of(one.option("size", "160x120")), one.option("viewers", 8), 240))
     network = LocalNetwork("demo", RealClock())
     with tempfile.TemporaryDirectory() as folder:
-        log = Log(waiting_bus(network), opened(Path(folder) / "take.mcap", one.option("foxglove", False)))
+        log = Log(WaitingBus(network), opened(Path(folder) / "take.mcap", one.option("foxglove", False)))
         log.start()
         started_s = time.monotonic()
         for k in range(round(one.option("seconds", 30.0) * FPS)):
@@ -109,7 +107,7 @@ def recovered(path: Path) -> int:
 def logged(path: Path, messages: list[Envelope], foxglove: bool = False) -> int:
     """Write messages through the queue of a bus and the log's thread."""
     network = LocalNetwork("demo", RealClock())
-    log = Log(waiting_bus(network), opened(path, foxglove))
+    log = Log(WaitingBus(network), opened(path, foxglove))
     log.start()
     for number, each in enumerate(messages):
         for bus in network.buses:

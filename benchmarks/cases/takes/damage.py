@@ -5,6 +5,7 @@ messages read must equal messages written; and recovered files must be intact fo
 """
 
 import random
+import re
 import tempfile
 import time
 from collections import Counter
@@ -55,7 +56,8 @@ def put_in(content: bytes, rng: random.Random) -> bytes:
 
 def wrong_length(content: bytes, rng: random.Random) -> bytes:
     """Change a length in the head of a chunk: of its data, or of its uncompressed data."""
-    chunks = [at for at in _places(content, b"\x04\0\0\0zstd") if content[at - 37 : at - 36] == b"\x06"]
+    found = (one.start() for one in re.finditer(b"\x04\0\0\0zstd", content))
+    chunks = [at for at in found if content[at - 37 : at - 36] == b"\x06"]
     at = rng.choice(chunks) + rng.choice((-36, 8, -12))
     value = rng.choice((0, 1, 2**31, 2**32 - 1, 2**63, 2**64 - 1, rng.randrange(len(content))))
     return _put(content, at, value.to_bytes(8, "little"))
@@ -115,14 +117,14 @@ class Judge:
         self._rest = (whole.attachments, whole.metadata)
         self._path, self._output = folder / "damaged.mcap", folder / "recovered.mcap"
 
-    def check(self, content: bytes, name: str, findings: Findings, run: Callable[..., tuple[int, str]]) -> None:
+    def check(self, content: bytes, name: str, findings: Findings) -> None:
         """Run info and recover on `content` and check both results."""
         self._path.write_bytes(content)
         self._output.unlink(missing_ok=True)
         found: list[int] = []
         for arguments in (["info", str(self._path)], ["recover", str(self._path), "-o", str(self._output)]):
             started_s = time.monotonic()
-            status, output = run(*arguments)
+            status, output = in_process(*arguments)
             findings.slowest_s = max(findings.slowest_s, time.monotonic() - started_s)
             found.append(status)
             if "Traceback" in output or status not in (0, 1, 3):
@@ -163,25 +165,17 @@ def in_process(*arguments: str) -> tuple[int, str]:
 
 def truncations(judge: Judge, findings: Findings, percents: range) -> None:
     for percent in percents:
-        judge.check(judge.content[: len(judge.content) * percent // 100], f"cut at {percent} %", findings, in_process)
+        judge.check(judge.content[: len(judge.content) * percent // 100], f"cut at {percent} %", findings)
 
 
 def corruptions(judge: Judge, kind: Damaging, count: int, seed: int, findings: Findings) -> None:
     for number in range(count):
         name = f"{kind.__name__} seed {seed} number {number}"
-        judge.check(kind(judge.content, random.Random(f"{seed} {number} {kind.__name__}")), name, findings, in_process)
+        judge.check(kind(judge.content, random.Random(f"{seed} {number} {kind.__name__}")), name, findings)
 
 
 def _put(content: bytes, at: int, new: bytes) -> bytes:
     return content[:at] + new[: len(content) - at] + content[at + len(new) :]
-
-
-def _places(content: bytes, what: bytes) -> list[int]:
-    places, at = [], content.find(what)
-    while at >= 0:
-        places.append(at)
-        at = content.find(what, at + 1)
-    return places
 
 
 def _identity(message: Recorded) -> tuple[str, int, int, int, bytes]:

@@ -58,8 +58,3 @@ def with_viewers(instant: list[Envelope], count: int, frame: int, now_ns: int) -
             message = msgspec.structs.replace(each.message, **new)
             key = each.topic.at("demo", **each.topic.names_of(message))
             yield replace(each, key=key, message=message, received_ns=now_ns, data=encode(message))
-
-
-def sized(messages: list[Envelope]) -> tuple[int, int]:
-    """Number of messages and of bytes."""
-    return len(messages), sum(len(each.data) for each in messages)

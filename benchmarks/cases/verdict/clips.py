@@ -18,6 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cases.verdict.kinds import ALL, CLASS_COLUMNS
+from benchmarks.cases.verdict.truth import true_rating
 from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, case
 from benchmarks.people.shared_clips import clip_table, motion_from
 from tests.support.stored import stored
@@ -26,7 +27,6 @@ from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.video.reader import VideoReader
-from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
 
 STATUS = {0: "good", 3: "doubtful", 4: "unusable"}
 RING = ("cam01", "cam03", "cam05")  # of seven cameras, a third of the ring or more apart
@@ -68,10 +68,6 @@ class Folder:
 
 
 Fault = Callable[[Folder], Folder]
-
-
-def none(folder: Folder) -> Folder:
-    return folder
 
 
 def swapped(folder: Folder) -> Folder:
@@ -147,7 +143,7 @@ VIDEOS: dict[str, Fault] = {  # as strangers have them
     "cut file": converted(".mkv", "libx264", "yuv420p", share=2 / 3),
 }
 FAULTS: dict[str, Fault] = {
-    "none": none,
+    "none": lambda folder: folder,
     "two videos exchanged": swapped,
     "focal length 5 % off": lambda folder: focal_length(folder, 1.05),
     "focal length 15 % off": lambda folder: focal_length(folder, 1.15),
@@ -173,11 +169,7 @@ def run(one: Case) -> Figures:
 def _tried(clip: str, fault: str) -> dict[str, float]:
     sources = (__name__, "zenocap.tools", "zenocap.services")  # `zenocap track` runs them by name
     mean_m, lost, found = stored(lambda: _tracked(clip, fault), clip, fault, sources=sources)
-    if not np.isfinite(mean_m) or mean_m > UNUSABLE_ERROR_M or lost > UNUSABLE_LOST:
-        true = "unusable"
-    else:
-        true = "good" if mean_m <= GOOD_ERROR_M and lost <= GOOD_LOST else "doubtful"
-    return {"mean": 1e3 * mean_m, "lost": 100.0 * lost, f"{true} in truth, called {found}": 1}
+    return {"mean": 1e3 * mean_m, "lost": 100.0 * lost, f"{true_rating(mean_m, lost)} in truth, called {found}": 1}
 
 
 def _tracked(clip: str, fault: str) -> tuple[float, float, str]:

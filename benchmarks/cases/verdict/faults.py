@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.support.simulated_cameras import look
-from zenocap.common.arrays import Bools, Floats, Mask
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 
 Masks = Mapping[str, list[Mask]]  # by view, one per frame, (height, width) of 0 and 1
@@ -23,7 +23,7 @@ MIDDLE = np.array([0.0, 1.0, 0.0])  # m, of the scene
 class FaultyScene:
     """What the tracker gets.  cameras: the calibration.  other: silhouettes of a second person.
 
-    t_pose_from, motion_from: first frame of the T-pose and of the motion.  first: first frame that the tracker gets.
+    motion_from: first frame of the motion.  first: first frame that the tracker gets.
     """
 
     cameras: Mapping[str, Camera]
@@ -49,10 +49,6 @@ def _seen(scene: FaultyScene, change: Callable[[str, int, Mask], Mask]) -> Fault
     """The scene with every silhouette changed; change: of view, frame and mask."""
     masks = {view: [change(view, k, mask) for k, mask in enumerate(film)] for view, film in scene.masks.items()}
     return replace(scene, masks=masks)
-
-
-def none(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
-    return scene
 
 
 def focal_length(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
@@ -217,7 +213,7 @@ def empty(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
 
 LATE = "one video 0.1-1 s late"
 FAULTS: Mapping[str, Fault] = {
-    "none": none,
+    "none": lambda scene, rng: scene,
     "focal length 4-25 % off": focal_length,
     "camera turned by 1-12°": turned,
     "another rig's calibration": another_rig,
@@ -259,8 +255,7 @@ def _noise(size: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 def _punched(mask: Mask, count: int, size: float, rng: np.random.Generator) -> Mask:
     """The mask with `count` discs removed.  size: their radius, as a share of the person's height."""
-    inside: Bools = mask != 0
-    rows, columns = np.nonzero(inside)
+    rows, columns = np.nonzero(mask)
     if not len(rows):
         return mask
     height = int(rows.max() - rows.min()) + 1

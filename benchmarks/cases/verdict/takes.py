@@ -1,7 +1,7 @@
 """Takes of simulated people with faults, and the true joint centres."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from benchmarks.cases.verdict.faults import FAULTS, FaultyScene, Masks
 from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take
 from benchmarks.people.films import motion_file
-from benchmarks.people.session import rig_of, stepped
+from benchmarks.people.session import rig_of, stepped, tracker_of
 from benchmarks.people.simulated_clips import SIZE, SimulatedClip, captured_clip, simulated_clip
 from tests.support.built_messages import silhouette
 from tests.support.foxglove_reader import in_envelope
@@ -19,7 +19,6 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.conversion import bdp_of, pose_of
-from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.session.session import Session
@@ -139,15 +138,14 @@ def two_view_messages(scene: FaultyScene) -> list[m.Message]:
 
 def tracker_messages(scene: FaultyScene, seed: int) -> list[m.Message]:
     """Messages of the cameras and of the tracker on the silhouettes, and after each pose that of both directions."""
-    rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "hybrid")
-    forward = list(_forward(rig, scene, seed))
+    forward = list(_forward(scene, seed))
     setup = TrackerSetup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=seed))
     return list(_both_ways(setup, scene, forward))
 
 
-def _forward(rig: Rig, scene: FaultyScene, seed: int) -> Iterator[m.Message]:
-    assert rig.tracker is not None
-    service, *_ = members(replace(rig, tracker=replace(rig.tracker, seed=seed)))
+def _forward(scene: FaultyScene, seed: int) -> Iterator[m.Message]:
+    rig = rig_of(scene.cameras, FirstFrames(1), scene.fps, "hybrid", tracker=tracker_of(seed=seed))
+    service, *_ = members(rig)
     session = Session(rig.name, ManualClock(EPOCH_NS), [service], TOPICS)
     yield from cameras(rig, EPOCH_NS)
     for k, at_ns, masks in _frames(scene):

@@ -1,6 +1,5 @@
 """True errors of takes and their stretches, and what of a take a kind of evidence has."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +7,8 @@ import numpy as np
 from benchmarks.cases.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
-from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.conversion import anatomy_of, bdp_of
-from zenocap.tools.judge.evidence import PoseRow, TakeEvidence
+from zenocap.tools.judge.evidence import TakeEvidence, body_of
 from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, LOST_ERROR_M, START_NS, UNUSABLE_ERROR_M, UNUSABLE_LOST
 from zenocap.tools.parameters import EPOCH_NS
 
@@ -44,9 +41,14 @@ class TrueError:
 
     @property
     def rating(self) -> m.Rating:
-        if not np.isfinite(self.mean) or self.mean > UNUSABLE_ERROR_M or self.lost > UNUSABLE_LOST:
-            return "unusable"
-        return "good" if self.mean <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
+        return true_rating(self.mean, self.lost)
+
+
+def true_rating(mean_m: float, lost: float) -> m.Rating:
+    """Class of a take by the mean error of its joints and the share of lost ones."""
+    if not np.isfinite(mean_m) or mean_m > UNUSABLE_ERROR_M or lost > UNUSABLE_LOST:
+        return "unusable"
+    return "good" if mean_m <= GOOD_ERROR_M and lost <= GOOD_LOST else "doubtful"
 
 
 def true_error(take: FaultyTake, evidence: TakeEvidence) -> TrueError:
@@ -56,21 +58,14 @@ def true_error(take: FaultyTake, evidence: TakeEvidence) -> TrueError:
     )
     frames = take.frames[take.frames >= (first_ns + START_NS - EPOCH_NS) / 1e9 * FPS - 0.5]
     errors = np.full((len(frames), len(take.names)), np.nan)
-    if evidence.body is not None and evidence.poses:
-        anatomy = anatomy_of(evidence.body)
-        bdp = bdp_of(anatomy, evidence.body)
-        order = [anatomy.index[name] for name in evidence.names]
-        names = [marker.name for marker in anatomy.markers]
+    if evidence.poses and (body := body_of(evidence)) is not None:
+        names = [marker.name for marker in body.anatomy.markers]
         columns = [names.index(name) if name in names else -1 for name in take.names]
-        rows: Mapping[int, PoseRow] = {row.frame: row for row in evidence.poses.values()}
+        rows = {row.frame: row for row in evidence.poses.values()}
         truth = dict(zip(take.frames.tolist(), take.points, strict=True))
         for k, frame in enumerate(frames.tolist()):
-            row = rows.get(frame)
-            if row is None or row.lost:
-                continue
-            angles = anatomy.neutral.copy()
-            angles[order] = row.angles
-            found = joint_centres(anatomy, bdp, Pose(row.position, angles))[columns]
-            errors[k] = np.linalg.norm(found - truth[frame], axis=1)
+            if (row := rows.get(frame)) is not None and not row.lost:
+                found = joint_centres(body.anatomy, body.bdp, body.pose(row))[columns]
+                errors[k] = np.linalg.norm(found - truth[frame], axis=1)
         errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
     return TrueError(errors)

@@ -81,7 +81,7 @@ class StreamOutcome:
     def score(self, label: str | None = None, least: float = -np.inf) -> StreamScore:
         """Score of a posture; None: of all.  least: level below which answers are left out."""
         sources = zip(self.truths, self.answers, strict=True)
-        pairs = [_matched(truth, [a for a in given if a.level >= least]) for truth, given in sources]
+        pairs = [matched(truth, [a for a in given if a.level >= least]) for truth, given in sources]
         right = [pair for right, _ in pairs for pair in right if label in (None, pair[1].label)]
         wrong = [answer for _, wrong in pairs for answer in wrong if label in (None, answer.label)]
         events = sum(label in (None, one.label) for truth in self.truths for one in truth)
@@ -121,7 +121,7 @@ def _level(model: PostureModel, found: Classification, score: float) -> float:
     return round(trees + LEAST_VOTES - exp(-score) * (trees + LEAST_VOTES)) / trees
 
 
-def _matched(
+def matched(
     truth: Sequence[PostureSpan], given: Sequence[PostureAnswer]
 ) -> tuple[list[tuple[PostureSpan, PostureAnswer]], list[PostureAnswer]]:
     """Right answers with their labelled spans, and wrong ones.  Each span has one right answer at most."""

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.support.posture_cases import FAST_FOREST, RATE, examples, movement
 from zenocap.services.recognizer.training.example_files import Features
@@ -12,6 +14,7 @@ from zenocap.services.recognizer.training.stream_evaluation import (
     PostureSpan,
     StreamOutcome,
     evaluate_streams,
+    overlaps,
 )
 from zenocap.services.recognizer.training.train import train
 
@@ -41,6 +44,31 @@ def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> Non
     assert wave.delay_s(0.5) == pytest.approx(0.3)
     assert (kick.recall, kick.precision) == (0.0, 0.0)
     assert np.isnan(kick.delay_s(0.5))
+
+
+def test_an_answer_belongs_to_the_span_with_the_largest_overlap() -> None:
+    truth = [PostureSpan("wave", 0.0, 2.0), PostureSpan("wave", 2.0, 4.0)]
+    found = outcome(truth, [answer("wave", 0.9, 3.9, 4.15, 0.9), answer("wave", 0.0, 2.0, 2.25, 0.9)]).score()
+    assert found.right == 2
+    assert found.delays_s == pytest.approx((0.15, 0.25))
+
+
+@pytest.mark.parametrize(("end_s", "expected"), [(1.4, False), (1.5, True), (3.0, True)])
+def test_the_overlap_is_half_of_the_shorter_one(end_s: float, expected: bool) -> None:
+    assert overlaps(PostureSpan("kick", 1.0, 3.0), PostureSpan("kick", end_s - 1.0, end_s)) is expected
+
+
+SPANS = st.tuples(st.sampled_from(["kick", "wave"]), st.floats(0, 50), st.floats(0.5, 4)).map(
+    lambda drawn: PostureSpan(drawn[0], drawn[1], drawn[1] + drawn[2])
+)
+
+
+@pytest.mark.slow
+@given(st.lists(SPANS, max_size=12), st.lists(SPANS, max_size=12))
+def test_counts_of_a_score_are_consistent(truth: list[PostureSpan], given: list[PostureSpan]) -> None:
+    score = outcome(truth, [answer(one.label, one.start_s, one.end_s, one.end_s, 0.5) for one in given]).score()
+    assert score.right + score.wrong == len(given)
+    assert score.right == len(score.delays_s) <= score.events == len(truth)
 
 
 def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:

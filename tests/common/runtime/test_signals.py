@@ -16,7 +16,6 @@ from zenocap.common.runtime.signals import (
     loading,
     print_stacks_on_signal,
     stop_signals,
-    watched,
 )
 
 

@@ -123,14 +123,14 @@ def test_a_peer_says_that_it_has_reached_no_participant_and_when_it_does(
     monkeypatch.setattr(zenoh_session, "REACH_S", 0.3)
     endpoint = free_endpoint()
 
-    def said(word: str) -> bool:
+    def logged(word: str) -> bool:
         lone.receive(0.05)
         return word in caplog.text
 
     with ZenohBus.open(ZenohOptions("peer", (endpoint,), multicast_scouting=False), "studio", RealClock()) as lone:
-        until(lambda: said(f"no other participant reached at {endpoint}"), "nothing was said")
+        until(lambda: logged(f"no other participant reached at {endpoint}"), "nothing was logged")
         with ZenohBus.open(listener(endpoint), "studio", RealClock()):
-            until(lambda: said("reached another participant after"), "nothing was said")
+            until(lambda: logged("reached another participant after"), "nothing was logged")
     assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
 
 

@@ -250,7 +250,7 @@ def test_a_decision_of_another_integrator_is_answered(other: FrameRate | Tracker
     assert share_of(rate) == Share()
     assert 10 * S <= rate.captured_ns < 12 * S
     assert detail.share == 1.0
-    for message in answers:  # its own, which it hears too
+    for message in answers:  # its own, which it receives too
         plant.state, again = step(plant.setup, plant.state, envelope(message))
         assert again == []
     repeated = [message for _, message in plant.run(REPEATS + 2).published[before:]]

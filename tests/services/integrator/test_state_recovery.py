@@ -61,7 +61,7 @@ def test_a_body_that_is_not_the_published_one_is_contradicted_once_a_tick() -> N
     assert published == []
     state, bodies = ticked(state)
     assert bodies == [BODY]
-    state, _ = play(state, BODY)  # its own, which it hears too
+    state, _ = play(state, BODY)  # its own, which it receives too
     assert ticked(state)[1] == []
     state, _ = play(state, false, m.Request(frame=0, captured_ns=0, what="measure"))
     assert ticked(state)[1] == []  # there is none until the next

@@ -80,7 +80,7 @@ def test_a_body_that_is_not_the_published_one_is_contradicted_with_the_next_fram
     assert published == []
     state, published = play(state, AFTER[:2], 10)
     assert [message for message in published if isinstance(message, m.TrackerBdp)] == [body]
-    state, published = pass_to(SETUP, state, [body])  # its own, which it hears too
+    state, published = pass_to(SETUP, state, [body])  # its own, which it receives too
     assert (state.contradicted, published) == (False, [])
 
 

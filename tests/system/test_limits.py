@@ -1,4 +1,4 @@
-"""Services at the limit of their memory or of their open files: what ends is named and started again, the others go on."""
+"""Services at the limit of their memory or of their open files: ends are named, the others go on."""
 
 import os
 import re

@@ -173,11 +173,11 @@ class Check(msgspec.Struct, frozen=True):
 
 
 class ChecksUpdate(msgspec.Struct, frozen=True, tag="checks", tag_field="type"):
-    """Checks by viewer.  advice: next step of the set-up of the whole rig.  phase: of the service that states it, or ""."""
+    """Checks by viewer.  advice: next step of the set-up of the whole rig.  calm: nothing to be done."""
 
     viewers: dict[str, list[Check]]
     advice: str
-    phase: str
+    calm: bool
 
 
 class PostureUpdate(msgspec.Struct, frozen=True, tag="posture", tag_field="type"):

@@ -140,9 +140,9 @@ def checks_update(state: AnimatorState, presence: Presence) -> EncodedUpdate:
         for id in viewers
     }
     solvers = [health[key] for key in presence.services if key[0] in ("integrator", "tracker") and key in health]
-    waiting = [(one.state, one.phase.value) for one in solvers if one.phase is not m.Phase.RUNNING]
-    advice, phase = waiting[-1] if waiting else ("waiting for the integrator", "")
-    return encoded("checks", pm.ChecksUpdate(found, advice, phase))
+    waiting = [one for one in solvers if one.phase is not m.Phase.RUNNING]
+    calm = bool(waiting) and waiting[-1].state == m.Phase.TRACKING  # a text that says more asks for something
+    return encoded("checks", pm.ChecksUpdate(found, waiting[-1].state if waiting else "waiting for the integrator", calm))
 
 
 def _flat(array: Floats, decimals: int) -> list[float]:

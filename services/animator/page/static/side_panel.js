@@ -109,9 +109,9 @@ export function setAlert(name, text) {
   box.textContent = alerts.get('connection') || [...alerts.values()].join(' · ');
 }
 
-export function showChecks({ viewers, advice, phase }) {
+export function showChecks({ viewers, advice, calm }) {
   el('advice').textContent = advice;
-  el('advice').classList.toggle('calm', phase === 'tracking');  // nothing to be done
+  el('advice').classList.toggle('calm', calm);
   el('checks').replaceChildren(...Object.entries(viewers).map(([viewer, checks]) => {
     const box = create('div', { className: 'checks' });
     box.append(create('h2', { textContent: `viewer ${viewer}` }));

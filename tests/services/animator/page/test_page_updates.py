@@ -146,13 +146,27 @@ def test_checks_have_advice_for_each_viewer_and_for_the_rig() -> None:
         health("viewer", "2", NOW, "learning the background (3 frames)", m.Phase.LEARNING_BACKGROUND),
         health("integrator", "main", NOW, "waiting for the T-pose in both views", m.Phase.AWAITING_PERSON),
     )
-    assert (sent["advice"], sent["phase"]) == ("waiting for the T-pose in both views", "awaiting_person")
-    assert checks_of(full())["phase"] == ""
+    assert (sent["advice"], sent["calm"]) == ("waiting for the T-pose in both views", False)
+    assert not checks_of(full())["calm"]
     first = {check["name"]: check["verdict"] for check in sent["viewers"]["1"]}
     assert first["background"] == "wait"  # no health received
     assert first["posture"] == "bad"  # walking, not standing with stretched arms
     second = {check["name"]: check for check in sent["viewers"]["2"]}
     assert "keep the scene empty" in second["background"]["text"]
+
+
+@pytest.mark.parametrize(
+    ("phase", "text", "calm"),
+    [
+        (m.Phase.TRACKING, "tracking", True),
+        (m.Phase.TRACKING, "tracking, without viewer 2", False),
+        (m.Phase.TRACKING, "tracking, the body does not fit the scene", False),
+        (m.Phase.LOST, "searching for the person", False),
+    ],
+)
+def test_the_advice_is_calm_when_nothing_is_to_be_done(phase: m.Phase, text: str, calm: bool) -> None:
+    sent = checks_of(AnimatorState(), health("tracker", "hybrid", NOW, text, phase))
+    assert (sent["advice"], sent["calm"]) == (text, calm)
 
 
 def test_a_damaged_silhouette_is_a_bad_check() -> None:

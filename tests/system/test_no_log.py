@@ -1,4 +1,4 @@
-"""`up --no-log` and `kill -9` of a service, while its user records a take or none: the statement at the end is true."""
+"""`up --no-log` and `kill -9` of a service: the statement at the end about the take is true."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Set-up and teaching pages that run, under the commands of a hostile page: each is handled, or refused with a reason."""
+"""Running pages of set-up and teaching under hostile commands: each is handled, or refused with a reason."""
 
 import asyncio
 import json

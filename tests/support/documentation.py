@@ -68,5 +68,5 @@ def parse(line: str) -> None:
 def distinct_commands() -> list[str]:
     """Lines with arguments, one for each set of options of a command, in the order of the pages."""
     lines = [*_BLOCK, *(line for line in _INLINE if command_of(line)[2])]
-    unique = {(command_of(line)[1], *re.findall(r" (--?[a-z][\w-]*)", line)): line for line in reversed(lines)}
+    unique = {(command_of(line)[1], *sorted(re.findall(r" (--?[a-z][\w-]*)", line))): line for line in reversed(lines)}
     return list(reversed(unique.values()))

@@ -12,7 +12,7 @@ HEIGHT_M, RADIUS_M = 1.7, 0.12
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
-def figure(count: int = 120, width_m: float = 1.2) -> Floats:
+def figure(count: int = 60, width_m: float = 1.2) -> Floats:
     """Places (n, 2) x and z of a figure of eight, m."""
     phase = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     return np.column_stack([1.6 * np.sin(phase), width_m * np.sin(2.0 * phase)])

@@ -1,4 +1,4 @@
-"""Running pages of set-up and teaching under hostile commands: each is handled, or refused with a reason."""
+"""Running pages of set-up and teaching under hostile commands: handled, or refused with a reason."""
 
 import asyncio
 import json

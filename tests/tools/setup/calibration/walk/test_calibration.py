@@ -84,7 +84,7 @@ def mirrored(hulls):
     [
         pytest.param("cam02", cut, 0, "cam02: the person is whole in 0", marks=pytest.mark.slow),
         pytest.param("cam03", mirrored, 0, "cam03: the image is mirrored", marks=pytest.mark.nightly),
-        pytest.param("cam02", lambda hulls: hulls, 40, "cam02: its way .* in step", marks=pytest.mark.slow),
+        pytest.param("cam02", lambda hulls: hulls, 20, "cam02: its way .* in step", marks=pytest.mark.slow),
     ],
     ids=["cut", "mirrored", "out of step"],
 )

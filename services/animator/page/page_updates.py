@@ -141,8 +141,11 @@ def checks_update(state: AnimatorState, presence: Presence) -> EncodedUpdate:
     }
     solvers = [health[key] for key in presence.services if key[0] in ("integrator", "tracker") and key in health]
     waiting = [one for one in solvers if one.phase is not m.Phase.RUNNING]
-    calm = bool(waiting) and waiting[-1].state == m.Phase.TRACKING  # a text that says more asks for something
-    return encoded("checks", pm.ChecksUpdate(found, waiting[-1].state if waiting else "waiting for the integrator", calm))
+    if not waiting:
+        return encoded("checks", pm.ChecksUpdate(found, "waiting for the integrator", calm=False))
+    last = waiting[-1]
+    calm = last.phase is m.Phase.TRACKING and last.state == last.phase  # a text that says more asks for something
+    return encoded("checks", pm.ChecksUpdate(found, last.state, calm))
 
 
 def _flat(array: Floats, decimals: int) -> list[float]:

@@ -162,6 +162,7 @@ def test_checks_have_advice_for_each_viewer_and_for_the_rig() -> None:
         (m.Phase.TRACKING, "tracking, without viewer 2", False),
         (m.Phase.TRACKING, "tracking, the body does not fit the scene", False),
         (m.Phase.LOST, "searching for the person", False),
+        (m.Phase.LOST, "tracking", False),
     ],
 )
 def test_the_advice_is_calm_when_nothing_is_to_be_done(phase: m.Phase, text: str, calm: bool) -> None:

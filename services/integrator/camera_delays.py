@@ -21,6 +21,7 @@ from zenocap.common.messages import CameraDelays, Message, Silhouette
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
 from zenocap.services.integrator.parameters import (
     DELAY_ERRORS,
+    DELAY_RECOVERY_TICKS,
     DELAY_REST_NS,
     DELAY_STEP,
     DELAY_WINDOW_NS,
@@ -28,7 +29,6 @@ from zenocap.services.integrator.parameters import (
     FEWEST_OUTLINES,
     MOST_DELAY_S,
     NEXT_CAMERAS,
-    RECOVERY_TICKS,
 )
 
 Delays = Mapping[str, float]  # ms, by viewer
@@ -87,7 +87,7 @@ class DelayState:
 
 def awaits_recovery(state: DelayState) -> bool:
     """True while the decision of an integrator before a restart would be followed."""
-    return state.decided is None and state.ticks < RECOVERY_TICKS
+    return state.decided is None and state.ticks < DELAY_RECOVERY_TICKS
 
 
 def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple[DelayState, list[Message]]:

@@ -95,4 +95,6 @@ NEXT_CAMERAS = 2  # in the order of the rig with which each camera is compared: 
 FEWEST_OUTLINES = 30  # of a view in a window; chosen by hand
 DELAYS_AGREE = 0.25  # frame periods, greatest difference of two estimates, and error of a correction; chosen by hand
 DELAY_ERRORS = 3.0  # standard errors, greatest difference of two estimates; chosen by hand
+# Decisions before which an earlier integrator's correction is waited for: a loaded tracker answers in 1.5 s; chosen by hand
+DELAY_RECOVERY_TICKS = 6
 DELAY_STEP = 0.25  # frame periods, greatest change of a correction per DECISION_NS; chosen by hand

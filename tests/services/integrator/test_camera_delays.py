@@ -16,7 +16,7 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.integrator import camera_delays, timekeeper
 from zenocap.services.integrator.camera_delays import DelaySetup
-from zenocap.services.integrator.parameters import DELAY_STEP, RECOVERY_TICKS
+from zenocap.services.integrator.parameters import DELAY_RECOVERY_TICKS, DELAY_STEP
 from zenocap.services.integrator.rate_ladder import Ladder
 from zenocap.services.integrator.rate_reports import RateSetup, RateState
 from zenocap.services.integrator.shell import warn_of_others
@@ -118,7 +118,7 @@ CORRECTION = CameraDelays(
 def ticked() -> TimekeeperState:
     """State that does not wait for an earlier correction any more."""
     state = TimekeeperState()
-    for tick in range(RECOVERY_TICKS):
+    for tick in range(DELAY_RECOVERY_TICKS):
         state, _ = timekeeper.step(setup(), state, Tick(START_NS + tick * 10**9))
     return state
 
@@ -129,6 +129,10 @@ def test_the_correction_survives_a_restart_and_is_dropped_without_follow() -> No
         state, (again,) = timekeeper.step(setup(follow=follow), TimekeeperState(), envelope(CORRECTION))
         assert again == expected
         assert timekeeper.step(setup(follow=follow), state, envelope(CORRECTION))[1] == []
+    waiting = TimekeeperState()
+    for tick in range(4):  # a tracker under load answered after 1.5 s, and its correction was taken for a false one
+        waiting, _ = timekeeper.step(setup(), waiting, Tick(START_NS + tick * 10**9))
+    assert timekeeper.step(setup(), waiting, envelope(CORRECTION))[1] == [CORRECTION]
     late, messages = timekeeper.step(setup(), ticked(), envelope(CORRECTION))
     assert (late.delays, messages) == (replace(ticked().delays, contradicted=True), [])
 
@@ -180,11 +184,11 @@ def test_a_correction_of_another_program_is_answered_with_the_own_one() -> None:
     foreign = structs.replace(CORRECTION, found_ms={}, errors_ms={}, applied_ms={"cam01": 500.0})
     one, state = setup(), ticked()
     state, _ = timekeeper.step(one, state, envelope(foreign))
-    state, messages = timekeeper.step(one, state, Tick(START_NS + RECOVERY_TICKS * 10**9))
+    state, messages = timekeeper.step(one, state, Tick(START_NS + DELAY_RECOVERY_TICKS * 10**9))
     (answer,) = [its for its in messages if isinstance(its, CameraDelays)]
     assert answer.applied_ms == {}
     state, messages = timekeeper.step(one, state, envelope(answer))
-    _, messages = timekeeper.step(one, state, Tick(START_NS + (RECOVERY_TICKS + 1) * 10**9))
+    _, messages = timekeeper.step(one, state, Tick(START_NS + (DELAY_RECOVERY_TICKS + 1) * 10**9))
     assert not [its for its in messages if isinstance(its, CameraDelays)]
 
 

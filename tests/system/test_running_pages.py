@@ -18,7 +18,7 @@ from tests.common.web.test_server import first_list, talk
 from tests.support.hostile import drawn
 from tests.support.live_cameras import at_once, camera_of, until
 from tests.support.message_strategies import values
-from tests.support.posture_takes import posture_take
+from tests.support.posture_takes import posture_spans, posture_take
 from tests.support.room_pictures import marked_picture
 from tests.system.browser.test_postures import served as served_postures
 from tests.tools.setup.page.test_live_page import served as served_cameras
@@ -74,13 +74,16 @@ def failures(caplog: pytest.LogCaptureFixture) -> list[str]:
 def test_the_page_of_postures_outlasts_hostile_commands(
     number: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    manifest = tmp_path / "examples.csv"
+    manifest, (name, start_s, end_s) = tmp_path / "examples.csv", posture_spans()[0]
+    valid = msgspec.json.encode(pm.AddLabel(0, start_s, end_s, name)).decode()
     known = ("kick", "anna", "", 0, 1, 2, 0.0, 1.5, 3.0, 6.0)
     with served_postures(posture_take(tmp_path / "monday.mcap"), manifest) as page:
         attack(page._page, page.address, hostile_texts(pm.Command, known, number))
         assert "hello" in talk(page.address, first_list)
         assert failures(caplog) == []
-    read_manifest(manifest)  # whatever was labelled can be read
+        attack(page._page, page.address, iter([valid]))
+        until(manifest.is_file, "the file of the labels")
+    assert read_manifest(manifest)  # whatever was labelled can be read
 
 
 @pytest.mark.parametrize("number", range(2))

@@ -12,7 +12,8 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, configuration, open_s
 from zenocap.common.topics import REVOKED
 
 OPEN_S = 5.0  # time for a router to be reached; chosen by hand
-CONFIRM_S = 10.0  # time for routers to open again and answer; chosen by hand
+CONFIRM_S = 20.0  # time for routers to open again and answer, on a loaded network; chosen by hand
+SESSION_S = 3.0  # of a session's questions: one that was opened just before its router closed may get no answer; by hand
 QUERY_TIMEOUT_S, PAUSE_S = 0.5, 0.2  # of one query, and between two; chosen by hand
 
 
@@ -49,19 +50,16 @@ def sender(options: ZenohOptions | None, rig: str) -> Iterator[Callable[[bytes],
 
 def confirmed(options: ZenohOptions, rig: str, number: int) -> int:
     """Number of routers that apply the list of this number, or a later one; 0 when none answers within CONFIRM_S."""
-    end_s = time.monotonic() + CONFIRM_S
-    session = _opened(options)
-    if session is None:
-        return 0
-    with session:
-        while time.monotonic() < end_s:
-            replies = session.get(REVOKED.format(rig=rig), timeout=QUERY_TIMEOUT_S, target=zenoh.QueryTarget.ALL,
-                                  consolidation=zenoh.ConsolidationMode.NONE)  # fmt: skip
-            found = sum(reply.ok is not None and _number(reply.ok.payload.to_bytes()) >= number for reply in replies)
-            if found:
-                return found
-            time.sleep(PAUSE_S)
-    return 0
+    end_s, found = time.monotonic() + CONFIRM_S, 0
+    while not found and time.monotonic() < end_s and (session := _opened(options)) is not None:
+        with session:
+            again_s = min(end_s, time.monotonic() + SESSION_S)
+            while not found and time.monotonic() < again_s:
+                time.sleep(PAUSE_S)
+                replies = session.get(REVOKED.format(rig=rig), timeout=QUERY_TIMEOUT_S, target=zenoh.QueryTarget.ALL,
+                                      consolidation=zenoh.ConsolidationMode.NONE)  # fmt: skip
+                found = sum(reply.ok is not None and _number(reply.ok.payload.to_bytes()) >= number for reply in replies)
+    return found
 
 
 def _opened(options: ZenohOptions) -> zenoh.Session | None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -19,7 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
+from zenocap.common.recording.setup_file import SETUP_FILE, VIDEO_NOTES, read_setup
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 
 NO_VIEW = ("", np.nan)
@@ -34,7 +34,7 @@ class TakePoses:
 
     baps: in the order of their capture times, one each.  bdp: the last one.  start_ns: capture time of frame 0.
     cameras: by viewer.  cut: description of the damage, None for an intact file.  measured: whether the body was measured
-    in a T-pose; another one has average proportions.
+    in a T-pose; another one has average proportions.  video_notes: by viewer, see `VideoSummary`.
     """
 
     path: Path
@@ -45,6 +45,7 @@ class TakePoses:
     cameras: dict[str, m.CameraInfo]
     cut: str | None
     measured: bool = True
+    video_notes: Mapping[str, str] = field(default_factory=dict)
 
     def pose(self, bap: Bap) -> Pose:
         """Pose of one of `baps`, as arrays."""
@@ -152,7 +153,8 @@ def poses_of(path: Path, envelopes: Iterable[Envelope], take: TakeReader, *, raw
     read = _read(path, envelopes, raw, lambda bap: bap)
     measured = read.measured and (read.kind is not m.UniversalBap or _measures(path, take))
     baps = tuple(read.kept.values())
-    return TakePoses(path, read.anatomy, read.bdp, baps, read.start_ns, read.cameras, take.cut, measured)
+    notes = take.metadata.get(VIDEO_NOTES, {})
+    return TakePoses(path, read.anatomy, read.bdp, baps, read.start_ns, read.cameras, take.cut, measured, notes)
 
 
 def _measures(path: Path, take: TakeReader) -> bool:

@@ -1,4 +1,4 @@
-"""Attachments with which a take is recomputed: setup, prior, posture model, parameters."""
+"""Attachments with which a take is recomputed: setup, prior, posture model, parameters; notes on its videos."""
 
 import hashlib
 import math
@@ -25,6 +25,7 @@ SETUP_FILE = "setup.json"  # names of attachments
 PARAMETERS_FILE = "parameters.json"
 PRIOR_FILE = "tracker.prior"
 POSTURES_FILE = "recognizer.postures"
+VIDEO_NOTES = "videos"  # name of metadata: by viewer, what its video states and does not hold, see `VideoSummary`
 
 Parameters: TypeAlias = Mapping[str, Mapping[str, object]]
 """By service and name: values of the services' `parameters.py`, as JSON has them."""

@@ -1,7 +1,7 @@
 """`zenocap export`: poses of a take as files of other programs."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 
@@ -62,6 +62,7 @@ class Exported:
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
     that the take's body does not have.  unsmoothed: stretches and frames that the filter left, because they are short.
     off_s: farthest row from its own time, seconds, in a format with one rate.  measured: whether the body was, in a T-pose.
+    video_notes: by viewer, see `VideoSummary`.
     """
 
     rows: int
@@ -75,6 +76,7 @@ class Exported:
     unsmoothed: tuple[int, int] = (0, 0)
     off_s: float = 0.0
     measured: bool = True
+    video_notes: Mapping[str, str] = field(default_factory=dict)
 
 
 def export(take: Path, output: Path, options: ExportOptions, *, new: bool = False) -> Exported:
@@ -114,8 +116,9 @@ def export(take: Path, output: Path, options: ExportOptions, *, new: bool = Fals
     missing = (*left_out(options.joints, track.anatomy, spine=options.spine), *lacking)
     off_s = 0.0 if to.numbered else _off_s(track)
     return Exported(
-        len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed, off_s, poses.measured
-    )
+        len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed, off_s, poses.measured,
+        poses.video_notes,
+    )  # fmt: skip
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:

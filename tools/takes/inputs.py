@@ -77,6 +77,10 @@ class Inputs:
                 found.append(f"{id}: {video.estimated} frames have no time in the file: one period after the frame before")
         return found + _differences("begins", self.begins_ns, min) + _differences("ends", self.ends_ns, max)
 
+    def video_notes(self) -> dict[str, str]:
+        """By viewer, see `VideoSummary`; the same on every machine, so that takes are."""
+        return {id: "; ".join(video.notes) for id, video in self.videos.items() if video.notes}
+
     def left_out(self) -> list[str]:
         """Lines for the user on frames that were not used."""
         found = [f"{id}: {video.damaged} damaged frames left out" for id, video in self.videos.items() if video.damaged]

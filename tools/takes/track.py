@@ -18,7 +18,7 @@ from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.recording.setup_file import VIDEO_NOTES, recorded_rig
 from zenocap.common.rig.methods import HYBRID, method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
@@ -151,6 +151,7 @@ def track_frames(
         if first is None or inputs.problems:
             raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
         recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
+        recording.closing = lambda: {VIDEO_NOTES: notes} if (notes := inputs.video_notes()) else {}
         count, poses, measured, method = 0, 0, True, method_of(rig.method)
         estimated: float | None = None
         advice, verdict = TakeAdvice(), None

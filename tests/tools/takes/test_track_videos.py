@@ -10,6 +10,7 @@ import pytest
 import zenocap
 from tests.support.command import zenocap as command
 from tests.support.simulated_cameras import paper_cameras
+from tests.support.video_file import write_video
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import TakeReader
@@ -55,6 +56,20 @@ def take(walk: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(*arguments: object) -> tuple[int, str]:
     status, out, err = command(*arguments)
     return status, out + err
+
+
+def test_an_assumed_frame_rate_is_stated_by_the_take_and_its_exports(walk: Path, tmp_path: Path) -> None:
+    """A film of another rate would have a wrong time axis in all of them."""
+    folder = tmp_path / "bare"
+    shutil.copytree(walk, folder, ignore=shutil.ignore_patterns("*.mp4"))
+    for path in sorted((walk / "videos").glob("*.mp4")):
+        film = cv2.VideoCapture(str(path))
+        images = [image for _, image in iter(film.read, (False, None))]
+        write_video(folder / "videos" / f"{path.stem}.mjpeg", images, codec="mjpeg", pixels="yuvj420p")
+    assert "note: cam01: states no frame rate: 25/s assumed" in run("track", folder, "-o", tmp_path / "a.mcap")[1]
+    assert "cam02 states no frame rate: 25/s assumed" in run("info", tmp_path / "a.mcap")[1]
+    _, text = run("export", tmp_path / "a.mcap", "-o", tmp_path / "a.csv")
+    assert "note: video of viewer cam01: states no frame rate: 25/s assumed" in text
 
 
 @pytest.mark.nightly

@@ -4,11 +4,12 @@ import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.rig.camera_settings import CameraSettings
 
 BACKGROUNDS = "adaptive, first:N, first:SECONDSs, median, image:FILE, mog2"
@@ -57,6 +58,10 @@ class Source(ABC):
 
     def own_fps(self) -> float | None:
         """Frames/s of a source that has a rate of its own; None: unknown.  Raises SourceError."""
+        return None
+
+    def own_size(self) -> tuple[int, int] | None:
+        """(width, height) px of the images of files; None: unknown."""
         return None
 
 
@@ -188,6 +193,9 @@ class VideoFile(Source):
         with VideoReader(self.path) as reader:
             return reader.fps
 
+    def own_size(self) -> tuple[int, int] | None:
+        return _size_of(self.path)
+
 
 @dataclass(frozen=True)
 class Images(Source):
@@ -211,6 +219,19 @@ class Images(Source):
 
     def own_fps(self) -> float | None:
         return IMAGES_FPS
+
+    def own_size(self) -> tuple[int, int] | None:
+        return _size_of(min(self.files(), default=self.folder))
+
+
+def _size_of(path: Path) -> tuple[int, int] | None:
+    """(width, height) px of a video or picture; None where none can be read, which is reported when it is used."""
+    from zenocap.common.video.reader import VideoReader
+
+    if path.is_file():
+        with suppress(SourceError), VideoReader(path) as reader:
+            return reader.size
+    return None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """The viewers of a rig: each camera at its working size, its source and its background, with checks."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,7 +30,6 @@ from zenocap.common.rig.sources import (
     VideoFile,
     parse_background,
 )
-from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
 SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
@@ -105,8 +103,7 @@ def rig_viewers(
         users[table.camera] = table.id
         camera = replace(camera, name=plain_name(camera.name))
         source = _source(entry, table, base, files)
-        if isinstance(source, VideoFile):
-            camera = of_film(camera, source.path)
+        camera = of_source(camera, source)
         size = _working_size(entry, table, camera)
         fps = table.fps or _own_fps(entry, source)
         try:
@@ -187,19 +184,14 @@ def _with_empty(viewer: Viewer, seconds: float) -> Viewer:
     return replace(viewer, background=FirstSeconds(seconds).at_rate(viewer.fps))
 
 
-def of_film(one: Sized, path: Path) -> Sized:
-    """The lens or camera with the size of the images of a video in the place of a guess, see `of_images`.
-
-    As it is where no video can be read.
-    """
-    if SIZE_GUESS in one.guessed and path.is_file():
-        with suppress(SourceError), VideoReader(path) as reader:
-            return of_images(one, reader.size)
-    return one
+def of_source(one: Sized, source: Source) -> Sized:
+    """The lens or camera with the known size of a source's images in the place of a guess, see `of_images`."""
+    size = source.own_size() if SIZE_GUESS in one.guessed else None
+    return one if size is None else of_images(one, size)
 
 
 def size_notes(content: RigFile, viewers: tuple[Viewer, ...], cameras: Mapping[str, Camera]) -> list[str]:
-    """Notes for the user on sizes of videos instead of guesses, and on working sizes chosen by default.
+    """Notes for the user on sizes of files instead of guesses, and on working sizes chosen by default.
 
     cameras: of the calibration.
     """
@@ -207,7 +199,7 @@ def size_notes(content: RigFile, viewers: tuple[Viewer, ...], cameras: Mapping[s
     for viewer in viewers:
         (width, height), table = viewer.calibrated_size, tables[viewer.id]
         if (guess := cameras[table.camera].size) != viewer.calibrated_size:
-            text = f"images of {width} x {height}, as its video has: {guess[0]} x {guess[1]} in the calibration is a guess"
+            text = f"images of {width} x {height}, as its files have: {guess[0]} x {guess[1]} in the calibration is a guess"
             notes.append(f"viewer {viewer.id}: {text}")
         if table.size is None and viewer.camera.size != viewer.calibrated_size:
             working = f"{viewer.camera.size[0]} x {viewer.camera.size[1]}"
@@ -216,20 +208,16 @@ def size_notes(content: RigFile, viewers: tuple[Viewer, ...], cameras: Mapping[s
 
 
 def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:
-    """Notes for the user on videos of another size than that of the calibration; of those that can be read."""
+    """Notes for the user on files of another size than that of the calibration; of those that can be read."""
     notes = []
     for viewer in viewers:
-        if isinstance(viewer.source, VideoFile) and viewer.source.path.is_file():
-            try:
-                with VideoReader(viewer.source.path) as reader:
-                    size = reader.size
-            except SourceError:
-                continue  # reported when it is tracked
-            if size != viewer.calibrated_size:
-                notes.append(
-                    f"viewer {viewer.id}: video of {size[0]} x {size[1]}, calibration for {viewer.calibrated_size[0]} x "
-                    f"{viewer.calibrated_size[1]}: scaled; wrong if the camera cuts its picture in one of them"
-                )
+        size = viewer.source.own_size()
+        if size is not None and size != viewer.calibrated_size:
+            width, height = viewer.calibrated_size
+            notes.append(
+                f"viewer {viewer.id}: {viewer.source.kind} of {size[0]} x {size[1]}, calibration for {width} x {height}: "
+                "scaled; wrong if the camera cuts its picture in one of them"
+            )
     return notes
 
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -127,7 +128,7 @@ def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("size", "used", "guessed", "note"),
     [
-        ((656, 492), (656, 492), (), "images of 656 x 492, as its video has: 640 x 480 in the calibration is a guess"),
+        ((656, 492), (656, 492), (), "images of 656 x 492, as its files have: 640 x 480 in the calibration is a guess"),
         ((320, 240), (640, 480), ("size",), "video of 320 x 240, calibration for 640 x 480: scaled"),
     ],
 )
@@ -142,6 +143,18 @@ def test_the_size_of_a_video_replaces_a_guess_and_no_known_size(
     assert f"viewer cam01: {note}" in " ".join(rig.notes)
     for one in rig.viewers:  # the pixels of the calibration are those of the video
         np.testing.assert_allclose(one.camera.resized(used).matrix, known[one.camera.name].matrix)
+
+
+@pytest.mark.filterwarnings("ignore::zenocap.common.errors.FileNote")
+def test_the_size_of_pictures_replaces_a_guess(tmp_path: Path) -> None:
+    viewers = ""
+    for name in ("cam01", "cam02"):
+        (tmp_path / name).mkdir()
+        cv2.imwrite(str(tmp_path / name / "0.png"), np.zeros((492, 656, 3), np.uint8))
+        viewers += f'[[viewer]]\nid = "{name}"\ncamera = "{name}"\nsource = "{name}/*.png"\n'
+    file = rig_file(tmp_path, viewers)
+    replaced(tmp_path / "calibration.toml", "fisheye = false", 'guessed = ["size"]')
+    assert {(one.calibrated_size, one.camera.guessed) for one in load_rig(file).viewers} == {((656, 492), ())}
 
 
 def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:

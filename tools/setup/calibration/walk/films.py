@@ -16,7 +16,7 @@ from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.folder import with_suffix
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
-from zenocap.common.rig.viewers import of_film
+from zenocap.common.rig.viewers import of_source
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.calibration.lens_model import LensModel
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of
@@ -56,7 +56,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
     only = next(iter(lenses.values()))
     clip = folder / "clip.toml"
     up_axis = str(read_toml(clip).get("up_axis", "y")) if clip.is_file() else "y"
-    known = {path.stem: of_film(lenses.get(path.stem, only), path) for path in videos}
+    known = {path.stem: of_source(lenses.get(path.stem, only), VideoFile(path)) for path in videos}
     cameras = {name: LensModel.of(lens).camera(name, LEVEL, np.zeros(3)) for name, lens in known.items()}
     with TemporaryDirectory() as place:
         calibration = Path(place) / "lenses.toml"

@@ -1,4 +1,4 @@
-"""Attachments with which a take is recomputed: setup, prior, posture model, parameters; notes on its videos."""
+"""Attachments with which a take is recomputed: setup, prior, posture model, parameters; video notes."""
 
 import hashlib
 import math

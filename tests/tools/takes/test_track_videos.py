@@ -9,12 +9,14 @@ import pytest
 
 import zenocap
 from tests.support.command import zenocap as command
+from tests.support.places import GOLDEN
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.video_file import write_video
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
+from zenocap.common.recording.setup_file import SETUP_FILE, VIDEO_NOTES, read_setup
+from zenocap.common.recording.writer import Recording
 from zenocap.common.topics import SILHOUETTE
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.simulation.body.person import person
@@ -60,16 +62,20 @@ def run(*arguments: object) -> tuple[int, str]:
 
 def test_an_assumed_frame_rate_is_stated_by_the_take_and_its_exports(walk: Path, tmp_path: Path) -> None:
     """A film of another rate would have a wrong time axis in all of them."""
-    folder = tmp_path / "bare"
-    shutil.copytree(walk, folder, ignore=shutil.ignore_patterns("*.mp4"))
+    films = []
     for path in sorted((walk / "videos").glob("*.mp4")):
         film = cv2.VideoCapture(str(path))
         images = [image for _, image in iter(film.read, (False, None))]
-        write_video(folder / "videos" / f"{path.stem}.mjpeg", images, codec="mjpeg", pixels="yuvj420p")
-    assert "note: cam01: states no frame rate: 25/s assumed" in run("track", folder, "-o", tmp_path / "a.mcap")[1]
+        films.append(write_video(tmp_path / f"{path.stem}.mjpeg", images, codec="mjpeg", pixels="yuvj420p"))
+    about = ("--calibration", walk / "calibration.toml", "--empty-frames", EMPTY - 1)
+    _, text = run("track", *films, *about, "-o", tmp_path / "a.mcap")
+    assert "note: cam01: states no frame rate: 25/s assumed" in text
     assert "cam02 states no frame rate: 25/s assumed" in run("info", tmp_path / "a.mcap")[1]
-    _, text = run("export", tmp_path / "a.mcap", "-o", tmp_path / "a.csv")
-    assert "note: video of viewer cam01: states no frame rate: 25/s assumed" in text
+    recording = Recording(tmp_path / "b.mcap", rig="ring", start_ns=0, metadata={VIDEO_NOTES: {"1": "25/s assumed"}})
+    for envelope in TakeReader(GOLDEN / "ring.mcap").envelopes():
+        recording.record(envelope)
+    recording.close()
+    assert "note: video of viewer 1: 25/s assumed" in run("export", recording.path, "-o", tmp_path / "b.csv")[1]
 
 
 @pytest.mark.nightly

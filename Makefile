@@ -14,8 +14,9 @@ INSTALL = index=$${PIP_INDEX_URL:-$$($(PIP) config get global.index-url 2>/dev/n
 	$(PIP) install --no-compile $(1)
 PYTEST := $(BIN)/python -m pytest
 PARALLEL := -n auto --dist loadfile
-# One worker more than processors: half of the nightly tests wait for processes.
-NIGHTLY = -n $$($(BIN)/python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile --hypothesis-profile nightly
+# One worker more than processors: most of the core tests and half of the nightly ones wait for processes.
+WAITING = -n $$($(BIN)/python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile
+NIGHTLY = $(WAITING) --hypothesis-profile nightly
 # A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
 UNIT := not slow and not core and not nightly
 FAST := not core and not nightly
@@ -58,7 +59,7 @@ test-unit: $(DEV)
 	$(PYTEST) -m "$(UNIT)" $(PARALLEL) $(ARGS)
 
 test-core: $(DEV)
-	$(PYTEST) -m "$(CORE)" $(PARALLEL) $(ARGS)
+	$(PYTEST) -m "$(CORE)" $(WAITING) $(ARGS)
 
 # The checks, one process after another, run beside the tests; what they find is shown at once.
 test-nightly: $(RUNTIME)

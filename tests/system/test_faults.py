@@ -8,7 +8,8 @@ from benchmarks.chaos.faults import measured
 from benchmarks.chaos.schedule import INTEGRATOR, Fault
 
 pytestmark = [
-    pytest.mark.nightly,  # how soon a rig recovers, which other load changes
+    pytest.mark.nightly,
+    pytest.mark.alone,  # how soon a rig recovers, which other load changes
     pytest.mark.timeout(600),
     pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds processes in /proc"),
 ]

@@ -116,7 +116,7 @@ def test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes(rig: Ru
     with limited(resource.RLIMIT_NOFILE, used), ExitStack() as stack:
         for _ in range(CONNECTIONS):  # they wait in the queue of the page's port
             with suppress(OSError):
-                stack.enter_context(socket.create_connection(("127.0.0.1", rig.page), 1.0))
+                stack.enter_context(socket.create_connection(("127.0.0.1", rig.page), 0.1))
         wait_for_frames(rig.folder, FRAMES)
         assert rig.pids() == before
         os.kill(before["viewer 1"], signal.SIGKILL)

@@ -34,7 +34,7 @@ from zenocap.common.topics import CAMERA_DELAYS, SILHOUETTE
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.takes.verify.recompute import verify
 
-pytestmark = pytest.mark.nightly  # the delays of images in real time, which load changes
+pytestmark = [pytest.mark.nightly, pytest.mark.alone]  # the delays of images in real time, which load changes
 FPS, LATE_FRAMES, SECONDS = 15, 2, 110
 VIEWS = 4
 VIEWERS = tuple(str(number) for number in range(1, VIEWS + 1))

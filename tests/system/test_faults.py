@@ -13,11 +13,12 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds processes in /proc"),
 ]
-RECOVERED_S = 10.0  # on a busy machine (s); measured on a quiet one: about 1
+# Measured by itself, twice: recovered after 0.1 s, 90 % of the poses due, 99.9 % of the other viewer's frames, none lost.
+RECOVERED_S = 5.0
 PROCESS_S = 60.0  # start of a process (s)
-LEAST_POSES = 25.0  # % of those due, beside other tests: 36; on a quiet machine: 92
-LEAST_OTHERS = 50.0  # % of the frames of a viewer whose link is whole, beside other tests: 83; on a quiet machine: 100
-MOST_LOST = 45  # frames of 180 that a viewer loses beside other tests; measured on a quiet machine: 0, beside tests: 23
+LEAST_POSES = 75.0  # % of those due
+LEAST_OTHERS = 90.0  # % of the frames of a viewer whose link is whole
+MOST_LOST = 10  # frames that it loses
 
 
 def test_a_rig_survives_a_cut_link(tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ class Source(ABC):
         return None
 
     def own_size(self) -> tuple[int, int] | None:
-        """(width, height) px of the images of files; None: unknown."""
+        """(width, height) px of the images of files; None: unknown, or not readable, which is said when they are used."""
         return None
 
 
@@ -194,7 +194,12 @@ class VideoFile(Source):
             return reader.fps
 
     def own_size(self) -> tuple[int, int] | None:
-        return _size_of(self.path)
+        from zenocap.common.video.reader import VideoReader
+
+        if self.path.is_file():
+            with suppress(SourceError), VideoReader(self.path) as reader:
+                return reader.size
+        return None
 
 
 @dataclass(frozen=True)
@@ -221,17 +226,13 @@ class Images(Source):
         return IMAGES_FPS
 
     def own_size(self) -> tuple[int, int] | None:
-        return _size_of(min(self.files(), default=self.folder))
+        import cv2  # which turns a picture as its EXIF data says, also when it is used
 
-
-def _size_of(path: Path) -> tuple[int, int] | None:
-    """(width, height) px of a video or picture; None where none can be read, which is reported when it is used."""
-    from zenocap.common.video.reader import VideoReader
-
-    if path.is_file():
-        with suppress(SourceError), VideoReader(path) as reader:
-            return reader.size
-    return None
+        first = min(self.files(), default=None)
+        with suppress(cv2.error):
+            image = None if first is None else cv2.imread(str(first))
+            return None if image is None else (image.shape[1], image.shape[0])
+        return None
 
 
 @dataclass(frozen=True)

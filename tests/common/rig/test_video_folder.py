@@ -22,6 +22,10 @@ from zenocap.tools.cli.track_options import videos_in
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
 
 
+# EXIF data of a JPEG: orientation 6, that of a telephone held upright.
+QUARTER_TURN = b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
+
+
 def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:
     for name in ("cam01", "cam02"):
         write_video(path / "videos" / f"{name}.mp4", grey_frames(4, size), fps=fps)
@@ -150,8 +154,10 @@ def test_the_size_of_pictures_replaces_a_guess(tmp_path: Path) -> None:
     viewers = ""
     for name in ("cam01", "cam02"):
         (tmp_path / name).mkdir()
-        cv2.imwrite(str(tmp_path / name / "0.png"), np.zeros((492, 656, 3), np.uint8))
-        viewers += f'[[viewer]]\nid = "{name}"\ncamera = "{name}"\nsource = "{name}/*.png"\n'
+        path = tmp_path / name / "0.jpg"
+        cv2.imwrite(str(path), np.zeros((656, 492, 3), np.uint8))
+        path.write_bytes(path.read_bytes().replace(b"\xff\xd8", b"\xff\xd8" + QUARTER_TURN, 1))
+        viewers += f'[[viewer]]\nid = "{name}"\ncamera = "{name}"\nsource = "{name}/*.jpg"\n'
     file = rig_file(tmp_path, viewers)
     replaced(tmp_path / "calibration.toml", "fisheye = false", 'guessed = ["size"]')
     assert {(one.calibrated_size, one.camera.guessed) for one in load_rig(file).viewers} == {((656, 492), ())}

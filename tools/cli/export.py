@@ -163,8 +163,10 @@ def _options(form: ExportFormat, given: ExportArguments, span: FrameRange, exper
 
 def notes_of(form: ExportFormat, written: Exported) -> Iterator[str]:
     """What a file lacks, and what is odd about the videos of its take, in words."""
+    from zenocap.common.runtime.foreign_text import printable
+
     for viewer, note in written.video_notes.items():
-        yield f"video of viewer {viewer}: {note}"
+        yield f"video of viewer {printable(viewer)}: {printable(note)}"
     if not written.measured:
         yield f"the body has {AVERAGE}: lengths may be some centimetres off"
     if written.empty:

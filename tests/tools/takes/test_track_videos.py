@@ -71,11 +71,13 @@ def test_an_assumed_frame_rate_is_stated_by_the_take_and_its_exports(walk: Path,
     _, text = run("track", *films, *about, "-o", tmp_path / "a.mcap")
     assert "note: cam01: states no frame rate: 25/s assumed" in text
     assert "cam02 states no frame rate: 25/s assumed" in run("info", tmp_path / "a.mcap")[1]
-    recording = Recording(tmp_path / "b.mcap", rig="ring", start_ns=0, metadata={VIDEO_NOTES: {"1": "25/s assumed"}})
+    recording = Recording(tmp_path / "b.mcap", rig="ring", start_ns=0, metadata={VIDEO_NOTES: {"1": "25/s assumed\x1b[2J"}})
     for envelope in TakeReader(GOLDEN / "ring.mcap").envelopes():
         recording.record(envelope)
     recording.close()
-    assert "note: video of viewer 1: 25/s assumed" in run("export", recording.path, "-o", tmp_path / "b.csv")[1]
+    _, text = run("export", recording.path, "-o", tmp_path / "b.csv")
+    assert "note: video of viewer 1: 25/s assumed" in text
+    assert "\x1b" not in text  # takes come from others
 
 
 @pytest.mark.nightly

@@ -37,6 +37,7 @@ SIDE_LENGTHS = ("height", "torso_depth", "head_depth")
 PAPER_FRONT_LENGTHS = ("height", "head", "torso_width", "arm", "arm_thickness")
 PAPER_SIDE_LENGTHS = ("height", "torso_depth")
 PAPER_TORSO_SHARE = 0.4  # of the shoulder's height; paper 2.4, torso : leg = 4 : 6
+# Paper (corrected): 2.4 divides torso : leg as 4 : 6, which makes the torso 84 mm longer; with proportions 37 : 63.
 TORSO_SHARE = 0.37  # the same by anthropometry, see above
 SHOULDER_DROP = 0.45  # long radii of the torso from its top down to the shoulder joints; paper 2.4
 

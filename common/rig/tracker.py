@@ -1,7 +1,7 @@
 """The `[tracker]` table of a rig: settings of the tracker, and its motion prior.  [Hybrid]
 
-A preset is a set of defaults: `default`, or `paper`, the method as printed with its errors corrected.  Also finds the
-prior: a file relative to the rig, or one that is included in the package.
+A preset is a set of defaults: `default`, or `paper`, the method as printed but for what docs/papers.md calls corrected,
+open or always.  Also finds the prior: a file relative to the rig, or one that is included in the package.
 """
 
 from collections.abc import Collection, Mapping
@@ -21,7 +21,7 @@ PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
 # Paper (replaced): the image force of [Hybrid VII] is that of its reference 11; here [Hybrid V-B] with one particle.
 # Paper (replaced): the particle filter of [Hybrid VII] has the likelihood of Eq. 29; here the same costs as `hybrid`.
 REFINEMENTS = {"hybrid": "gauss-newton", "image-force": "force", "particle-filter": "gauss-newton"}
-# Forces converge slowly; measured by `python -m benchmarks table-2`.
+# Forces converge slowly; chosen by hand, see the cases `4 × steps` of `python -m benchmarks replication`.
 ITERATIONS = {"gauss-newton": 4, "force": 40, "force-printed": 100}
 SUFFIX = ".prior"
 

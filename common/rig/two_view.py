@@ -20,7 +20,6 @@ ADDITIONS = {
     "restart": "3.3, 3.4: limbs are also searched from the hanging arm, and all around when the score falls",
     "merging": "4.4: limb directions of both views weighted by visibility, instead of each angle from one view",
 }
-# Paper (corrected): 2.4 divides torso : leg as 4 : 6, which makes the torso 84 mm longer; with proportions 37 : 63.
 Additions = frozenset[str]
 PAPER: Additions = frozenset()
 IMPROVED: Additions = frozenset(ADDITIONS)

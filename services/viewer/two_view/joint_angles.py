@@ -29,6 +29,7 @@ def find_arm(fit: BodyFit, k: int, resting: Floats, lost: bool, restart: bool = 
     limb = LimbFit(fit, k)
 
     def nearby() -> None:
+        # Paper (replaced): 3.5 has a region of 64 degrees for each arm angle; here 64 three times, then 32 and 16.
         limb.search(BOTH, ARM_REGION)
         limb.search(LOWER, ARM_REGION)
         # Paper (added): slants out of the image, since persons and cameras are off the axes.
@@ -73,8 +74,7 @@ def find_leg_flank(fit: BodyFit, k: int, standing: Floats, lost: bool) -> LimbRe
     limb = LimbFit(fit, k)
 
     def nearby() -> None:
-        # Paper (replaced): 3.5 has a region of 32 degrees for legs; here 64 in the flank, then 32, each angle twice;
-        # for arms 64, three times, then 32 and 16.
+        # Paper (replaced): 3.5 has a region of 32 degrees for legs; here 64 in the flank, then 32, each angle twice.
         limb.search(BOTH, 2 * LEG_REGION)
         limb.search(LOWER, 2 * LEG_REGION)
         limb.search(BOTH, LEG_REGION)

@@ -35,10 +35,12 @@ from zenocap.services.tracker.prior.training import TrainingPlan, train
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 
+# Paper (replaced): [Hybrid VI] has people of HumanEva; here people who are the model.
 MOTIONS = {"walking": "07_01", "jogging": "02_03", "boxing": "02_05"}  # files of `SHARED`
 TEST_FRAMES = {"walking": 433, "jogging": 393, "boxing": 377}  # [Hybrid Table I]
 REGIONS = 20  # [Hybrid VI]
-COUNTS = (5, 10, 20)  # of Fig. 4 and 8; 40 and 80 need more than 100 training frames
+# Paper (replaced): Fig. 4 and 8 of [Hybrid] end at M = 80; 40 and 80 regions need more than 100 training frames.
+COUNTS = (5, 10, 20)
 SIZE, VIEWS, CORNERS = (640, 480), 7, 64  # px; cameras; points of an ellipse, which is then exact to 0.1 % of its radius
 T_POSE_S, LOWERING_S = 0.5, 1.5
 FROM_S = 0.05  # of a file, whose first frame is often a rest pose
@@ -65,14 +67,19 @@ def cylinder_clip(motion: str, seed: int, tested: int | None = None) -> Cylinder
     return CylinderClip(_film(f"{motion}-{count}", seed, body, poses, len(opening)), body, poses)
 
 
-def prior_of(motion: str, seed: int, regions: int = REGIONS, *, test: bool = False) -> Prior:
+def prior_of(motion: str, seed: int, test: bool = False, regions: int = REGIONS) -> Prior:
     """Prior of the first frames of a motion file, which are not filmed.  It has the errors of COUNTS.
 
     test: of as many of the first test frames instead.
     """
-    training, tested = _training_and_test(motion, seed)
-    poses, key = (tested[:TRAINING_FRAMES], "prior of test frames") if test else (training, "prior")
+    poses, key = training_poses(motion, seed, test), "prior of test frames" if test else "prior"
     return stored(partial(_trained, motion, poses, regions), motion, seed, regions, key, sources=(__name__,))
+
+
+def training_poses(motion: str, seed: int, test: bool) -> list[Pose]:
+    """Poses of the frames of `prior_of`; a short half of a file repeats a part of itself."""
+    training, tested = _training_and_test(motion, seed)
+    return tested[:TRAINING_FRAMES] if test else training
 
 
 @cache

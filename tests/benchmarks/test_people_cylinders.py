@@ -5,8 +5,10 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from benchmarks.cases import replication
 from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM
 from benchmarks.cases.replication import CAUSES, FEWER, HEADING, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE, setup_of
+from benchmarks.harness.case import case
 from benchmarks.people import cylinders
 from benchmarks.people.cylinders import CIRCLE_M, COUNTS, CYCLE_FPS, CYCLE_S, MOTIONS, REGIONS, TEST_FRAMES, silhouette
 from benchmarks.people.cylinders import _cycle as cycle
@@ -71,14 +73,20 @@ def test_the_way_is_a_circle_walked_forwards_at_the_speed_of_the_file() -> None:
 
 
 def test_the_prior_is_of_other_frames_than_the_test(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both were one period of a short file, repeated."""
-    rows = np.concatenate([np.zeros((90, 6)), np.arange(90)[:, None] + np.zeros((90, 19))], axis=1) * 1e-3
+    """Both are a period of a short file, repeated; the frames that differ are counted."""
+    time = np.arange(90)[:, None]
+    rows = np.concatenate([np.zeros((90, 6)), 1e-3 * (time + np.sin(time * np.pi / 15 + np.arange(19)))], axis=1)
     monkeypatch.setattr(cylinders, "captured_rows", lambda path, body: (rows, np.array([0.0, 0.02])))
-    monkeypatch.setattr(cylinders, "_pose", lambda body, row: row)
+    monkeypatch.setattr(cylinders, "_pose", lambda body, row: Pose(row[:3], row[3:]))
     monkeypatch.setattr(cylinders, "_standing", lambda body, pose: pose)
-    training, tested = (np.array(part)[:, 6] for part in cylinders._training_and_test.__wrapped__("jogging", PEOPLE[0]))
+    halves = cylinders._training_and_test.__wrapped__("jogging", PEOPLE[0])
+    monkeypatch.setattr(cylinders, "_training_and_test", lambda motion, seed: halves)
+    training, tested = (np.array([pose.angles[3] for pose in poses]) for poses in halves)
     assert (len(training), len(tested)) == (100, TEST_FRAMES["jogging"])
-    assert training.max() < 0.045 <= tested.min()
+    assert training.max() < tested.min()
+    for name, value in {"clip_of": Mock(), "tracked": Mock(), "errors": lambda *_: {}}.items():
+        monkeypatch.setattr(replication, name, value)
+    assert [replication.run(case("jogging", same=same))["training"] for same in (False, True)] == [30, 30]
 
 
 def test_the_person_faces_the_side_that_the_method_is_told() -> None:

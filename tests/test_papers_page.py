@@ -11,12 +11,16 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
+from zenocap.common.rig.two_view import ADDITIONS
 
 FOLDERS = ("common", "services", "simulation", "tools", "benchmarks", "zenocap")
 PAGE = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
 EQUATIONS = {"Two-view": range(1, 5), "Hybrid": range(1, 42)}  # as numbered in the papers
 WORDS = ("corrected", "replaced", "added", "open")
 TAG = re.compile(r"\[(Two-view|Hybrid)\b")
+DEPARTURE = re.compile(r"# Paper \((\w+)\): ")
+OF_ADDITION = re.compile(rf"`(?:{'|'.join(ADDITIONS)})`(:| adds\b)")
+FILE = re.compile(r"`(\w[\w/.-]*/[\w.-]+\.\w+)`")
 NUMBERS = r"\d+(?:-\d+)?"
 EQUATION = re.compile(rf"\bEq\. ({NUMBERS}(?:(?:, | and ){NUMBERS})*)")
 PLACES = [(paper, number) for paper, numbers in EQUATIONS.items() for number in numbers]
@@ -101,19 +105,55 @@ def test_the_source_names_no_equation_that_the_paper_lacks(paper: str) -> None:
 
 
 def test_every_file_on_the_page_exists() -> None:
-    files = re.findall(r"`(\w[\w/.-]*/[\w.-]+\.\w+)`", PAGE)
+    files = FILE.findall(PAGE)
     assert len(files) > 100
     assert [file for file in files if not (ROOT / file).is_file()] == []
 
 
+@cache
+def rows() -> list[list[str]]:
+    """Cells of the rows of all sections: section, what it specifies, here, files, reason."""
+    found: list[list[str]] = []
+    for block in re.findall(r"(?:^\|.*\n)+", PAGE, re.MULTILINE):
+        header, _, *its = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.splitlines()]
+        found += its if header[0] in ("section", "equations") else []
+    assert len(found) > 100
+    return found
+
+
+def departures(here: str) -> set[str]:
+    """Words of a row's cell "here"; an addition replaces what is printed, or adds to it."""
+    named = {word for word in WORDS if re.search(rf"\b{word}\b", here)}
+    return named | {"replaced" if how == ":" else "added" for how in OF_ADDITION.findall(here)}
+
+
+def test_departures_of_a_row() -> None:
+    assert departures("as printed; `tilt` adds lean; axis open") == {"added", "open"}
+    assert departures("as printed; `turn`: continuous") == {"replaced"}
+    assert departures("as printed, opened by `ends`: flat") == set()
+
+
+def test_every_file_of_a_row_has_its_departure() -> None:
+    """Each file has a comment with a word of the row, each word a comment in a file of the row."""
+    astray = []
+    for row in rows():
+        words = departures(row[2])
+        tags = {file: set(DEPARTURE.findall((ROOT / file).read_text(encoding="utf-8"))) for file in FILE.findall(row[3])}
+        assert words or re.fullmatch(r"as printed\b[^`]*", row[2]), row
+        astray += [(row[0], row[2], file) for file, its in tags.items() if words and not words & its]
+        astray += [(row[0], row[2], word) for word in words - set().union(*tags.values())]
+    assert astray == []
+
+
+@pytest.mark.slow
+def test_every_departure_in_the_code_has_a_row_with_its_file() -> None:
+    found = {str(path.relative_to(ROOT)) for path, source in sources().items() if DEPARTURE.search(source)}
+    assert found <= {file for row in rows() for file in FILE.findall(row[3])}
+
+
 def test_every_row_of_the_page_is_complete() -> None:
     """Five cells; what is not as printed has a file, and a reason or an effect."""
-    tables: list[list[str]] = []
-    for block in re.findall(r"(?:^\|.*\n)+", PAGE, re.MULTILINE):
-        header, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.splitlines()]
-        tables += rows if header[0] in ("section", "equations") else []
-    assert len(tables) > 100
-    for row in tables:
+    for row in rows():
         assert len(row) == 5, row
         assert all(row[k] for k in (0, 1, 2, 3)), row
         assert row[2].startswith("as printed") or row[4], row

@@ -116,15 +116,23 @@ def searched(score: Score, region: float) -> tuple[int, float, int]:
 
 @pytest.mark.parametrize(("region", "mean", "most"), [(ARM_REGION, 7.0, 9), (LEG_REGION, 17 / 3, 7)])
 def test_equation_2(region: float, mean: float, most: int) -> None:
-    """Mean and most over equally probable winners of each stage; and no search has another number."""
-    stages = round(np.log2(region / STOP))
-    counts = [
-        3 + sum(1 if place else 2 for place in places) for places in product((-1, 0, 1), repeat=stages - 1)
-    ]  # after an end two of the next three scores are known, after the centre one
+    """Mean and most matchings of the search, over equally probable winners of all stages but the last.
+
+    After an end, the other end has a known, lower score, so that the same end wins again; the matchings are as many.
+    """
+    counts = []
+    for winners in product((-1, 0, 1), repeat=round(np.log2(region / STOP)) - 1):
+        scores: dict[int, float] = {}
+        centre, width, last = 0, round(np.degrees(region)), 0
+        for stage, winner in enumerate(winners, 1):
+            last = last if winner == -last else winner
+            scores[centre + last * width // 2] = stage
+            centre, width = centre + last * width // 4, width // 2
+        _, score, matchings = searched(lambda angle, scores=scores: scores.get(angle, 0), region)
+        assert score == len(winners)
+        counts.append(matchings)
     assert np.mean(counts) == pytest.approx(mean)
     assert max(counts) == most
-    found = {searched(lambda angle, at=at: 1 - abs(angle - at) / 99, region)[2] for at in range(-32, 33)}
-    assert found <= set(counts)
 
 
 @given(seeds)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from itertools import pairwise, product
 from math import exp, hypot
 from unittest.mock import patch
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.distance import cdist
 from scipy.special import logsumexp
 
 from tests.support.places import ROOT
@@ -323,18 +325,57 @@ def test_equations_30_to_41(linear: bool, seed: int) -> None:
         assert found == pytest.approx(wanted, abs=1e-6)
 
 
-@given(seeds)
-def test_equation_31(seed: int) -> None:
-    """md = 1 - epsilon cos of both normals, and |pp'| from p to p'."""
-    rng = np.random.default_rng(seed)
-    normal = rng.normal(size=3)
+@pytest.mark.parametrize("flat", [False, True], ids=["round", "flat"])
+@pytest.mark.parametrize("name", ["torso", "head", "right_upper_arm", "right_lower_leg"])
+@given(seed=seeds)
+def test_equation_31(name: str, flat: bool, seed: int) -> None:
+    """md = 1 - epsilon cos of both normals; p' is on the surface, and |pp'| is the least distance of many points of it.
+
+    An elliptic part has p' on the line to its axis: |pp'| is too large, at most by the angle of this line and the normal
+    outside of the part, by the ratio of the radii within it.
+    """
+    rng, part, (points, spacing) = np.random.default_rng(seed), TEN_PARTS.index[name], surface(name, flat)
+    point = points.mean(axis=0) + 0.5 * np.ptp(points, axis=0) * rng.normal(size=3)
+    normal, frame = rng.normal(size=3), FRAMES[part]
     normal /= np.linalg.norm(normal)
-    point = rng.normal(size=3)
-    for flat in (False, True):
-        _, (distance, modulated, cosine, *on_model) = corresponding(FRAMES, point, normal, Correspondence(True, flat))
-        assert distance == pytest.approx(np.linalg.norm(point - on_model), abs=1e-6)
-        assert modulated == pytest.approx((1 - NORMAL_MODULATION * cosine) * distance)
-        assert -1 - 1e-9 <= cosine <= 1 + 1e-9
+
+    def found(normal: Floats) -> Floats:
+        out = np.empty(CLOSEST_LENGTH)
+        closest_point(MODEL, frame, part, flat, frame[:, 3] + frame[:, :3] @ point, frame[:, :3] @ normal, out)
+        return out
+
+    distance, modulated, cosine, *in_world = found(normal)
+    on_model, outwards = frame[:, :3].T @ (in_world - frame[:, 3]), np.array([found(axis)[2] for axis in np.eye(3)])
+    away = point - on_model
+    assert distance == pytest.approx(np.linalg.norm(away), abs=1e-8)
+    assert cosine == pytest.approx(normal @ outwards)
+    assert modulated == pytest.approx((1 - NORMAL_MODULATION * cosine) * distance)
+    off_surface, nearest = cdist([on_model, point], points).min(axis=1)
+    assert off_surface <= spacing
+    short, long = sorted(MODEL.radii[part, :2])
+    least = 2 * short * long / (short**2 + long**2) if outwards @ away > 0 else short / long
+    assert least * distance - 1e-8 <= nearest <= distance + spacing
+    if flat and 1e-9 < abs(away[1]) < distance - 1e-9:  # on the rim
+        assert distance * outwards == pytest.approx(away, abs=1e-8)
+    else:  # the part is on the inner side of the plane through p', which it touches
+        assert np.linalg.norm(outwards) == pytest.approx(1.0)
+        assert -(spacing**2) * long / short**2 <= np.max((points - on_model) @ outwards) <= 1e-8
+
+
+@lru_cache(maxsize=1)
+def surface(name: str, flat: bool) -> tuple[Floats, float]:
+    """Points (n, 3) of a part's surface, in its frame, and how far the surface is from the next one at most; metres."""
+    part, steps, turns = TEN_PARTS.index[name], np.linspace(0, 1, 121), np.linspace(0, 2 * np.pi, 241)
+    wide, deep = MODEL.radii[part, :2]
+    cap, bend = 0.5 * (wide + deep), 0.5 * np.pi * steps
+    length = MODEL.lengths[part] + (cap * MODEL.free[part] if flat else 0.0)
+    rho, below = (steps, 0 * steps) if flat else (np.sin(bend), cap * np.cos(bend))
+    across = np.concatenate([rho, np.ones(len(steps)), rho[::-1]])
+    along = np.concatenate([-below, length * steps, length + below[::-1]])
+    around = np.stack([wide * np.cos(turns), 0 * turns, deep * np.sin(turns)], axis=1)
+    points = across[:, None, None] * around + along[:, None, None] * [0.0, 1.0, 0.0]
+    cell = sum(np.linalg.norm(np.diff(points, axis=side), axis=2).max() for side in (0, 1))
+    return MODEL.bases[part] + points.reshape(-1, 3), 0.5 * float(cell)
 
 
 FRAMES = frames_of(MODEL, upright(TEN_PARTS, 1))

@@ -14,9 +14,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm
 
 from tests.support.places import ROOT
-from tests.support.prior_cases import D, known_prior
+from tests.support.prior_cases import COORDINATES, D, known_prior
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.tracker_scenes import average_model, carried_by, frames_of, moved, tangent_rays, turn, upright
 from zenocap.common.arrays import Floats, Mask
@@ -36,7 +37,13 @@ from zenocap.services.tracker.filter.closest_points import (
     mean_modulated_square,
 )
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
-from zenocap.services.tracker.filter.particles import likelihood_weights
+from zenocap.services.tracker.filter.particles import (
+    Cloud,
+    draw_samples,
+    likelihood_weights,
+    propose_particles,
+    uniform_cloud,
+)
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.parameters import (
     FORCE_GAIN,
@@ -47,10 +54,14 @@ from zenocap.services.tracker.parameters import (
     NORMAL_MODULATION,
     PRIOR_CENTRE_WEIGHT,
     PRIOR_CLAMP,
+    PRIOR_DEVIATION_FLOOR_DEG,
 )
 from zenocap.services.tracker.prior import model as prior_model
 from zenocap.services.tracker.prior import sampling
 from zenocap.services.tracker.prior.forward_backward import Expectation, expectation
+from zenocap.services.tracker.prior.learning import reestimate_transitions
+from zenocap.services.tracker.prior.regions import PriorRegions, fit_regions
+from zenocap.services.tracker.prior.training import TrainingMotion, TrainingPlan, train
 from zenocap.services.viewer.parameters import ARM_REGION, LEG_REGION, STOP
 from zenocap.services.viewer.two_view import limb_search
 from zenocap.services.viewer.two_view.limb_search import BOTH, tri_tree
@@ -235,6 +246,50 @@ def test_equations_1_to_7_15_and_16_equal_enumeration_of_all_paths(
 
 
 @given(seeds)
+def test_equations_11_to_14(seed: int) -> None:
+    """With the correction: the least variance.  Two regions have fewer poses than coordinates."""
+    rng, floor = np.random.default_rng(seed), np.radians(PRIOR_DEVIATION_FLOOR_DEG) ** 2
+    poses = rng.normal(size=(60, D)) * np.geomspace(0.3, 0.01, D) @ np.linalg.qr(rng.normal(size=(D, D)))[0]
+    labels = rng.permutation(np.repeat([0, 1, 2], [40, 14, 6]))
+    regions, m = fit_regions(poses, labels, 3, 4, np.zeros(60)), TrainingPlan().dims
+    assert m == 3
+    for region, (centre, vectors) in enumerate(zip(regions.centres, regions.vectors, strict=True)):
+        members = [pose for pose, label in zip(poses, labels, strict=True) if label == region]
+        assert centre == pytest.approx(sum(members) / len(members))
+        costs = [np.sum(((members - r) @ vectors[:, m:]) ** 2) for r in (centre, *(centre + rng.normal(size=(9, D))))]
+        assert min(costs) == costs[0]
+        sigma = sum(np.outer(pose - centre, pose - centre) for pose in members) / len(members)
+        eigenvalues = np.einsum("dj,de,ej->j", vectors, sigma, vectors)
+        assert np.allclose(vectors.T @ vectors, np.eye(D))
+        assert np.allclose(sigma @ vectors, vectors * eigenvalues, atol=1e-12)
+        assert np.all(np.diff(eigenvalues) <= 1e-12)
+        assert regions.spectrum[region] == pytest.approx(np.maximum(eigenvalues, floor))
+    plan, motions = TrainingPlan(mirror=False, regions=1, candidates=(1,)), [TrainingMotion("any", 60.0, poses)]
+    prior, whole = train(COORDINATES, motions, motions, plan), fit_regions(poses, 0 * labels, 1, 4, np.zeros(60))
+    assert np.allclose(prior.bases[0], whole.vectors[0, :, :m])
+    assert np.allclose(prior.variances[0], whole.spectrum[0, :m])
+
+
+@given(seeds, st.integers(1, 3), st.lists(st.integers(1, 5), min_size=1, max_size=3))
+def test_equation_17(seed: int, states: int, lengths: list[int]) -> None:
+    """With the additions: a pseudo-count in each row, and several sequences."""
+    rng = np.random.default_rng(seed)
+    vectors = np.stack([np.linalg.qr(rng.normal(size=(2, 2)))[0] for _ in range(states)])
+    regions = PriorRegions(rng.normal(size=(states, 2)), vectors, rng.uniform(0.3, 2.0, (states, 2)))
+    sigmas = [v @ np.diag(spectrum) @ v.T for v, spectrum in zip(vectors, regions.spectrum, strict=True)]
+    before = rng.dirichlet(np.ones(states), size=states)
+    sequences = [rng.normal(size=(frames, 2)) for frames in lengths]
+    likelihood, xi, gamma = 0.0, np.full((states, states), 1 / states), np.ones(states)
+    for poses in sequences:
+        densities = [multivariate_normal(*one).logpdf(poses) for one in zip(regions.centres, sigmas, strict=True)]
+        paths = of_all_paths(before, np.reshape(densities, (states, len(poses))).T)
+        likelihood, xi, gamma = likelihood + paths.log_likelihood, xi + paths.xi, gamma + paths.gamma[:-1].sum(axis=0)
+    found, log_likelihood = reestimate_transitions(sequences, regions, before)
+    assert found == pytest.approx(xi / gamma[:, None])
+    assert log_likelihood == pytest.approx(likelihood)
+
+
+@given(seeds)
 @settings(max_examples=30)
 def test_equations_8_to_10_18_19_and_24_to_28(seed: int) -> None:
     """With the two corrections: the clamp, and the term of the centre."""
@@ -255,6 +310,36 @@ def test_equations_8_to_10_18_19_and_24_to_28(seed: int) -> None:
     chances = np.cumsum(prior.transitions[before])
     assert after == int(np.flatnonzero(chances > uniform)[0])
     assert drawn == pytest.approx(means[after])
+
+
+@given(seeds)
+@settings(max_examples=5)
+def test_equations_20_to_23(seed: int) -> None:
+    """Posterior of many particles against the sum over those before, all regions, and quantiles of the samples.
+
+    With the corrections of Eq. 25 and 27, and without the limits of the joints.
+    """
+    rng, prior, n = np.random.default_rng(seed), known_prior(seed % 7, dims=1, stay=0.5), 20_000
+    before, seen = rng.normal(scale=0.3, size=(4, D)), rng.normal(scale=0.3, size=D)
+    weights, information = rng.dirichlet(np.ones(4)), 0.5
+    cloud = uniform_cloud(np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)), np.repeat(before, n // 4, axis=0))
+    cloud = cloud._replace(regions=np.repeat(np.arange(4), n // 4), weights=np.repeat(weights, n // 4) * 4 / n)
+    out, still, free = Cloud(*map(np.empty_like, cloud)), np.zeros(6 + D), np.full(D, np.inf)
+    model, draws = MODEL._replace(low=-free, high=free), draw_samples(cloud, 1.0, 1, rng)
+    propose_particles(model, prior.compiled, True, cloud, draws, still, still, out)
+    found = likelihood_weights(np.sum((out.values - seen) ** 2, axis=1), information)
+    posterior, mean = np.zeros(4), np.zeros(D)
+    for old, new in product(range(4), repeat=2):
+        axis, deviation = prior.bases[new][:, 0], np.sqrt(prior.variances[new, 0])
+        limit = PRIOR_CLAMP * deviation
+        z = np.clip(axis @ (before[old] - prior.centres[new]), -limit, limit)
+        z = np.clip(z + deviation * norm.ppf((np.arange(500) + 0.5) / 500), -limit, limit)
+        poses = prior.centres[new] + np.outer(z, axis)
+        likelihoods = np.exp(-information * np.sum((poses - seen) ** 2, axis=1))
+        posterior[new] += weights[old] * prior.transitions[old, new] * likelihoods.sum()
+        mean += weights[old] * prior.transitions[old, new] * (likelihoods @ poses)
+    assert np.bincount(out.regions, found, 4) == pytest.approx(posterior / posterior.sum(), abs=0.02)
+    assert found @ out.values == pytest.approx(mean / posterior.sum(), abs=0.02)
 
 
 @given(st.lists(st.floats(0, 0.02), min_size=1, max_size=9), st.sampled_from([1.0, 1e4, 1e6]))

@@ -1,4 +1,4 @@
-"""Local PCA, distances and densities of the regions during training."""
+"""Distances and densities of the regions during training; `tests/test_papers.py` has their local PCA."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from tests.support.prior_cases import D, drawn, known_prior
+from tests.support.prior_cases import drawn, known_prior
 from zenocap.common.arrays import Floats
 from zenocap.services.tracker.prior import model
-from zenocap.services.tracker.prior.regions import VARIANCE_FLOOR, PriorRegions, distances_to, fit_regions, log_densities
+from zenocap.services.tracker.prior.regions import PriorRegions, distances_to, fit_regions, log_densities
 
 
 def fitted(count: int, seed: int) -> tuple[Floats, PriorRegions]:
@@ -27,13 +27,6 @@ def test_regions_subspace_is_where_its_poses_vary_most() -> None:
     assert np.allclose(regions.spectrum[0, :3], prior.variances[0], rtol=0.15)
     shared = np.linalg.svd(regions.vectors[0][:, :3].T @ prior.bases[0])[1]
     assert np.all(shared > 0.99)
-
-
-def test_spectrum_is_floored_and_falls_and_the_vectors_are_orthonormal() -> None:
-    _, regions = fitted(30, 1)
-    assert np.all(regions.spectrum >= VARIANCE_FLOOR)
-    assert np.all(np.diff(regions.spectrum, axis=1) <= 0)
-    assert np.allclose(np.einsum("kij,kil->kjl", regions.vectors, regions.vectors), np.eye(D), atol=1e-9)
 
 
 def test_distances_are_the_finished_priors() -> None:

@@ -15,6 +15,7 @@ from zenocap.services.tracker.evidence.field import mean_square_outside
 from zenocap.services.tracker.parameters import NORMAL_MODULATION, OUTSIDE_WEIGHT
 
 CLOSEST_LENGTH = 6
+ELLIPSE_STEPS = 3  # to the nearest point of an ellipse; error of the distance on a torso: 3 mm, 0.001, 0.004, 0
 Point = tuple[float, float, float]  # in the frame of a part, metres
 
 
@@ -44,7 +45,7 @@ def closest_point(
     """Closest point p' of a part, whose frame is (3, 4), to a scene point p (3,) with normal n_p (3,).
 
     Writes found (6,): |pp'| in metres, md |pp'|, cos(n_p, n_p'), p' (3,) in the world.  flat: see `Correspondence`.  Exact
-    for round parts without taper; on others p' is where the line from the axis to p leaves the surface.
+    for parts without taper that are round or have flat ends; on others p' is on the line from the axis to p.
     """
     dx, dy, dz = point[0] - frame[0, 3], point[1] - frame[1, 3], point[2] - frame[2, 3]
     x = -model.bases[part, 0] + frame[0, 0] * dx + frame[1, 0] * dy + frame[2, 0] * dz
@@ -94,15 +95,17 @@ def _on_cylinder(x: float, y: float, z: float, wide: float, deep: float, length:
     """The same of an elliptic cylinder with flat ends; on the rim, the normal points to p.  x, y, z: p from the start."""
     if np.abs(x) + np.abs(z) < 1e-9:  # on the axis, from which every side is as near
         x = 1e-9
-    size = np.sqrt((x / wide) ** 2 + (z / deep) ** 2)
-    beside = np.sqrt(x**2 + z**2) * (1.0 - 1.0 / size)  # metres outside of the side; negative within
+    edge_x, edge_z = _on_ellipse(x, z, wide, deep)
+    beside = np.sqrt((x - edge_x) ** 2 + (z - edge_z) ** 2)  # metres outside of the side; negative within
+    if (x / wide) ** 2 + (z / deep) ** 2 < 1.0:
+        beside = -beside
     end, sign = (0.0, -1.0) if y < 0.5 * length else (length, 1.0)
     beyond = sign * (y - end)
     on_side = beside > 0.0 or (beyond <= 0.0 and beside >= beyond)
     on_end = beyond > 0.0 or (beside <= 0.0 and not on_side)
-    sx, sy, sz = x / size if on_side else x, end if on_end else y, z / size if on_side else z
+    sx, sy, sz = edge_x if on_side else x, end if on_end else y, edge_z if on_side else z
     if not on_end:
-        nx, ny, nz = x / (wide * wide), 0.0, z / (deep * deep)
+        nx, ny, nz = edge_x / (wide * wide), 0.0, edge_z / (deep * deep)
     elif not on_side:
         nx, ny, nz = 0.0, sign, 0.0
     else:
@@ -110,6 +113,26 @@ def _on_cylinder(x: float, y: float, z: float, wide: float, deep: float, length:
     scale = 1.0 / (np.sqrt(nx**2 + ny**2 + nz**2) + 1e-12)
     away = np.sqrt((x - sx) ** 2 + (y - sy) ** 2 + (z - sz) ** 2)
     return away, (sx, sy, sz), (nx * scale, ny * scale, nz * scale)
+
+
+@leaf_kernel
+def _on_ellipse(x: float, z: float, wide: float, deep: float) -> tuple[float, float]:
+    """Nearest point of an ellipse about the origin with half axes along x and z; exact on a circle.
+
+    The circle of curvature at the last point gives the next one.
+    """
+    at_x = at_z = np.sqrt(0.5)  # in the first quadrant, of the half axes
+    for _ in range(1 if wide == deep else ELLIPSE_STEPS):
+        middle_x = (wide * wide - deep * deep) * at_x**3 / wide
+        middle_z = (deep * deep - wide * wide) * at_z**3 / deep
+        radius = (wide * at_x - middle_x) ** 2 + (deep * at_z - middle_z) ** 2
+        to_x, to_z = np.abs(x) - middle_x, np.abs(z) - middle_z
+        scale = np.sqrt(radius / (to_x * to_x + to_z * to_z + 1e-18))
+        at_x = min(max((to_x * scale + middle_x) / wide, 0.0), 1.0)
+        at_z = min(max((to_z * scale + middle_z) / deep, 0.0), 1.0)
+        size = np.sqrt(at_x * at_x + at_z * at_z) + 1e-12
+        at_x, at_z = at_x / size, at_z / size
+    return wide * np.copysign(at_x, x), deep * np.copysign(at_z, z)
 
 
 @leaf_kernel

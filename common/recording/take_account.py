@@ -110,7 +110,10 @@ def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:
         service = sender_of(topic, key) if topic is not None else None
         if topic is not None and service is not None:
             found[service, topic.name] += count
-    return +Counter({place: line.seen - found[place] for place, line in account.lines().items()})
+    return +Counter({
+        (service, topic): seen - found[service, topic]
+        for service, sender in account.senders.items() for topic, seen in sender.seen.items()
+    })  # fmt: skip
 
 
 def readable(path: Path, on_reading: Callable[[Path], None]) -> TakeAccount | str:

@@ -231,7 +231,11 @@ class Supervisor:
 
     def _print_takes(self) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
-        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading)
+        takes, unreadable, of_commands = new_takes(
+            self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading
+        )
+        for one in of_commands:
+            self._print(f"take: {one.path}: of `zenocap {one.command}`, none of this run")
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
         if self._take is None and not (takes or asked):  # a file of others is none of this run

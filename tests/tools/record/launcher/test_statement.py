@@ -223,8 +223,8 @@ class World:
         runs = INTEGRATOR in self.processes  # else it has ended before the others were stopped
         for key in SERVICES:
             self.stop(key)
-        takes, unreadable = new_takes(self.folder, (), "studio", self.reports)
-        assert unreadable == []
+        takes, unreadable, of_commands = new_takes(self.folder, (), "studio", self.reports)
+        assert unreadable == of_commands == []
         whole = not any(end["log_stopped"] or end["log_removed"] for end in self.ends)
         whole = whole and runs and bool(takes) and takes[-1].complete
         return statement(takes, self.reports, SERVICES, whole=whole, unresumed=self.unresumed.accounts)

@@ -99,6 +99,26 @@ def test_a_take_of_an_earlier_run_or_another_rig_is_none_of_this_run(take: Path)
     assert status == DONE
 
 
+def test_a_take_of_another_command_is_named_and_none_of_this_run(take: Path) -> None:
+    """That of `zenocap record` was counted too: twice as many messages, and "the integrator was started again"."""
+
+    def write(path: Path) -> None:
+        whole(path)
+        record_take(path.with_name("recorded.mcap"), 90, "recorder").close()
+        cut_off = path.with_name("recovered.mcap")
+        record_take(cut_off, 90, "recovered").close()
+        cut_off.write_bytes(cut_off.read_bytes()[:-100])
+
+    last = health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 94})
+    status, text = summary(take, DONE, last, write=write)
+    assert f"take: {take}: 180 messages, 0 lost" in text
+    assert "recorded.mcap: of `zenocap record`, none of this run" in text
+    assert "recovered.mcap: of `zenocap recover`, none of this run" in text
+    assert "messages: 95 sent = 90 in the takes" in text
+    assert text.count("take: ") == 3
+    assert status == DONE
+
+
 def test_a_log_that_stopped_or_whose_file_was_removed_has_lost_messages(take: Path) -> None:
     for counts in ({"log_stopped": 1}, {"log_removed": 1}):
         last = health("integrator", "main", ended=1, **counts, **{"sent.universal_bap": 94})

@@ -217,8 +217,11 @@ class Supervisor:
         For REST_S at most: another program may publish on the rig without end.
         """
         end_s = time.monotonic() + REST_S
-        while (left_s := end_s - time.monotonic()) > 0 and (event := self._bus.receive(min(POLL_S, left_s))) is not None:
-            self._handle(event)
+        while (left_s := end_s - time.monotonic()) > 0:
+            if (event := self._bus.receive(min(POLL_S, left_s))) is not None:
+                self._handle(event)
+            elif not self._bus.counters.queued:  # else these were invalid ones
+                return
 
     @property
     def _integrator(self) -> ChildProcess:

@@ -13,6 +13,7 @@ from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
 from tests.support.built_messages import built
 from zenocap.common import messages as m
+from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import ZenohOptions
@@ -228,6 +229,20 @@ def test_a_program_that_publishes_without_end_does_not_keep_a_run(tmp_path: Path
     monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
     supervised(tmp_path, None, bus)[0].receive_rest()
     assert now_s == pytest.approx(shell.REST_S, abs=0.05)
+
+
+def test_invalid_messages_at_the_end_hide_no_last_health(take: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was "an unknown number lost", with status 3."""
+    monkeypatch.setattr(inbox, "INVALID_S", -1.0)  # as after many of them
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    supervisor, text = supervised(take.parent, take, bus)
+    whole(take)
+    bus.publish(HEALTH, health("integrator", "main"))
+    bus.forward(HEALTH, HEALTH.at("studio", service="integrator", id="main"), b"invalid")
+    bus.publish(HEALTH, health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 90}))
+    supervisor.receive_rest()
+    assert supervisor.summary() == DONE
+    assert "unknown" not in text.getvalue()
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])

@@ -28,6 +28,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "another calibration of a camera": (
         "common/runtime/test_service.py::test_a_first_message_that_another_program_replaces_is_published_again",
     ),
+    "a false start of a film or of the simulated person": (
+        "services/viewer/test_epoch.py::test_a_start_far_ahead_or_longer_ago_than_the_film_lasts_is_ignored_and_named_once",
+        "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
+    ),
     "a false frame rate below 5 frames/s": (
         "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
     ),

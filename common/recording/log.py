@@ -40,6 +40,8 @@ class Log:
         self._missing = 0, Account()  # in the files before, and in the present one: one value, as other threads read it
         self._last = Account()  # at the end of the file before
         self._dropped = 0  # by the queue, during the files before
+        self._left = 0  # messages that were in the queue at the end
+        self._hang: str | None = None  # why the file is left unfinished
         if whole_rig:
             recording.closing = self._account
         self._space = DiskSpace(recording.path.parent)
@@ -62,7 +64,7 @@ class Log:
 
     @property
     def statistics(self) -> Statistics:
-        """Statistics of the recording; `lost` includes messages dropped by the queue and by the network.
+        """Statistics of the recording; `lost` includes messages that the queue or the network dropped, or left at the end.
 
         Those dropped by the queue have not arrived either: neither is counted twice.
         """
@@ -70,7 +72,10 @@ class Log:
         dropped = sum(self._bus.counters.dropped.values())
         before, account = self._missing
         missing = before + account.missing
-        return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
+        return replace(
+            written, lost=written.lost + max(dropped, missing) + self._left, failure=written.failure or self._hang,
+            missing=max(0, missing - dropped),
+        )  # fmt: skip
 
     @property
     def free_bytes(self) -> int | None:
@@ -94,14 +99,18 @@ class Log:
         if self._thread.ident is not None:
             self._thread.join(2 * DRAIN_S)
         if self._thread.is_alive():
-            logger.error("%s: the disk does not respond; the file is left unfinished", self._recording.path)
+            self._hang = f"{self._recording.path}: the disk does not respond; the file is left unfinished"
+            self._left = self._bus.counters.queued
+            logger.error(self._hang)
         else:
+            self._leave_rest()
             self._recording.close()
         end = self.statistics
         logger.log(
-            logging.WARNING if end.incomplete else logging.INFO, "%s: %d messages, %d bytes, %d lost%s%s%s",
+            logging.WARNING if end.incomplete else logging.INFO, "%s: %d messages, %d bytes, %d lost%s%s%s%s",
             self._recording.path, end.messages, end.bytes, end.lost,
             f" ({end.missing} of them never arrived: dropped by the network)" if end.missing else "",
+            f", {self._left} of them still in the queue at the end" if self._left else "",
             ", stopped early" if end.failure else "",
             f"; files deleted or moved while they were written: {end.removed}" if end.removed else "",
         )  # fmt: skip
@@ -124,7 +133,7 @@ class Log:
                 self.cpu_ns = thread_time_ns()
             if closing:
                 end_s = end_s or now_s + DRAIN_S
-                if event is None or now_s > end_s:
+                if now_s > end_s or (event is None and not self._bus.counters.queued):  # None also amid invalid ones
                     break
         self.cpu_ns = thread_time_ns()
         self._bus.close()
@@ -133,6 +142,16 @@ class Log:
         """Write an event; called by the thread."""
         if isinstance(event, Envelope):
             self._recording.record(event)  # in a new file, if the one before is full: then its account is another one
+        self._count(event)
+
+    def _leave_rest(self) -> None:
+        """Count what is still in the queue as received and not written."""
+        while self._bus.counters.queued:
+            event = self._bus.receive(0.0)
+            self._left += isinstance(event, Envelope)
+            self._count(event)
+
+    def _count(self, event: Received | None) -> None:
         if self._whole_rig and isinstance(event, Envelope | Alive):
             self._missing[1].add(event)
 

@@ -1,7 +1,7 @@
 """Account of a take: messages sent by the rig, received by the log, and stored."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from zenocap.common.recording.summary import metadata_of, read_summary
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, topic_at
 
+COMMANDS = {"recorder": "record", "recovered": "recover"}  # by their metadata
 Place = tuple[ServiceKey, str]  # service, and name of the topic
 
 
@@ -26,6 +27,7 @@ class TakeAccount:
 
     refused: messages that the log received and that are not in the file.  take, previous: of a part, names of the first and
     of the earlier file; "" otherwise.  complete: whether the file was finished by its log.
+    command: that has written it; "" for the log of a rig.
     """
 
     path: Path
@@ -37,6 +39,7 @@ class TakeAccount:
     take: str = ""
     previous: str = ""
     complete: bool = True
+    command: str = ""
 
 
 def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None) -> TakeAccount:
@@ -60,7 +63,7 @@ def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None
     return TakeAccount(
         path, metadata.get("zenocap", {}).get("rig", ""), summary.start_ns or _changed_ns(path), summary.messages, account,
         refused_of(account, written),
-        part.get("take", ""), part.get("previous", ""),
+        part.get("take", ""), part.get("previous", ""), command=_command(metadata),
     )  # fmt: skip
 
 
@@ -91,8 +94,12 @@ def _scanned(path: Path, *, complete: bool) -> TakeAccount:
     part = take.metadata.get("part", {})
     return TakeAccount(
         path, take.metadata.get("zenocap", {}).get("rig", ""), first or _changed_ns(path), count, account, Counter(),
-        part.get("take", ""), part.get("previous", ""), complete,
+        part.get("take", ""), part.get("previous", ""), complete, _command(take.metadata),
     )  # fmt: skip
+
+
+def _command(metadata: Collection[str]) -> str:
+    return next((command for name, command in COMMANDS.items() if name in metadata), "")
 
 
 def _changed_ns(path: Path) -> int:
@@ -110,7 +117,10 @@ def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:
         service = sender_of(topic, key) if topic is not None else None
         if topic is not None and service is not None:
             found[service, topic.name] += count
-    return +Counter({place: line.seen - found[place] for place, line in account.lines().items()})
+    return +Counter({
+        (service, topic): seen - found[service, topic]
+        for service, sender in account.senders.items() for topic, seen in sender.seen.items()
+    })  # fmt: skip
 
 
 def readable(path: Path, on_reading: Callable[[Path], None]) -> TakeAccount | str:

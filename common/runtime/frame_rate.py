@@ -20,6 +20,7 @@ PROCESSED, DROPPED, SKIPPED, OVERRUN, KEPT_PERCENT, PHASE_US, CAPTURED = (
 )  # fmt: skip
 FARTHEST_NS = 10_000_000_000  # ns between a decision and the time from which it holds, at most; chosen by hand
 SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them; chosen by hand
+MOST_LATE = 10_000  # late frames that are counted one by one; of more, the clock was set forward; chosen by hand
 OVERTAKEN_NS = 1_000_000_000  # ns by which a message that another has overtaken is older, at most; chosen by hand
 
 
@@ -189,8 +190,8 @@ class FrameChoice:
 
         if self._last_slot is None:  # begins, perhaps after the epoch
             first = max(first, due)
-        late = 0
-        for index in count(first):
+        late = max(0, due - first - MOST_LATE)
+        for index in count(first + late):
             captured_ns = epoch_ns + round(index * 1e9 / fps)
             slot, share = self._slot(captured_ns)
             if share != FULL and (slot == self._last_slot or not share.keeps(slot)):

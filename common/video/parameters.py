@@ -10,9 +10,11 @@ from collections.abc import Mapping
 CODEC, PIXELS, QUALITY = "mjpeg", "yuvj420p", 3  # measured, see above
 QP2LAMBDA = 118  # FFmpeg's FF_QP2LAMBDA
 QUEUE = 60  # frames that wait for a writer; more are lost and counted; chosen by hand
+ENDS_S = 15.0  # for a writer to end, after which its disk does not respond; chosen by hand
 RESERVE_BYTES = 500_000_000  # of the disk, which stay free; chosen by hand
 RESERVE_S = 5.0  # of writing at the present rate, which stay free besides; chosen by hand
 LOOK_S = 0.5  # between looks at the disk; chosen by hand
+DISK_HANGS = "the disk does not respond: the video is left unfinished"
 
 # Films to look at: FFmpeg's encoder, pixels, options.  By hand, on rendered takes: no visible blocks around the figure, and
 # encoding takes less time than drawing.

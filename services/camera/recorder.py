@@ -5,10 +5,11 @@ import shutil
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from zenocap.common.arrays import Image
-from zenocap.common.video.parameters import LOOK_S, QUEUE, RESERVE_BYTES, RESERVE_S
+from zenocap.common.video.parameters import DISK_HANGS, ENDS_S, LOOK_S, QUEUE, RESERVE_BYTES, RESERVE_S
 from zenocap.common.video.video_writer import VideoWriter
 
 
@@ -56,17 +57,18 @@ class Recorder:
             self.lost += 1
 
     def end(self) -> None:
-        """End the file; one without frames is removed."""
+        """End the file; one without frames is removed, and one on a disk that does not respond is left."""
         if self._closed.is_set():
             return
         self._closed.set()
-        while self._thread.is_alive():
-            try:
-                self._queue.put(None, timeout=1.0)
-                break
-            except queue.Full:
-                continue
-        self._thread.join(15.0)
+        end_s = time.monotonic() + ENDS_S
+        with suppress(queue.Full):
+            self._queue.put(None, timeout=ENDS_S)
+        self._thread.join(max(0.0, end_s - time.monotonic()))
+        if self._thread.is_alive():
+            self.failure = self.failure or DISK_HANGS
+            self.lost += self._queue.qsize()  # with the end in place of the frame that is being written
+            return
         try:
             self.writer.close()
         except Exception as error:  # of FFmpeg, a full disk among them

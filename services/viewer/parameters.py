@@ -150,6 +150,9 @@ EPOCH_LEAD_NS = 1_500_000_000  # ns from a proposal to the start it proposes; ch
 EPOCH_REPEAT_NS = 400_000_000  # ns between two proposals; less than the lead, so that none expires; chosen by hand
 EPOCH_SETTLE_NS = 300_000_000  # ns to wait for proposals in flight; chosen by hand
 EPOCH_REPORT_NS = 3_000_000_000  # ns before the missing viewers are logged; chosen by hand
+EPOCH_AHEAD_NS = 10_000_000_000  # ns by which a proposal may be ahead of this clock; chosen by hand
+RUNS_ON_NS = 60_000_000_000  # ns by which a viewer may end after its film; chosen by hand
+LONGEST_RUN_NS = 365 * 86_400_000_000_000  # ns that a viewer of a source without end may run; chosen by hand
 ACTOR_PREROLL = 30  # frames of empty scene when the background does not define them; chosen by hand
 
 # Sources

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from functools import partial
+from functools import cache, partial
 from typing import TypeAlias, cast
 
 from zenocap.common.arrays import Image
@@ -30,7 +30,7 @@ from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.images import read_picture
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import fit_of
-from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.source import longest_run_ns, open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.tap import Filming, Tap
 from zenocap.services.viewer.sources.video import median_picture
@@ -131,9 +131,9 @@ def run_viewer(
         if viewer.source.live:
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
-            other_ids = [other.id for other in rig.viewers if other is not viewer]
+            run_ns = {other.id: cache(partial(longest_run_ns, other)) for other in rig.viewers if other is not viewer}
             with bus.reader() as others:
-                epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
+                epoch_ns = agreed_epoch(run_ns, partial(camera_info, viewer), others, clock, stopped)
         choice = FrameChoice(rig.fps)
         rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)

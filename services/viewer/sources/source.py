@@ -14,6 +14,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.table import attribute
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import LONGEST_RUN_NS, RUNS_ON_NS
 from zenocap.services.viewer.sources.camera_controls import CameraControls
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.playback import Playback
@@ -103,3 +104,12 @@ def frame_count(viewer: Viewer) -> int | None:
             return len(images.files())
         case _:
             return None
+
+
+def longest_run_ns(viewer: Viewer) -> int:
+    """Longest time from frame 0 to the end of a live viewer; LONGEST_RUN_NS without an end or a known length."""
+    source, frames = viewer.source, frame_count(viewer)
+    if not frames:
+        return LONGEST_RUN_NS
+    begin_ns = source.offset_ns if isinstance(source, VideoFile) else 0
+    return begin_ns + round(frames * 1e9 / min(viewer.fps, source.own_fps() or viewer.fps)) + RUNS_ON_NS

@@ -11,7 +11,9 @@ from tests.common.bus.test_inbox import bap, sighting
 from tests.common.bus.test_local import bdp
 from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalNetwork
-from zenocap.common.recording.log import DiskSpace, Log, shortage
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.recording import log as log_module
+from zenocap.common.recording.log import DRAIN_S, DiskSpace, Log, shortage
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime.clock import RealClock
@@ -57,6 +59,59 @@ def test_a_slow_disk_loses_messages_and_reports_them(network, tmp_path, monkeypa
     assert end.messages + end.lost == 100
     assert 80 <= end.lost <= 90
     assert f"{end.lost} lost" in caplog.text
+
+
+def test_what_a_slow_disk_leaves_in_the_queue_at_the_end_is_lost(network, tmp_path, monkeypatch, caplog):
+    """It was in no count: "0 lost", and the exit status was 0."""
+    bus, now_s, slow = network.bus(), [0.0], recording(tmp_path)
+    write = slow.record
+    log = Log(bus.reader(), slow)
+
+    def record(envelope: Envelope) -> None:
+        log._closing.wait(60.0)
+        now_s[0] += DRAIN_S / 2
+        write(envelope)
+
+    monkeypatch.setattr(slow, "record", record)
+    monkeypatch.setattr(log_module, "monotonic", lambda: now_s[0])
+    log.start()
+    for frame in range(20):
+        bus.publish(UNIVERSAL_BAP, bap(frame))
+    end = log.close()
+    take = TakeReader(tmp_path / "take.mcap")
+    assert (len(list(take.messages())), take.cut) == (end.messages, None)
+    assert (end.messages + end.lost, end.incomplete) == (20, True)
+    assert f"{end.lost} of them still in the queue at the end" in caplog.text
+
+
+def test_invalid_messages_at_the_end_hide_no_valid_one_behind_them(network, tmp_path, monkeypatch):
+    monkeypatch.setattr(inbox, "INVALID_S", -1.0)  # as after many of them
+    bus, one = network.bus(), recording(tmp_path)
+    write = one.record
+    log = Log(bus.reader(), one)
+    monkeypatch.setattr(one, "record", lambda envelope: (log._closing.wait(60.0), write(envelope)))
+    log.start()
+    bus.publish(UNIVERSAL_BAP, bap(0))
+    bus.forward(UNIVERSAL_BAP, UNIVERSAL_BAP.on("studio"), b"invalid")
+    bus.publish(UNIVERSAL_BAP, bap(1))
+    end = log.close()
+    assert (end.messages, end.lost) == (2, 0)
+
+
+def test_a_disk_that_does_not_respond_at_the_end_is_a_failure(network, tmp_path, monkeypatch):
+    """The exit status was 0."""
+    monkeypatch.setattr(log_module, "DRAIN_S", 0.01)
+    bus, disk, hung, hangs = network.bus(), threading.Event(), recording(tmp_path), threading.Event()
+    monkeypatch.setattr(hung, "record", lambda _: (hangs.set(), disk.wait(60.0)))
+    log = Log(bus.reader(), hung)
+    log.start()
+    for frame in range(5):
+        bus.publish(UNIVERSAL_BAP, bap(frame))
+    assert hangs.wait(60.0)
+    end = log.close()
+    assert "the disk does not respond" in end.failure
+    assert (end.lost, log.counts()["log_stopped"]) == (4, 1)
+    disk.set()
 
 
 def test_a_full_disk_ends_the_log_and_not_the_rig(network, tmp_path, monkeypatch):

@@ -27,9 +27,11 @@ def envelope(message: m.Message, received_ns: int) -> Envelope:
     return in_envelope(message, received_ns=received_ns)
 
 
-def record_take(path: Path, frames: int) -> Recording:
+def record_take(path: Path, frames: int, *more: str) -> Recording:
+    """more: names of empty metadata."""
+    metadata = {"versions": {"zenocap": "0.1.0", "a": "b"}, **{name: {} for name in more}}
     recording = Recording(
-        path, rig="studio", start_ns=START_NS, metadata={"versions": {"zenocap": "0.1.0", "a": "b"}},
+        path, rig="studio", start_ns=START_NS, metadata=metadata,
         attachments=(Attachment("rig.toml", "application/toml", b'name = "studio"'),),
     )  # fmt: skip
     for frame in range(frames):

@@ -168,6 +168,16 @@ def test_late_frames_of_an_endless_source_are_counted_and_skipped_ones_too() -> 
     assert (started.late, started.skipped) == (0, 0)  # nothing is late before the start of a viewer
 
 
+def test_a_clock_set_forward_by_decades_does_not_stop_an_endless_source() -> None:
+    """Each late frame was looked at, for hours."""
+    years = 10**11
+    for choice in (FrameChoice(30.0), reduced(1, 2)):
+        first = choice.next_index(0, 0, 0, 30.0)
+        index = choice.next_index(first + 1, years, 0, 30.0)
+        assert index in (years, years + 1)
+        assert choice.late + choice.skipped == index - first - 1
+
+
 def test_frames_after_losses_are_counted_as_overrun() -> None:
     choice = FrameChoice(30.0)
     for losses in (0, 0, 3, 3, 4):

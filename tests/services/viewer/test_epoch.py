@@ -1,6 +1,7 @@
 """Agreement of viewers on a common epoch, in any order of their starts."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import pytest
 
@@ -11,7 +12,7 @@ from zenocap.common.messages import CameraInfo
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import CAMERA
 from zenocap.services.viewer.epoch import agreed_epoch
-from zenocap.services.viewer.parameters import EPOCH_LEAD_NS
+from zenocap.services.viewer.parameters import EPOCH_AHEAD_NS, EPOCH_LEAD_NS
 
 START_NS = 10**18
 SECOND = 10**9
@@ -21,11 +22,19 @@ def info(viewer: str, captured_ns: int) -> CameraInfo:
     return built(CameraInfo, captured_ns=captured_ns, viewer=viewer)
 
 
+class ClockSetBack(ManualClock):
+    """Set back by an hour one second after the start."""
+
+    def now_ns(self) -> int:
+        elapsed_ns = self.elapsed_ns()
+        return elapsed_ns - (3600 * SECOND if elapsed_ns > START_NS + SECOND else 0)
+
+
 class Scene:
     """A viewer's bus: time passes with every `receive`, and the other viewer publishes at given times."""
 
-    def __init__(self, *scheduled: tuple[float, CameraInfo]) -> None:
-        self.clock = ManualClock(START_NS)
+    def __init__(self, *scheduled: tuple[float, CameraInfo], clock: type[ManualClock] = ManualClock) -> None:
+        self.clock = clock(START_NS)
         self.network = LocalNetwork("studio", self.clock)
         self.bus: LocalBus = self.network.bus()
         self.other = self.network.bus()
@@ -37,7 +46,7 @@ class Scene:
 
         def receive_with_delay(timeout_s: float = 0.0) -> Received | None:
             self.clock.advance(int(0.05 * SECOND))
-            while self.next and self.clock.now_ns() >= START_NS + self.next[0] * SECOND:
+            while self.next and self.clock.elapsed_ns() >= START_NS + self.next[0] * SECOND:
                 self.other.publish(CAMERA, self.next[1])
                 self.next = next(self.scheduled, None)
             return receive(timeout_s)
@@ -45,10 +54,10 @@ class Scene:
         self.bus.receive = receive_with_delay  # type: ignore[method-assign]  # a bus on which waiting takes time
 
     def epoch(self) -> int:
-        return agreed_epoch(["2"], lambda epoch_ns: info("1", epoch_ns), self.bus, self.clock, self._late)
+        return agreed_epoch({"2": lambda: 60 * SECOND}, partial(info, "1"), self.bus, self.clock, self._late)
 
     def _late(self) -> bool:
-        return self.clock.now_ns() > START_NS + 60 * SECOND
+        return self.clock.elapsed_ns() > START_NS + 60 * SECOND
 
     def proposals(self) -> Iterator[int]:
         while (event := self.observer.receive()) is not None:
@@ -82,3 +91,19 @@ def test_both_viewers_agree_on_the_epoch(delay_s: float) -> None:
     scene = Scene((delay_s, info("2", theirs)))
     epoch_ns = scene.epoch()
     assert epoch_ns == max(theirs, *scene.proposals())
+
+
+@pytest.mark.parametrize("false_ns", [2**63 - 1, START_NS + EPOCH_AHEAD_NS + SECOND, START_NS - 61 * SECOND, 1])
+def test_a_start_far_ahead_or_longer_ago_than_the_film_lasts_is_ignored_and_named_once(
+    false_ns: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    theirs = START_NS + SECOND + EPOCH_LEAD_NS
+    scene = Scene((0.1, info("2", false_ns)), (0.2, info("2", false_ns)), (1.0, info("2", theirs)))
+    assert scene.epoch() == theirs
+    assert caplog.text.count("viewer 2: a start ") == 1
+
+
+def test_a_clock_that_is_set_back_during_the_wait_delays_no_start() -> None:
+    theirs = START_NS - 3595 * SECOND + EPOCH_LEAD_NS
+    scene = Scene((5.0, info("2", theirs)), clock=ClockSetBack)
+    assert scene.epoch() == theirs

@@ -6,14 +6,16 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.video.parameters import QUEUE
+from zenocap.common.video.parameters import DISK_HANGS, ENDS_S, QUEUE
 from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.record.film.parameters import LATE_PERIODS
 
+CAMERA_HANGS = "the camera does not respond: the video is left unfinished"
 Opener = Callable[[Viewer, Playback], Iterator[Frame]]
 
 
@@ -78,7 +80,13 @@ class LocalCamera:
 
     def join(self) -> None:
         for thread in self._threads:
-            thread.join(15.0)
+            thread.join(ENDS_S)
+        if self._threads[-1].is_alive():
+            waiting = self._queue.qsize()  # with the end in place of the frame that is being written
+            self.failure = self.failure or UserError(DISK_HANGS if waiting else CAMERA_HANGS)
+            self.result.lost += waiting
+        self.result.frames = self.writer.frames
+        self.result.first_ns, self.result.last_ns = self.writer.first_ns, self.writer.last_ns
 
     def _take(self) -> None:
         def pause(seconds: float) -> None:
@@ -130,5 +138,3 @@ class LocalCamera:
                 self.writer.close()
             except Exception as error:
                 self.failure = self.failure or error
-        self.result.frames = self.writer.frames
-        self.result.first_ns, self.result.last_ns = self.writer.first_ns, self.writer.last_ns

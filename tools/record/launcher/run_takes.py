@@ -42,9 +42,10 @@ class Unresumed:
 
 def new_takes(
     folder: Path, known: Collection[Path], rig: str, reports: Account, on_reading: Callable[[Path], None] = lambda _: None
-) -> tuple[list[TakeAccount], list[str]]:
-    """Takes of a rig in `folder` besides the known ones, in order; and why others cannot be read.
+) -> tuple[list[TakeAccount], list[str], list[TakeAccount]]:
+    """Takes of a rig in `folder` besides the known ones, in order; why others cannot be read; and those of a command.
 
+    A command such as `zenocap record` writes messages that the takes of the run have already.
     reports: see `statement`.  on_reading: see `take_account`.
     """
 
@@ -52,20 +53,24 @@ def new_takes(
         """Whether a take may be of this run: of a second rig of the same name another integrator has reported."""
         processes = take.account.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
         seen = reports.senders.get((TIMEKEEPER, MAIN), Sender()).lives.keys()
+        if take.command:
+            return False
         return (take.rig == rig and (not processes or not seen or bool(processes & seen))) or not (
             take.rig or take.complete
         )
 
     paths = sorted(set(folder.glob("*.mcap")) - set(known), key=lambda path: (len(path.name), path.name))
     found = [readable(path, on_reading) for path in paths]
-    takes = [one for one in found if isinstance(one, TakeAccount) and is_own(one)]
+    read = [one for one in found if isinstance(one, TakeAccount)]
+    takes = [one for one in read if is_own(one)]
     takes.sort(key=lambda take: take.start_ns)
     order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
     ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())
     for take in takes:  # one without a health, by its time
         if order[take.path] is None:
             ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
-    return ordered, [one for one in found if isinstance(one, str)]
+    of_commands = [one for one in read if one.command and one.rig == rig]
+    return ordered, [one for one in found if isinstance(one, str)], of_commands
 
 
 def ended_with_its_integrator(take: TakeAccount) -> bool:

@@ -217,8 +217,11 @@ class Supervisor:
         For REST_S at most: another program may publish on the rig without end.
         """
         end_s = time.monotonic() + REST_S
-        while (left_s := end_s - time.monotonic()) > 0 and (event := self._bus.receive(min(POLL_S, left_s))) is not None:
-            self._handle(event)
+        while (left_s := end_s - time.monotonic()) > 0:
+            if (event := self._bus.receive(min(POLL_S, left_s))) is not None:
+                self._handle(event)
+            elif not self._bus.counters.queued:  # else these were invalid ones
+                return
 
     @property
     def _integrator(self) -> ChildProcess:
@@ -231,7 +234,11 @@ class Supervisor:
 
     def _print_takes(self) -> bool:
         """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
-        takes, unreadable = new_takes(self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading)
+        takes, unreadable, of_commands = new_takes(
+            self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading
+        )
+        for one in of_commands:
+            self._print(f"take: {one.path}: of `zenocap {one.command}`, none of this run")
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
         if self._take is None and not (takes or asked):  # a file of others is none of this run

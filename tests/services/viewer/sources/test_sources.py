@@ -28,12 +28,13 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import LONGEST_RUN_NS, RUNS_ON_NS
 from zenocap.services.viewer.sources import device, images, source, video
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames, read_picture
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
-from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.source import longest_run_ns, open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.video import Thinning, median_picture, video_frames
 
@@ -465,6 +466,14 @@ def test_a_viewer_opens_its_own_source(tmp_path):
     (folder / "videos" / "cam01.mp4").unlink()
     with pytest.raises(OpenError, match="no such video file"):
         next(open_source(viewer, offline()))
+
+
+def test_a_live_viewer_of_a_film_runs_for_its_length_and_another_one_without_end(tmp_path):
+    person = load_rig(ROOT / "zenocap" / "data" / "rigs" / "demo.toml").viewers[0]
+    film = replace(person, source=VideoFile(write_video(tmp_path / "a.mp4", 20), offset_ns=S), fps=30.0)
+    missing = replace(person, source=VideoFile(tmp_path / "missing.mp4", offset_ns=S))
+    assert longest_run_ns(film) == 3 * S + RUNS_ON_NS
+    assert longest_run_ns(person) == longest_run_ns(missing) == LONGEST_RUN_NS
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -11,6 +12,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from zenocap.common.arrays import Image
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import EndedEarly, OpenError, UserError
 from zenocap.common.rig.rig import Viewer, demo_rig, load_rig
@@ -21,7 +23,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.record.film import camera as camera_module
 from zenocap.tools.record.film import film as film_module
-from zenocap.tools.record.film.camera import Filmed
+from zenocap.tools.record.film.camera import Filmed, LocalCamera
 from zenocap.tools.record.film.film import film, filmed_viewers
 from zenocap.tools.record.film.layout import late_texts, prepare, write_layout
 
@@ -80,6 +82,32 @@ def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
     assert offsets[1] - offsets[0] == pytest.approx(first[1] - first[0], abs=200_000)
     assert all(viewer.background == FirstFrames(7) for viewer in rig.viewers)
     np.testing.assert_allclose(rig.viewers[0].camera.matrix, two[0].camera.matrix, rtol=1e-6)
+
+
+def test_frames_that_wait_for_a_disk_that_hangs_at_the_end_are_lost(tmp_path, monkeypatch):
+    """They were in no count, and those before as well: "no frame"."""
+    monkeypatch.setattr(camera_module, "ENDS_S", 0.01)
+    disk, hangs = threading.Event(), threading.Event()
+    writer = VideoWriter(tmp_path / "a.mkv", tmp_path / "a.csv", SIZE, FPS)
+    write = writer.write
+
+    def hanging(image: Image, captured_ns: int) -> None:
+        if writer.frames == 2:
+            hangs.set()
+            disk.wait(60.0)
+        write(image, captured_ns)
+
+    monkeypatch.setattr(writer, "write", hanging)
+    camera = LocalCamera(
+        viewers(tmp_path)[0], writer, lambda *given: itertools.islice(images(*given), 5), threading.Event(), 0
+    )
+    camera.start()
+    assert hangs.wait(60.0)
+    camera._threads[0].join(60.0)
+    camera.join()
+    assert "the disk does not respond" in str(camera.failure)
+    assert (camera.result.frames, camera.result.lost) == (2, 3)
+    disk.set()
 
 
 @pytest.mark.slow

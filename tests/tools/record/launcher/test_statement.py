@@ -73,6 +73,7 @@ class World:
     frames: int = 0
     lose: int = 0
     full: bool = False
+    slow: bool = False  # whether logs end before they have written all that they received
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
     created: list[Path] = field(default_factory=list)  # takes, in order
     begun: list[Path] = field(default_factory=list)  # of them the first of each log
@@ -141,12 +142,13 @@ class World:
             self.frames += 1
             self.publish(process, sighting("1", self.frames) if key == VIEWER else bap(self.frames))
 
-    def drain(self) -> None:
-        """Let the log write what it has received."""
+    def drain(self, most: int | None = None) -> None:
+        """Let the log write what it has received.  most: of it; None for all."""
         if self.log is not None and self.log_bus is not None:
             with self.disk():
-                while self.parts.failure is None and (event := self.log_bus.receive()) is not None:
-                    self.log.handle(event)
+                for _ in range(self.log_bus.counters.queued if most is None else most):
+                    if self.parts.failure is None:
+                        self.log.handle(self.log_bus.receive())
 
     def observe(self) -> None:
         """Let the launcher and the oracle receive."""
@@ -185,7 +187,7 @@ class World:
     def close_log(self) -> None:
         if self.log is None:
             return
-        self.drain()
+        self.drain(4 if self.slow else None)
         with self.disk():
             end = self.log.close()
         self.ends.append({"log_stopped": int(end.failure is not None), "log_removed": end.removed})
@@ -221,8 +223,8 @@ class World:
         runs = INTEGRATOR in self.processes  # else it has ended before the others were stopped
         for key in SERVICES:
             self.stop(key)
-        takes, unreadable = new_takes(self.folder, (), "studio", self.reports)
-        assert unreadable == []
+        takes, unreadable, of_commands = new_takes(self.folder, (), "studio", self.reports)
+        assert unreadable == of_commands == []
         whole = not any(end["log_stopped"] or end["log_removed"] for end in self.ends)
         whole = whole and runs and bool(takes) and takes[-1].complete
         return statement(takes, self.reports, SERVICES, whole=whole, unresumed=self.unresumed.accounts)
@@ -251,7 +253,7 @@ FAULTS = st.one_of(
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
     st.tuples(st.just("lose"), st.integers(1, 6)),
     st.tuples(st.just("step"), st.sampled_from([-HOUR, HOUR])),
-    st.tuples(st.sampled_from(["full", "space", "delete", "record", "close_log"])),
+    st.tuples(st.sampled_from(["full", "space", "slow", "delete", "record", "close_log"])),
 )
 
 
@@ -264,6 +266,8 @@ def happens(world: World, fault: tuple) -> None:
             world.clock.advance(values[0])
         case "full" | "space":
             world.full = name == "full"
+        case "slow":
+            world.slow = True
         case "delete":
             shutil.rmtree(world.folder, ignore_errors=True)
         case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log":
@@ -303,6 +307,8 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
+@example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
+@example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)
 @given(st.lists(FAULTS, max_size=25), st.booleans())
 def test_every_message_is_in_a_take_or_in_a_term_or_in_a_span(faults: list[tuple], on_request: bool) -> None:
     check(faults, on_request=on_request)
@@ -382,6 +388,14 @@ def test_a_take_of_another_run_of_the_same_rig_is_none_of_this_one(tmp_path: Pat
     for world in worlds:
         world.stop(INTEGRATOR)
     assert [[one.take.path for one in world.found().takes] for world in worlds] == [world.created for world in worlds]
+
+
+def test_what_a_slow_disk_leaves_at_the_end_of_the_log_is_lost() -> None:
+    """It was "sent while no take was written", with exit status 0."""
+    found = check([("send", VIEWER, 5), ("second",), ("slow",), ("send", VIEWER, 8)])[1]
+    assert found.lines[VIEWER, "sighting"] == Line(13, 13, 0, 0, ())
+    assert found.refused[VIEWER, "sighting"] == 5
+    assert not found.complete
 
 
 def test_what_is_sent_while_the_recording_is_stopped_is_not_lost() -> None:

@@ -13,6 +13,7 @@ from tests.common.bus.test_inbox import bap
 from tests.common.recording.test_writer import record_take
 from tests.support.built_messages import built
 from zenocap.common import messages as m
+from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import ZenohOptions
@@ -96,6 +97,26 @@ def test_a_take_of_an_earlier_run_or_another_rig_is_none_of_this_run(take: Path)
     status, text = summary(take, DONE, write=write)
     assert text.count("take: ") == 1
     assert f"take: {take}: 180 messages, 0 lost" in text
+    assert status == DONE
+
+
+def test_a_take_of_another_command_is_named_and_none_of_this_run(take: Path) -> None:
+    """That of `zenocap record` was counted too: twice as many messages, and "the integrator was started again"."""
+
+    def write(path: Path) -> None:
+        whole(path)
+        record_take(path.with_name("recorded.mcap"), 90, "recorder").close()
+        cut_off = path.with_name("recovered.mcap")
+        record_take(cut_off, 90, "recovered").close()
+        cut_off.write_bytes(cut_off.read_bytes()[:-100])
+
+    last = health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 94})
+    status, text = summary(take, DONE, last, write=write)
+    assert f"take: {take}: 180 messages, 0 lost" in text
+    assert "recorded.mcap: of `zenocap record`, none of this run" in text
+    assert "recovered.mcap: of `zenocap recover`, none of this run" in text
+    assert "messages: 95 sent = 90 in the takes" in text
+    assert text.count("take: ") == 3
     assert status == DONE
 
 
@@ -208,6 +229,20 @@ def test_a_program_that_publishes_without_end_does_not_keep_a_run(tmp_path: Path
     monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s, monotonic_ns=lambda: round(1e9 * now_s)))
     supervised(tmp_path, None, bus)[0].receive_rest()
     assert now_s == pytest.approx(shell.REST_S, abs=0.05)
+
+
+def test_invalid_messages_at_the_end_hide_no_last_health(take: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was "an unknown number lost", with status 3."""
+    monkeypatch.setattr(inbox, "INVALID_S", -1.0)  # as after many of them
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    supervisor, text = supervised(take.parent, take, bus)
+    whole(take)
+    bus.publish(HEALTH, health("integrator", "main"))
+    bus.forward(HEALTH, HEALTH.at("studio", service="integrator", id="main"), b"invalid")
+    bus.publish(HEALTH, health("integrator", "main", log_closed=1, ended=1, **{"sent.universal_bap": 90}))
+    supervisor.receive_rest()
+    assert supervisor.summary() == DONE
+    assert "unknown" not in text.getvalue()
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])

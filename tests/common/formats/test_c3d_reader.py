@@ -2,6 +2,7 @@
 
 import io
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 import c3d
@@ -83,13 +84,17 @@ def test_damage_that_ends_the_library_is_a_one_line_error(tmp_path: Path, place:
         read_c3d(path)
 
 
-def late_file(path: Path, first: int, actual: tuple[int, int] | None, unit: str = "mm") -> Path:
+def late_file(
+    path: Path, first: int, actual: tuple[int, int] | None, unit: str = "mm", long_frames: int | None = None
+) -> Path:
     """20 rows from a number on; the header's is `first`.  actual: numbers of TRIAL, two words each."""
     data = moving(20, first=first - 1).trajectories()
     write_c3d(path, data)
     file = ezc3d.c3d(str(path))
     for end, number in zip(("START", "END"), actual or (), strict=False):
         file.add_parameter("TRIAL", f"ACTUAL_{end}_FIELD", [number & 0xFFFF, number >> 16])
+    if long_frames is not None:
+        file.add_parameter("POINT", "LONG_FRAMES", [float(long_frames)])
     file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
     file.write(str(path))
     return path
@@ -141,6 +146,34 @@ def test_a_rate_in_the_header_that_contradicts_the_parameter_is_said(
     found = read_c3d(path)
     assert found.rate == used
     np.testing.assert_allclose(np.diff(found.times_s), 1 / used)
+    assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+@pytest.mark.parametrize(
+    ("actual", "counts", "note"),
+    [
+        ((101, 70120), {}, "20 rows are read, but there are TRIAL:ACTUAL_END_FIELD = 70120 of rows from 101 on"),
+        (None, {"LONG_FRAMES": 70000}, "20 rows are read, but there are 70000 in POINT:LONG_FRAMES"),
+        (None, {"FRAMES": 12}, "12 rows are read, but there are 20 in the header"),
+        (None, {"FRAMES": 12, "header": 12}, "12 rows are read, but there are 2240 bytes behind them"),
+        ((0, 0), {"LONG_FRAMES": 20}, None),
+    ],
+)
+def test_another_number_of_rows_than_is_read_is_said(
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    actual: tuple[int, int] | None,
+    counts: Mapping[str, int],
+    note: str | None,
+) -> None:
+    """A C3D counts up to 65535 rows."""
+    path = late_file(tmp_path / "a.c3d", 101, actual, long_frames=counts.get("LONG_FRAMES"))
+    content = bytearray(path.read_bytes())
+    at = content.index(b"\x01FRAMES") + 11
+    content[at : at + 2] = struct.pack("<H", counts.get("FRAMES", 20))
+    content[8:10] = struct.pack("<H", 100 + counts.get("header", 20))
+    path.write_bytes(content)
+    read_c3d(path)
     assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
 
 

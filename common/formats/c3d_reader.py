@@ -38,17 +38,21 @@ def read_c3d(path: Path) -> Trajectories:
         raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'")
     size, intel, head = _header(path)
     labels, other, unit, rate, first, trial, long_frames, points, residuals = _content(path)
+    count, counted = points.shape[1], int.from_bytes(head[2:4], "little")
+    if intel and counted != count:  # each point would have coordinates of others
+        raise UserError(f"{path}: POINT:USED = {count}, {counted} points in the header: allowed: equal numbers")
     width = 4 if int.from_bytes(head[14:16], "little") & 0x8000 else 2  # single precision where the scale is negative
     rows = int.from_bytes(head[8:10], "little") - int.from_bytes(head[6:8], "little") + 1  # ezc3d reads what is there
-    needed = max(rows, points.shape[2]) * width * (4 * points.shape[1] + int.from_bytes(head[4:6], "little"))
+    needed = max(rows, points.shape[2]) * width * (4 * count + int.from_bytes(head[4:6], "little"))
     needed += 512 * (int.from_bytes(head[16:18], "little") - 1)
     if intel and size < needed:
         raise UserError(f"{path}: cut: {size} bytes: allowed: {needed} or more")
     rate = _rate(path, rate, struct.unpack("<f", head[20:24])[0] if intel else 0.0)
     if unit not in METRES:
         raise UserError(f"{path}: POINT:UNITS = {unit!r}: allowed: {', '.join(METRES)}")
-    own = enumerate(labels[: points.shape[1]])
-    kept = [k for k, name in own if name and not name.startswith("*") and name not in other]
+    if len(labels) < count or any(labels[count:]):
+        warn_of_file(path, f"POINT:LABELS has {len(labels)} names for {count} points: the last ones are left out")
+    kept = [k for k, name in enumerate(labels[:count]) if name and not name.startswith("*") and name not in other]
     names = tuple(labels[k] for k in kept)
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise UserError(f"{path}: POINT:LABELS: {twice[0]!r} more than once: allowed: different labels")

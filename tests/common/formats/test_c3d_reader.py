@@ -27,17 +27,22 @@ def test_written_files_are_read_back_with_frames_and_gaps(tmp_path: Path) -> Non
     np.testing.assert_allclose(found.points, data.points, atol=1e-6)
 
 
-def test_a_file_of_an_independent_library_is_read(tmp_path: Path) -> None:
-    centres = acted_centres()
+def independent_file(path: Path, names: list[str]) -> Path:
+    """Acted centres as the library c3d writes them."""
     writer = c3d.Writer(point_rate=120.0)
-    rows = np.zeros((FRAMES, len(centres), 5), dtype=np.float32)
-    rows[:, :, :3] = np.stack(list(centres.values()), axis=1) * 1000.0
+    rows = np.zeros((FRAMES, len(acted_centres()), 5), dtype=np.float32)
+    rows[:, :, :3] = np.stack(list(acted_centres().values()), axis=1) * 1000.0
     writer.add_frames([(row, np.zeros((0, 0))) for row in rows])
-    writer.set_point_labels(list(centres))
+    writer.set_point_labels(names)
     content = io.BytesIO()
     writer.write(content)
-    (tmp_path / "a.c3d").write_bytes(content.getvalue())
-    found = read_c3d(tmp_path / "a.c3d")
+    path.write_bytes(content.getvalue())
+    return path
+
+
+def test_a_file_of_an_independent_library_is_read(tmp_path: Path) -> None:
+    centres = acted_centres()
+    found = read_c3d(independent_file(tmp_path / "a.c3d", list(centres)))
     assert found.rate == 120.0
     for k, name in enumerate(found.names):
         np.testing.assert_allclose(found.points[:, k], centres[name], atol=1e-5)
@@ -175,6 +180,19 @@ def test_another_number_of_rows_than_is_read_is_said(
     path.write_bytes(content)
     read_c3d(path)
     assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+def test_other_numbers_of_names_are_said_and_two_numbers_of_points_are_refused(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, names = tmp_path / "a.c3d", list(acted_centres())
+    for given in (names[:-2], [*names, "extra"]):
+        assert list(read_c3d(independent_file(path, given)).names) == given[: len(names)]
+        text = f"{path}: POINT:LABELS has {len(given)} names for {len(names)} points: the last ones are left out"
+        assert caplog.messages[-1] == text
+    damage(independent_file(path, names), b"\x02\x50", len(names) + 1)
+    with pytest.raises(UserError, match=f"POINT:USED = {len(names)}, {len(names) + 1} points in the header: allowed"):
+        read_c3d(path)
 
 
 def test_a_blank_unit_is_named(tmp_path: Path) -> None:

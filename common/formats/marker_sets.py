@@ -5,6 +5,7 @@ names of Pose2Sim, those of ISB, and the centres that Plug-in Gait writes (LFEP,
 Otherwise optical markers on the skin, see `optical_markers`.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -36,6 +37,8 @@ TOES, EARS = ("bigtoe", "smalltoe", "footindex", "toe"), ("R.ear", "L.ear")
 CROWN_OVER_EARS = (
     -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
 )
+SUBJECT = re.compile(r"^.*:|\d+$")  # of names of several people: Ann:RKnee, RKnee_2
+PERSON = 3  # joints, or markers, with a hip's among them, of which a person has more; chosen by hand
 UPRIGHT = 0.5  # share of the largest component along the usual axis from which it counts as up; chosen by hand
 
 
@@ -44,10 +47,12 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
 
     The twelve of `inverse_kinematics.NEEDED`, `Head` (the crown), `RToe` and `LToe` where they can be had.  Points that
     have the twelve names already keep all their names.  path: for errors.  usual_up: axis, 0 to 2, that is up unless
-    the posture contradicts or the map gives another.  Raises UserError that lists what is missing.
+    the posture contradicts or the map gives another.  Of several people one is taken: a warning.  Raises UserError that
+    lists what is missing.
     """
     if joints is not None:
         joints.check(path, data.names)
+    data = _one_person(data, path, joints)
     if joints is None and set(NEEDED) <= set(data.names):
         return _y_up(data, path, usual_up, joints)
     points = {name: data.points[:, k] for k, name in enumerate(data.names)}
@@ -62,6 +67,30 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
         found = optical_centres(markers, path)
     own = Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
     return _y_up(own, path, usual_up, joints)
+
+
+def _one_person(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:
+    """The points of the first person who is whole, where the names are those of several, or of the map's person."""
+    mapped = {name for names in joints.joints.values() for name in names} if joints is not None else set()
+    groups: dict[str, list[int]] = {}
+    for k, name in enumerate(data.names):
+        groups.setdefault(found[0] if (found := SUBJECT.search(name)) else "", []).append(k)
+    people: dict[str, tuple[bool, list[int]]] = {}
+    for subject, columns in groups.items():
+        points = {data.names[k]: data.points[:, k] for k in columns}
+        centres, markers = set(_centres(points)) & set(NEEDED), markers_of(points)
+        hips = {"RHip", "LHip"} & centres or {"Rasis", "Lasis"} & set(markers)
+        if hips and max(len(centres), len(markers)) > PERSON:
+            people[subject] = len(centres) == len(NEEDED) or not missing_markers(markers), columns
+    fitting = [subject for subject, (_, columns) in people.items() if mapped <= {data.names[k] for k in columns}]
+    if len(people) < 2 or not fitting:
+        return data
+    used = next((subject for subject in fitting if people[subject][0]), fitting[0])
+    columns = people[used][1]
+    named = ", ".join(f"{data.names[own[0]]!r}, ..." for _, own in people.values())
+    helps = "for another one: a joint map (--joints)"
+    warn_of_file(path, f"{len(people)} people ({named}): that of {data.names[columns[0]]!r} is used; {helps}")
+    return replace(data, names=tuple(data.names[k] for k in columns), points=data.points[:, columns])
 
 
 def _centres(points: Mapping[str, Floats]) -> dict[str, Floats]:

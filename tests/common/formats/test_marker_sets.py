@@ -13,6 +13,7 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.inverse_kinematics import NEEDED
 from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_centres, read_poses_for
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
@@ -54,6 +55,32 @@ def test_joint_centres_are_known_in_every_spelling(path: Path, spelling: str) ->
     for name, points in centres.items():
         np.testing.assert_allclose(centre(found, name), points, atol=MILLIMETRE)
     assert read_poses_for(path, TEN_PARTS).known.all()
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("Ann:{}", "Bob:{}"), ("{}", "Bob:{}"), ("{}_1", "{}_2"), ("{}1", "{}2")],
+    ids=["two names", "one name", "numbers", "digits"],
+)
+def test_of_two_people_the_first_whole_one_is_taken_and_said(
+    one: str, other: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, centres, aside = tmp_path / "a.trc", acted_centres(), np.array([2.0, 0.0, 0.0])
+    first = {one.format(name): points for name, points in centres.items()}
+    second = {other.format(name): points + aside for name, points in centres.items()}
+    for given, shift in ((first, 0.0), ({name: first[name] for name in first if "Knee" not in name}, aside)):
+        write_points(path, given | second)
+        found = centre(read_centres(path), "RHip")
+        np.testing.assert_allclose(found, centres["RHip"] + shift, atol=MILLIMETRE)
+        begin = next(iter(second if shift is aside else given))
+        assert f"{path}: 2 people (" in caplog.messages[-1]
+        assert f"that of {begin!r} is used; for another one: a joint map (--joints)" in caplog.messages[-1]
+        of_map = read_centres(path, JointMap(path, {"RKnee": (other.format("RKnee"),)}))
+        np.testing.assert_allclose(centre(of_map, "RHip"), centres["RHip"] + aside, atol=MILLIMETRE)
+    caplog.clear()
+    write_points(path, first | {f"Box:{name}": centres[name] for name in ("LKnee", "RKnee", "RAnkle", "LAnkle")})
+    read_centres(path)
+    assert not caplog.messages
 
 
 @pytest.mark.parametrize("convention", ["zenocap", "isb", "coco", "halpe"])

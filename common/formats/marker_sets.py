@@ -14,11 +14,12 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.body.inverse_kinematics import NEEDED
+from zenocap.common.body.inverse_kinematics import CLEAR, NEEDED
 from zenocap.common.body.joint_conventions import ANSUR_MM, points_of
+from zenocap.common.body.rotations import unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import LEG_SHARE, y_up_matrix
-from zenocap.common.formats.file_warnings import warn_of_file
+from zenocap.common.formats.file_warnings import grouped_warnings, warn_of_file
 from zenocap.common.formats.joint_map import UPS, JointMap, listed
 from zenocap.common.formats.joint_names import plain_name
 from zenocap.common.formats.optical_markers import markers_of, missing_markers, optical_centres
@@ -47,14 +48,25 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
 
     The twelve of `inverse_kinematics.NEEDED`, `Head` (the crown), `RToe` and `LToe` where they can be had.  Points that
     have the twelve names already keep all their names.  path: for errors.  usual_up: axis, 0 to 2, that is up unless
-    the posture contradicts or the map gives another.  Of several people one is taken: a warning.  Raises UserError that
-    lists what is missing.
+    the posture contradicts or the map gives another.  Of several people one is taken, and left-handed axes are mirrored,
+    both with a warning.  Raises UserError that lists what is missing.
     """
     if joints is not None:
         joints.check(path, data.names)
     data = _one_person(data, path, joints)
+    with grouped_warnings():  # of both readings
+        own = _named(data, path, joints)
+        if _left_handed(own):
+            text = "x is mirrored, as knees and feet point backwards: the file is left-handed, or exchanges left and right"
+            warn_of_file(path, text)
+            own = _named(replace(data, points=data.points * [-1.0, 1.0, 1.0]), path, joints)
+        return _y_up(own, path, usual_up, joints)
+
+
+def _named(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:
+    """Joint centres in the file's axes."""
     if joints is None and set(NEEDED) <= set(data.names):
-        return _y_up(data, path, usual_up, joints)
+        return data
     points = {name: data.points[:, k] for k, name in enumerate(data.names)}
     found = _centres(points)
     if joints is not None:
@@ -65,8 +77,22 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
         if joints is not None or lacking:
             raise UserError(_missing(path, data.names, missing, len(markers), lacking, joints))
         found = optical_centres(markers, path)
-    own = Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
-    return _y_up(own, path, usual_up, joints)
+    return Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
+
+
+def _left_handed(data: Trajectories) -> bool:
+    """Whether knees, where they are bent, and feet point backwards, as seen from the hips.  Straight legs do not say."""
+    at = {name: data.points[:, k] for k, name in enumerate(data.names)}
+    left = unit(at["LHip"] - at["RHip"])
+    signs = [np.zeros(0)]
+    for side in "RL":
+        hip, knee, ankle = (at[f"{side}{name}"] for name in ("Hip", "Knee", "Ankle"))
+        hinges = [np.cross(unit(knee - hip), unit(ankle - knee))]
+        if f"{side}Toe" in at:
+            hinges.append(np.cross(unit(at[f"{side}Toe"] - ankle), unit(ankle - knee)))
+        signs += [along[np.abs(along) > CLEAR] for along in (np.sum(hinge * left, axis=1) for hinge in hinges)]
+    each = np.concatenate(signs)
+    return len(each) > 0 and bool(np.median(each) < 0.0)
 
 
 def _one_person(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:

@@ -1,6 +1,7 @@
 """Joint centres of TRC and C3D files by the names of the usual key points and optical markers."""
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_centres, read_poses_for
-from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trajectories import Axes, Trajectories, convert
 from zenocap.common.formats.trc import write_trc
 
 MILLIMETRE = 1e-3
+OTHER_SIDE = {"R": "L", "L": "R"}
 WORDS = {"R": "right", "L": "left"}
 
 
@@ -167,6 +169,36 @@ def test_a_world_with_z_up_is_turned_and_the_log_says_so(tmp_path: Path, caplog:
     assert "z is taken for up" in caplog.text
     for found in (of_c3d, of_trc):
         np.testing.assert_allclose(centre(found, "LWrist"), centres["LWrist"], atol=MILLIMETRE)
+
+
+@pytest.mark.parametrize("axes", ["unity", "unreal", "y-up"])
+@pytest.mark.parametrize("made", [acted_centres, optical_markers], ids=["centres", "markers"])
+def test_a_left_handed_file_is_mirrored_and_the_log_says_so(
+    path: Path, axes: Axes, made: Callable[[], dict[str, Floats]], caplog: pytest.LogCaptureFixture
+) -> None:
+    write_points(path, made())
+    expected = read_poses_for(path, TEN_PARTS).poses
+    caplog.clear()
+    write_points(path, {name: convert(points, axes) for name, points in made().items()})
+    found = read_poses_for(path, TEN_PARTS).poses
+    text = "x is mirrored, as knees and feet point backwards: the file is left-handed, or exchanges left and right"
+    assert caplog.messages.count(f"{path}: {text}") == (axes != "y-up")
+    for pose, same in zip(found, expected, strict=True):
+        np.testing.assert_allclose(pose.angles[1:], same.angles[1:], atol=0.02)  # but the heading
+
+
+def test_exchanged_sides_look_left_handed_and_straight_legs_do_not_say(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, centres = tmp_path / "a.trc", acted_centres()
+    write_points(path, {OTHER_SIDE.get(name[0], name[0]) + name[1:]: points for name, points in centres.items()})
+    read_centres(path)
+    assert "or exchanges left and right" in caplog.text
+    caplog.clear()
+    straight = {name: convert(points[:1].repeat(20, axis=0), "unity") for name, points in centres.items()}
+    write_points(path, straight)
+    read_centres(path)
+    assert not caplog.messages
 
 
 def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> None:

@@ -39,6 +39,7 @@ CROWN_OVER_EARS = (
     -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
 )
 SUBJECT = re.compile(r"^.*:|\d+$")  # of names of several people: Ann:RKnee, RKnee_2
+LEG_M = (0.40, 1.25)  # hip to ankle, of children too: inches read as centimetres are outside; chosen by hand
 PERSON = 3  # joints, or markers, with a hip's among them, of which a person has more; chosen by hand
 UPRIGHT = 0.5  # share of the largest component along the usual axis from which it counts as up; chosen by hand
 
@@ -60,6 +61,10 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
             text = "x is mirrored, as knees and feet point backwards: the file is left-handed, or exchanges left and right"
             warn_of_file(path, text)
             own = _named(replace(data, points=data.points * [-1.0, 1.0, 1.0]), path, joints)
+        leg = _leg({name: own.points[:, k] for k, name in enumerate(own.names)})
+        if leg < LEG_M[0] or leg > LEG_M[1]:
+            usual = f"usual: {LEG_M[0]} to {LEG_M[1]} m: is it another unit?"
+            warn_of_file(path, f"by the unit that the file states (Units, POINT:UNITS) a leg is {leg:.3g} m long; {usual}")
         return _y_up(own, path, usual_up, joints)
 
 
@@ -141,15 +146,17 @@ def _crown(found: Mapping[str, Floats], ears: Floats) -> Floats:
 
     Distance: tragion to the top of the head in ANSUR II (`joint_conventions`), of a stature by the length of the legs.
     """
-    lengths = [
-        np.nanmedian(np.linalg.norm(found[f"{side}{a}"] - found[f"{side}{b}"], axis=1))
-        for side in "RL"
-        for a, b in (("Hip", "Knee"), ("Knee", "Ankle"))
-    ]
     line = ears - 0.5 * (found["RShoulder"] + found["LShoulder"])
     length = np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
-    crown: Floats = ears + CROWN_OVER_EARS * float(np.sum(lengths)) / 2.0 / LEG_SHARE * line / length
+    crown: Floats = ears + CROWN_OVER_EARS * _leg(found) / LEG_SHARE * line / length
     return crown
+
+
+def _leg(at: Mapping[str, Floats]) -> float:
+    """Length of the leg, hip to ankle, metres; NaN where it is in no frame."""
+    bones = ((f"{side}{a}", f"{side}{b}") for side in "RL" for a, b in (("Hip", "Knee"), ("Knee", "Ankle")))
+    lengths = [np.linalg.norm(at[one] - at[other], axis=1) for one, other in bones]
+    return 0.5 * sum(float(np.median(one[np.isfinite(one)])) if np.isfinite(one).any() else np.nan for one in lengths)
 
 
 def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None) -> Trajectories:

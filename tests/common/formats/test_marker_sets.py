@@ -201,6 +201,17 @@ def test_exchanged_sides_look_left_handed_and_straight_legs_do_not_say(
     assert not caplog.messages
 
 
+@pytest.mark.parametrize(("factor", "said"), [(1000.0, True), (1e-3, True), (1 / 2.54, True), (0.6, False), (1.0, False)])
+def test_a_unit_that_contradicts_the_body_is_said(
+    path: Path, factor: float, said: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Millimetres as metres, metres as millimetres, inches as centimetres; a child; an adult."""
+    write_points(path, {name: factor * points for name, points in acted_centres().items()})
+    read_centres(path)
+    text = "by the unit that the file states (Units, POINT:UNITS) a leg is "
+    assert (text in caplog.text) == said
+
+
 def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> None:
     points = optical_markers()
     points["RKNE"][10:40] = np.nan

@@ -169,11 +169,17 @@ def test_a_crash_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["calibration.toml"]
 
 
-def storage(path: Path, values: dict[str, np.ndarray | float | str]) -> None:
+def storage(path: Path, values: dict[str, np.ndarray | float | str | list[str]]) -> None:
     """Write a file of OpenCV's FileStorage, YAML or XML by the suffix."""
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     for key, value in values.items():
-        file.write(key, value)
+        if isinstance(value, list):
+            file.startWriteStruct(key, cv2.FILE_NODE_SEQ)
+            for text in value:
+                file.write("", text)
+            file.endWriteStruct()
+        else:
+            file.write(key, value)
     file.release()
 
 
@@ -193,6 +199,28 @@ def test_opencv_storage_of_easymocap_is_read(tmp_path):
     read = read_calibration(tmp_path / "extri.yml")["left"]
     assert read.size == (630, 470)
     np.testing.assert_allclose(read.rotation, left.rotation, atol=1e-12)
+
+
+def test_easymocaps_rotation_is_the_one_that_others_read_and_contradictions_are_said(tmp_path):
+    path, turned = tmp_path / "extri.yml", cv2.Rodrigues(np.array([0.0, 0.3, 0.0]))[0]
+    lens = {"K_a": np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]]), "dist_a": np.zeros((1, 5))}
+    storage(tmp_path / "intri.yml", lens | {"H_a": 0, "W_a": 0})
+    place = {"R_a": cv2.Rodrigues(turned)[0], "T_a": np.zeros((3, 1))}
+    storage(path, place | {"names": ["a", "b"], "Rot_a": np.eye(3)})
+    with pytest.warns(FileNote) as notes:
+        camera = read_calibration(path)["a"]
+    np.testing.assert_allclose(camera.rotation, turned, atol=1e-9)
+    assert camera.size == (640, 480)
+    assert [str(note.message) for note in notes] == [
+        f"{path}: names = a, b, but T_ is that of a: the latter are read",
+        f"{path}: R_a and Rot_a are 17.2 degrees apart: R_a is used, as other programs do",
+        f"{tmp_path / 'intri.yml'}: no W_a and H_a: 640 x 480 px is a guess from the principal point; add the size of the "
+        "video",
+    ]
+    storage(path, place | {"names": ["a"], "Rot_a": np.round(turned, 4)})
+    with pytest.warns(FileNote) as notes:
+        read_calibration(path)
+    assert len(notes) == 1
 
 
 PLACE, TURN = {"T_a": np.zeros((3, 1))}, {"Rot_a": np.eye(3)}

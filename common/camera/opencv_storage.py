@@ -4,6 +4,7 @@ EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` R_name or Rot_name 
 `extri.yml` is the file to name; `intri.yml` is beside it.
 """
 
+import codecs
 import json
 import re
 import sys
@@ -156,7 +157,11 @@ def main() -> None:
     In a process of its own (`read_apart`): OpenCV's parser writes beyond its memory for damaged files.
     """
     try:
-        storage = cv2.FileStorage(sys.argv[1], cv2.FILE_STORAGE_READ)
+        content, mode = Path(sys.argv[1]).read_bytes(), cv2.FILE_STORAGE_READ
+        if content.startswith(codecs.BOM_UTF8):  # which OpenCV does not know
+            storage = cv2.FileStorage(content.decode("utf-8-sig"), mode | cv2.FILE_STORAGE_MEMORY)
+        else:
+            storage = cv2.FileStorage(sys.argv[1], mode)
         root = storage.root()
         found = {key: _value(root.getNode(key)) for key in root.keys()}  # noqa: SIM118  (not a dict)
         listed = root.getNode("names")
@@ -170,7 +175,7 @@ def main() -> None:
 def is_storage(path: Path) -> bool:
     """Whether a file begins as OpenCV's FileStorage does, in YAML or XML.  Raises OSError."""
     with path.open("rb") as file:
-        begin = file.read(256)
+        begin = file.read(256).removeprefix(codecs.BOM_UTF8)
     return begin.startswith(b"%YAML") or b"<opencv_storage>" in begin
 
 

@@ -535,6 +535,7 @@ VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" 
 )
 def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name, content, text):
     refused(tmp_path / name, content, text)
+    refused(tmp_path / name, "\ufeff" + content, text)
 
 
 @pytest.mark.clips

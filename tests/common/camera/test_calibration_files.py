@@ -369,6 +369,25 @@ def test_qualisys_intrinsics_are_those_of_the_sensor(tmp_path, video, resolution
     np.testing.assert_allclose(camera.matrix[:2, 2], centre)
 
 
+@pytest.mark.parametrize(("resolution", "factor"), [("1080p", 1), ("540p", 2), ("360p", 3)])
+def test_the_part_of_a_qualisys_video_is_in_its_own_pixels(tmp_path, resolution, factor):
+    path = tmp_path / "room.qca.txt"
+    text = qualisys_camera("1", f'video_resolution="{resolution}"', 'right="599" bottom="199"')
+    text = text.replace('left="0" top="0"', 'left="100" top="50"')
+    path.write_text(f"<calibration><cameras>{text}</cameras></calibration>")
+    camera = read_calibration(path, "z")["1"]
+    assert camera.size == (500, 150)
+    np.testing.assert_allclose(camera.matrix[[0, 1], [0, 1]], 600 / factor)
+    np.testing.assert_allclose(camera.matrix[:2, 2], (np.array([319.5, 239.5]) + 0.5) / factor - 0.5 - [100, 50])
+
+
+def test_a_qualisys_video_that_is_higher_than_its_resolution_is_said(tmp_path):
+    path, resolution = tmp_path / "room.qca.txt", 'video_resolution="540p"'
+    path.write_text(f"<calibration><cameras>{qualisys_camera('1', resolution)}</cameras></calibration>")
+    with pytest.warns(FileNote, match=r"fov_video is 1088 px high, video_resolution = 540p: the former is used"):
+        read_calibration(path, "z")
+
+
 def test_a_qualisys_video_of_another_part_of_the_sensor_is_refused(tmp_path):
     text = f"<calibration><cameras>{qualisys_camera('1', VIDEO_720, NOT_HALF)}</cameras></calibration>"
     refused(tmp_path / "room.qca.txt", text, r"camera\[1\].fov_video = 500 px high of a sensor of 1088: allowed")

@@ -21,6 +21,7 @@ from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
 FALSE = ("0", "false", "no")
+MARKER_MODEL = re.compile(r"(?:Oqus \d+|Miqus M\d|Arqus)\b(?!.*(?:video|hybrid))", re.IGNORECASE)  # not Oqus 210c
 SOURCE = "zenocap"  # of files that this module writes
 BINNED = 1.5  # height of the sensor to that of the video, from which its pixels are joined
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
@@ -64,7 +65,10 @@ def _unusable(element: ElementTree.Element) -> str:
         return "not active"
     if element.get("calibrated", "true").lower() in FALSE:
         return "not calibrated"
-    return "a marker camera, without video" if element.get("video_resolution", "some") == "" else ""
+    model = element.get("model", "")
+    if "video_resolution" in element.attrib:
+        return "" if element.get("video_resolution") else "a marker camera, without video"
+    return f"a marker camera by its model {model}, without video_resolution" if MARKER_MODEL.match(model) else ""
 
 
 def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z") -> dict[Path, str]:

@@ -1,6 +1,7 @@
 """Calibration files of zenocap, EasyMocap, ROS and Qualisys: round trips and errors."""
 
 import os
+import re
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -333,6 +334,10 @@ def qualisys_camera(serial: str, attributes: str, video: str = 'right="1919" bot
         ('active="0" calibrated="false"', "not active"),
         ('active="1" calibrated="false"', "not calibrated"),
         ('active="1" calibrated="true" model="Oqus 300+" video_resolution=""', "a marker camera, without video"),
+        *(
+            (f'active="1" model="{model}"', f"a marker camera by its model {model}, without video_resolution")
+            for model in ("Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
+        ),
     ],
 )
 def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_path, attributes, reason):
@@ -344,7 +349,15 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     assert texts[0] == f"{path}: camera 2 is {reason}: left out"
     assert "the distortions are divided by 64" in texts[1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
-    refused(path, alone, f"camera 2 is {reason}: allowed: Qualisys calibration")
+    refused(path, alone, re.escape(f"camera 2 is {reason}: allowed: Qualisys calibration"))
+
+
+@pytest.mark.parametrize("model", ["Miqus Video", "Oqus 210c", "Miqus Hybrid", "Miqus VC1", "none", ""])
+def test_qualisys_video_cameras_of_old_files_without_a_resolution_are_read(tmp_path, model):
+    path = tmp_path / "room.qca.txt"
+    camera = qualisys_camera("1", f'model="{model}"')
+    path.write_text(f"<calibration><cameras>{camera}</cameras></calibration>")
+    assert list(read_calibration(path, "z")) == ["1"]
 
 
 @pytest.mark.parametrize(

@@ -615,6 +615,19 @@ def test_caliscope_file_is_read(tmp_path: Path) -> None:
     refused(path, skewed, r"cam_0\.rotation", "z")
 
 
+def test_two_caliscope_cameras_of_one_number_are_refused_and_two_numbers_of_one_are_said(tmp_path: Path) -> None:
+    path = tmp_path / "camera_array.toml"
+    camera = CALISCOPE[CALISCOPE.index("[cameras.0]") : CALISCOPE.index("[cameras.3]")]
+    twice = camera + camera.replace("[cameras.0]", "[cameras.1]")
+    refused(path, twice, r"cameras\.1\.cam_id = 0: allowed: a number that no other camera has")
+    refused(path, twice.replace("cam_id", "port"), r"cameras\.1\.port = 0: allowed: a number that no other")
+    for numbers in ("cam_id = 2", "cam_id = 2\nport = 0"):
+        path.write_text(camera.replace("cam_id = 0", numbers))
+        text = ", ".join(numbers.splitlines())
+        with pytest.warns(FileNote, match=rf"cameras\.0: {text}: taken for cam_2"):
+            assert list(read_calibration(path)) == ["cam_2"]
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

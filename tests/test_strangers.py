@@ -45,10 +45,18 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "header against rows: refused, or noted": (
         f"{FORMATS}/test_trc.py::test_fewer_names_than_columns_and_more_cells_than_names_are_refused",
         f"{FORMATS}/test_trc.py::test_counts_in_the_header_that_contradict_the_rows_are_said",
+        f"{FORMATS}/test_c3d_reader.py::test_another_number_of_rows_than_is_read_is_said",
+        f"{FORMATS}/test_c3d_reader.py::test_other_numbers_of_names_are_said_and_two_numbers_of_points_are_refused",
     ),
     "missing data as zeros: missing, noted once": (
         f"{FORMATS}/test_trc.py::test_zeros_are_missing_points_and_said_once",
         f"{FORMATS}/test_c3d_reader.py::test_zeros_with_a_valid_residual_are_missing_and_said_once",
+    ),
+    "points against the body": (
+        f"{FORMATS}/test_marker_sets.py::test_of_two_people_the_first_whole_one_is_taken_and_said",
+        f"{FORMATS}/test_marker_sets.py::test_a_left_handed_file_is_mirrored_and_the_log_says_so",
+        f"{FORMATS}/test_marker_sets.py::test_exchanged_sides_look_left_handed_and_straight_legs_do_not_say",
+        f"{FORMATS}/test_marker_sets.py::test_a_unit_that_contradicts_the_body_is_said",
     ),
     "time base and shape of films": (
         f"{FILMS}::test_a_bare_stream_has_the_rate_of_its_headers",
@@ -64,6 +72,11 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "vendors' modes and units": (
         f"{CALIBRATIONS}::test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said",
         f"{CALIBRATIONS}::test_qualisys_intrinsics_are_those_of_the_sensor",
+        f"{CALIBRATIONS}::test_the_part_of_a_qualisys_video_is_in_its_own_pixels",
+        f"{CALIBRATIONS}::test_a_qualisys_video_that_is_higher_than_its_resolution_is_said",
+        f"{CALIBRATIONS}::test_qualisys_video_cameras_of_old_files_without_a_resolution_are_read",
+        f"{CALIBRATIONS}::test_easymocaps_rotation_is_the_one_that_others_read_and_contradictions_are_said",
+        f"{CALIBRATIONS}::test_two_caliscope_cameras_of_one_number_are_refused_and_two_numbers_of_one_are_said",
         f"{CALIBRATIONS}::test_ros_camera_info_of_a_part_of_the_pixels_is_refused",
         f"{CALIBRATIONS}::test_the_guessed_size_of_easymocap_is_a_usual_one_and_is_said",
         f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
@@ -90,6 +103,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "common/rig/test_video_folder.py::test_hidden_files_beside_the_videos_are_none",
         f"{FORMATS}/test_trc.py::test_a_byte_order_mark_is_no_part_of_the_file",
         f"{CALIBRATIONS}::test_a_byte_order_mark_is_no_part_of_the_file",
+        "common/camera/test_lens_files.py::test_files_of_opencvs_programs_are_read",
+        f"{FORMATS}/test_text_file.py::test_text_of_windows_is_read_and_a_guess_is_noted",
     ),
     "both colour schemes": ("system/browser/test_page.py::test_every_text_has_contrast_in_both_colour_schemes",),
     "a terminal of 80 x 24": (
@@ -115,6 +130,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "tools/cli/test_suggestions.py::"
         "test_a_missing_file_and_one_of_the_wrong_type_are_a_line_that_suggests_the_right_command",
         "tools/cli/test_services.py::test_the_demo_takes_a_free_port_where_the_usual_one_is_taken",
+        f"{TAKES}/test_take_videos.py::test_videos_are_found_by_the_name_of_the_rig_and_a_take_without_is_said",
+        f"{TAKES}/test_take_videos.py::test_the_next_command_names_a_folder_that_is_not_beside_the_take",
         f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
         "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
         "system/browser/test_page.py::test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",

@@ -1,5 +1,6 @@
 """The table of layouts of calibration files: which files each has, and what reads and writes it."""
 
+import codecs
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -84,7 +85,7 @@ FOREIGN = {
 def foreign_name(path: Path) -> str:
     """What a file is that no layout reads, in words; empty where that is not known.  Raises OSError."""
     with path.open("rb") as file:
-        begin = file.read(NAMED_BYTES)
+        begin = file.read(NAMED_BYTES).removeprefix(codecs.BOM_UTF8)
     return next((name for name, pattern in FOREIGN.items() if pattern.search(begin)), "")
 
 

@@ -12,12 +12,14 @@ ignore = false                       # true: the camera takes no part
 """
 
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry
+from zenocap.common.errors import FileNote
 
 KEYS = ("size", "matrix", "distortions", "rotation", "translation", "fisheye", "guessed")
 
@@ -41,7 +43,13 @@ def caliscope_tables(path: Path, tables: Mapping[str, object]) -> dict[str, obje
             raise entry.error(
                 "rotation_count", table["rotation_count"], "0: turn the videos, and calibrate the turned ones"
             )
-        number = table.get("cam_id", table.get("port", key))
+        stated = {name: table[name] for name in ("cam_id", "port") if name in table}
+        number = next(iter(stated.values()), key)
+        if len({str(value) for value in (number, *stated.values(), *([key] if key.isdigit() else []))}) > 1:
+            text = ", ".join(f"{name} = {value}" for name, value in stated.items())
+            warnings.warn(f"{path}: cameras.{key}: {text}: taken for cam_{number}", FileNote, stacklevel=2)
+        if f"cam_{number}" in found:
+            raise entry.error(next(iter(stated), "cam_id"), number, "a number that no other camera has")
         found[f"cam_{number}"] = {name: value for name, value in table.items() if name in KEYS}
     return found
 

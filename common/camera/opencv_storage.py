@@ -1,9 +1,10 @@
 """Files of OpenCV's FileStorage (YAML, XML): EasyMocap's calibrations, matrices.
 
-EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name and T_name: world to camera, metres.
+EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` R_name or Rot_name and T_name: world to camera, metres.
 `extri.yml` is the file to name; `intri.yml` is beside it.
 """
 
+import codecs
 import json
 import re
 import sys
@@ -17,7 +18,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera, rodrigues
-from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_rotation, checked_up_axis
 from zenocap.common.errors import FileNote, UserError, reading
 from zenocap.common.formats.text_file import read_apart
 
@@ -26,6 +27,7 @@ MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by ha
 MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; chosen by hand
 USUAL_SIZES = ((640, 480), (1280, 720), (1280, 960), (1280, 1024), (1920, 1080), (2048, 2048), (3840, 2160))  # px
 GUESSED = "guessed_"  # beginning of a key: "guessed_vertical: 1"; a guessed size is left out instead
+SAME_TURN_DEG = 0.1  # by rounding; chosen by hand
 NEAR_SIZE = 0.03  # of a side, between a guess and such a size; principal points are that near the centre; chosen by hand
 
 
@@ -33,7 +35,7 @@ def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     """Return the cameras by name in the Y-up world.  Raises UserError."""
     checked_up_axis(path, up_axis)
     beside = intrinsics_beside(path)
-    extrinsics = stored_matrices(path)
+    listed, extrinsics = _stored(path)
     intrinsics = extrinsics if beside == path else stored_matrices(beside)
     names = [key[2:] for key in extrinsics if key.startswith("T_")]
     if not names and {"camera_matrix", "Camera_Matrix"} & set(extrinsics):
@@ -41,6 +43,9 @@ def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     if not names:
         allowed = "extri.yml with T_name and Rot_name for each camera, intri.yml beside it with K_name and dist_name"
         raise UserError(f"{path}: no camera in it: there are: {', '.join(extrinsics) or 'none'}; allowed: {allowed}")
+    if listed and set(listed) != set(names):
+        text = f"names = {', '.join(listed)}, but T_ is that of {', '.join(names)}: the latter are read"
+        warnings.warn(f"{path}: {text}", FileNote, stacklevel=2)
     return {name: _camera(path, beside, name, extrinsics, intrinsics, up_axis) for name in names}
 
 
@@ -52,29 +57,37 @@ def intrinsics_beside(path: Path) -> Path:
 def _camera(
     path: Path, beside: Path, name: str, extrinsics: dict[str, Floats], intrinsics: dict[str, Floats], up_axis: str
 ) -> Camera:
-    intrinsic, extrinsic = Entry(beside, ""), Entry(path, "")
+    intrinsic = Entry(beside, "")
     intrinsic.require((f"K_{name}", f"dist_{name}"), intrinsics)
-    rotation = extrinsics.get(f"Rot_{name}", extrinsics.get(f"R_{name}"))
-    if rotation is None:
-        raise extrinsic.missing(f"Rot_{name}", extrinsics)
-    if rotation.size == 3:
-        rotation = rotation.reshape(3)
+    rotation = _rotation(path, name, extrinsics)
     matrix = intrinsics[f"K_{name}"]
     guessed: tuple[str, ...] = ()
-    if f"H_{name}" in intrinsics and f"W_{name}" in intrinsics:
-        size = np.array([intrinsics[f"W_{name}"].item(), intrinsics[f"H_{name}"].item()])
-    elif matrix.shape == (3, 3):
-        # EasyMocap omits the size: a principal point near the centre is assumed.
+    size = np.array([intrinsics.get(f"{side}_{name}", np.zeros(1)).item() for side in "WH"])
+    if matrix.shape != (3, 3):
+        raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
+    if not size.any():
+        # EasyMocap omits the size, or writes 0: a principal point near the centre is assumed.
         size = _usual_size(2 * matrix[:2, 2] + 1)
         guessed = ("size",)
         text = f"no W_{name} and H_{name}: {size[0]:.0f} x {size[1]:.0f} px is a guess from the principal point"
         warnings.warn(f"{beside}: {text}; add the size of the video", FileNote, stacklevel=2)
-    else:
-        raise intrinsic.error(f"K_{name}", matrix.tolist(), "3 x 3 finite numbers")
     lens, shift = intrinsics[f"dist_{name}"].reshape(-1), extrinsics[f"T_{name}"].reshape(-1)
     marked = [key.removeprefix(GUESSED) for key in extrinsics if key.startswith(GUESSED)]
     camera = checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis, guessed=marked)
     return replace(camera, guessed=(*guessed, *camera.guessed))
+
+
+def _rotation(path: Path, name: str, extrinsics: Mapping[str, Floats]) -> Floats:
+    """R_name, which EasyMocap and Pose2Sim read, or Rot_name; a contradiction is said.  Raises UserError."""
+    keys = [key for key in (f"R_{name}", f"Rot_{name}") if key in extrinsics]
+    if not keys:
+        raise Entry(path, "").missing(f"Rot_{name}", extrinsics)
+    found = [checked_rotation(Entry(path, key), np.squeeze(extrinsics[key])) for key in keys]
+    turn = float(np.degrees(np.linalg.norm(rodrigues(found[0] @ found[-1].T))))
+    if turn > SAME_TURN_DEG:
+        text = f"{keys[0]} and {keys[1]} are {turn:.1f} degrees apart: {keys[0]} is used, as other programs do"
+        warnings.warn(f"{path}: {text}", FileNote, stacklevel=2)
+    return found[0]
 
 
 def _usual_size(guess: Floats) -> Floats:
@@ -126,31 +139,43 @@ def easymocap_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y
 
 def stored_matrices(path: Path) -> dict[str, Floats]:
     """The matrices and numbers, (1,), of a file by their keys.  Raises UserError."""
+    return _stored(path)[1]
+
+
+def _stored(path: Path) -> tuple[list[str], dict[str, Floats]]:
+    """EasyMocap's list of names, and as `stored_matrices`.  Raises UserError."""
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: extri.yml with intri.yml beside it")
     _check_storage(path)
-    found = json.loads(read_apart(path, "OpenCV FileStorage (%YAML:1.0)", __name__))
-    return {key: np.array(value, dtype=np.float64) for key, value in found.items()}
+    names, found = json.loads(read_apart(path, "OpenCV FileStorage (%YAML:1.0)", __name__))
+    return names, {key: np.array(value, dtype=np.float64) for key, value in found.items()}
 
 
 def main() -> None:
-    """Write the matrices of the file that is named on the command line to the standard output, as JSON.
+    """Write names and matrices of the file that is named on the command line to the standard output, as JSON.
 
     In a process of its own (`read_apart`): OpenCV's parser writes beyond its memory for damaged files.
     """
     try:
-        storage = cv2.FileStorage(sys.argv[1], cv2.FILE_STORAGE_READ)
+        content, mode = Path(sys.argv[1]).read_bytes(), cv2.FILE_STORAGE_READ
+        if content.startswith(codecs.BOM_UTF8):  # which OpenCV does not know
+            storage = cv2.FileStorage(content.decode("utf-8-sig"), mode | cv2.FILE_STORAGE_MEMORY)
+        else:
+            storage = cv2.FileStorage(sys.argv[1], mode)
         root = storage.root()
         found = {key: _value(root.getNode(key)) for key in root.keys()}  # noqa: SIM118  (not a dict)
+        listed = root.getNode("names")
+        each = [listed.at(k) for k in range(listed.size())] if listed.isSeq() else []
+        names = [node.string() for node in each if node.isString()]
     except (cv2.error, SystemError, UnicodeDecodeError) as error:
         sys.exit(" ".join(f"{error}".split()))
-    print(json.dumps({key: value.tolist() for key, value in found.items() if value is not None}))
+    print(json.dumps((names, {key: value.tolist() for key, value in found.items() if value is not None})))
 
 
 def is_storage(path: Path) -> bool:
     """Whether a file begins as OpenCV's FileStorage does, in YAML or XML.  Raises OSError."""
     with path.open("rb") as file:
-        begin = file.read(256)
+        begin = file.read(256).removeprefix(codecs.BOM_UTF8)
     return begin.startswith(b"%YAML") or b"<opencv_storage>" in begin
 
 

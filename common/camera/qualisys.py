@@ -21,6 +21,7 @@ from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
 FALSE = ("0", "false", "no")
+MARKER_MODEL = re.compile(r"(?:Oqus \d+|Miqus M\d|Arqus)\b(?!.*(?:video|hybrid))", re.IGNORECASE)  # not Oqus 210c
 SOURCE = "zenocap"  # of files that this module writes
 BINNED = 1.5  # height of the sensor to that of the video, from which its pixels are joined
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
@@ -64,7 +65,10 @@ def _unusable(element: ElementTree.Element) -> str:
         return "not active"
     if element.get("calibrated", "true").lower() in FALSE:
         return "not calibrated"
-    return "a marker camera, without video" if element.get("video_resolution", "some") == "" else ""
+    model = element.get("model", "")
+    if "video_resolution" in element.attrib:
+        return "" if element.get("video_resolution") else "a marker camera, without video"
+    return f"a marker camera by its model {model}, without video_resolution" if MARKER_MODEL.match(model) else ""
 
 
 def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z") -> dict[Path, str]:
@@ -130,10 +134,9 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     transform = ("r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33", "x", "y", "z")
     numbers = _numbers(entry, element, "transform", transform)
     rotation, centre = TO_OPENCV @ numbers[:9].reshape(3, 3), numbers[9:] / 1000.0
-    matrix = np.array([[fu, 0.0, cu - SUBPIXELS * video[0]], [0.0, fv, cv - SUBPIXELS * video[1]], [0.0, 0.0, 1.0]])
-    matrix[:2] /= SUBPIXELS
-    matrix[:2] /= (binned := _binning(entry, element, video))
-    matrix[:2, 2] += 0.5 / binned - 0.5  # centres of pixels are whole numbers
+    matrix = np.array([[fu, 0.0, cu], [0.0, fv, cv], [0.0, 0.0, 1.0]])
+    matrix[:2] /= SUBPIXELS * (binned := _binning(entry, element, video))
+    matrix[:2, 2] += 0.5 / binned - 0.5 - video[:2]  # centres of pixels are whole numbers; left and top are the video's
     size = [video[2] - video[0] + 1, video[3] - video[1] + 1]
     lens = np.array([k1, k2, p1, p2, *(k3 if k3.any() else ())]) / SUBPIXELS
     guessed = element.get("guessed", "").split()
@@ -143,17 +146,22 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
 def _binning(entry: Entry, element: ElementTree.Element, video: Floats) -> float:
     """Pixels of the sensor in a pixel of the video, in a row.  video: left, top, right, bottom, px.
 
-    A smaller part of the sensor is a crop, unless the resolution names the height of the video.  Raises UserError.
+    A smaller part of the sensor is a crop, unless the resolution names a half, a third, ... of its height.  A video that
+    is higher than its resolution is said.  Raises UserError.
     """
-    named = re.fullmatch(r"(\d+)p", element.get("video_resolution", ""))
+    named = re.fullmatch(r"([1-9]\d*)p", element.get("video_resolution", ""))
     low, high = _numbers(entry, element, "intrinsic", ("sensorMinV", "sensorMaxV"), missing="0")
-    ratio = ((high - low) / SUBPIXELS) / (video[3] - video[1] + 1)
-    if named is None or ratio < BINNED or int(named[1]) > BINNED * (video[3] - video[1] + 1):
+    sensor, height = (high - low) / SUBPIXELS, video[3] - video[1] + 1
+    if named is not None and height > BINNED * int(named[1]):
+        text = f"fov_video is {height:.0f} px high, video_resolution = {named[0]}: the former is used"
+        warnings.warn(f"{entry.path}: {entry.key}: {text}", FileNote, stacklevel=2)
+    if named is None or height < 1 or sensor < BINNED * height:
         return 1.0
-    if abs(ratio - round(ratio)) > 0.02:
-        text = f"{video[3] - video[1] + 1:.0f} px high of a sensor of {(high - low) / SUBPIXELS:.0f}"
-        raise entry.error("fov_video", text, "the whole height, or 1/2, 1/3, ... of it")
-    return float(round(ratio))
+    for whole in (float(named[1]), height):
+        if abs(sensor / whole - (binned := round(sensor / whole))) < 0.03:
+            return float(max(binned, 1))
+    text = f"{height:.0f} px high of a sensor of {sensor:.0f}"
+    raise entry.error("fov_video", text, "the whole height, or 1/2, 1/3, ... of it")
 
 
 def _numbers(

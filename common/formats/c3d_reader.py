@@ -23,6 +23,7 @@ METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
 # Memory of the process that reads: 21 and 32 B a byte of the file were measured, damaged files took 12 GB; chosen by hand
 READING_BYTES, READING_SHARE = 2 << 30, 64
+BLOCK = 512  # bytes; a file ends with a whole one, or one more
 MAGIC, INTEL = 0x50, 84  # second byte of a C3D file; fourth byte of its parameters, the kind of processor
 
 
@@ -30,23 +31,28 @@ def read_c3d(path: Path) -> Trajectories:
     """Read the labelled points of a C3D file, without angles, forces, moments and powers; missing points are NaN.
 
     Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  TRIAL:ACTUAL_START_FIELD is
-    the first frame where it agrees with the number of rows, as the header ends at 65535.  Raises UserError.
+    the first frame where it agrees with the number of rows, as the header ends at 65535.  More rows than POINT:FRAMES are
+    not read: a warning.  Raises UserError.
     """
     if find_spec("ezc3d") is None:
         raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'")
     size, intel, head = _header(path)
-    labels, other, unit, rate, first, trial, points, residuals = _content(path)
+    labels, other, unit, rate, first, trial, long_frames, points, residuals = _content(path)
+    count, counted = points.shape[1], int.from_bytes(head[2:4], "little")
+    if intel and counted != count:  # each point would have coordinates of others
+        raise UserError(f"{path}: POINT:USED = {count}, {counted} points in the header: allowed: equal numbers")
     width = 4 if int.from_bytes(head[14:16], "little") & 0x8000 else 2  # single precision where the scale is negative
     rows = int.from_bytes(head[8:10], "little") - int.from_bytes(head[6:8], "little") + 1  # ezc3d reads what is there
-    needed = max(rows, points.shape[2]) * width * (4 * points.shape[1] + int.from_bytes(head[4:6], "little"))
+    needed = max(rows, points.shape[2]) * width * (4 * count + int.from_bytes(head[4:6], "little"))
     needed += 512 * (int.from_bytes(head[16:18], "little") - 1)
     if intel and size < needed:
         raise UserError(f"{path}: cut: {size} bytes: allowed: {needed} or more")
     rate = _rate(path, rate, struct.unpack("<f", head[20:24])[0] if intel else 0.0)
     if unit not in METRES:
         raise UserError(f"{path}: POINT:UNITS = {unit!r}: allowed: {', '.join(METRES)}")
-    own = enumerate(labels[: points.shape[1]])
-    kept = [k for k, name in own if name and not name.startswith("*") and name not in other]
+    if len(labels) < count or any(labels[count:]):
+        warn_of_file(path, f"POINT:LABELS has {len(labels)} names for {count} points: the last ones are left out")
+    kept = [k for k, name in enumerate(labels[:count]) if name and not name.startswith("*") and name not in other]
     names = tuple(labels[k] for k in kept)
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise UserError(f"{path}: POINT:LABELS: {twice[0]!r} more than once: allowed: different labels")
@@ -57,7 +63,11 @@ def read_c3d(path: Path) -> Trajectories:
     missing = (residuals[kept] < 0.0).T | zero
     if zeros := int(np.count_nonzero(zero & (residuals[kept] >= 0.0).T)):
         warn_of_file(path, ZEROS.format(zeros))
+    stated = {"POINT:LONG_FRAMES": long_frames}
+    if intel and head[8:10] != b"\xff\xff":  # its end
+        stated["the header"] = rows % (1 << 16)
     first = _first_frame(path, first, len(centres), trial)
+    _warn_of_rows(path, len(centres), first, trial, stated, size - needed if intel else 0)
     centres[missing | ~np.isfinite(centres).all(axis=2)] = np.nan
     frames = np.arange(first, first + len(centres), dtype=np.int64)
     times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
@@ -94,7 +104,7 @@ def _header(path: Path) -> tuple[int, bool, bytes]:
 
 
 class _Content(NamedTuple):
-    """labels: of the points, and `other` ones.  trial: first and last frame number of TRIAL.
+    """labels: of the points, and `other` ones.  trial: first and last frame number of TRIAL.  long_frames: number of rows.
 
     points: (4, points, frames).  residuals: (points, frames).
     """
@@ -105,6 +115,7 @@ class _Content(NamedTuple):
     rate: float
     first: int
     trial: Sequence[int | None]
+    long_frames: int | None
     points: Floats
     residuals: Floats
 
@@ -113,10 +124,10 @@ def _content(path: Path) -> _Content:
     """What ezc3d reads, in a process of its own, which a damaged file may end by a signal.  Raises UserError."""
     data = read_apart(path, "a C3D file", __name__)
     line = data.index(b"\n") + 1
-    shape, labels, other, unit, rate, first, trial = json.loads(data[:line])
+    shape, labels, other, unit, rate, first, trial, long_frames = json.loads(data[:line])
     numbers, size = np.frombuffer(data, offset=line), prod(shape)
     points, residuals = numbers[:size].reshape(shape), numbers[size:].reshape(shape[1:])
-    return _Content(labels, other, unit, rate, first, trial, points, residuals)
+    return _Content(labels, other, unit, rate, first, trial, long_frames, points, residuals)
 
 
 def main() -> None:
@@ -141,9 +152,10 @@ def main() -> None:
             unit = " ".join(str(value) for value in _listed(point, "UNITS")[:1]).strip().lower()
             trial = [_field(file["parameters"].get("TRIAL", {}), f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
             rate = float(point["RATE"]["value"][0])
+            long_frames = next((int(value) for value in _numbers(point, "LONG_FRAMES")), None)
         except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
             sys.exit(str(error).splitlines()[0] if str(error) else repr(error))
-        out.write(f"{json.dumps((points.shape, labels, other, unit, rate, first, trial))}\n".encode())
+        out.write(f"{json.dumps((points.shape, labels, other, unit, rate, first, trial, long_frames))}\n".encode())
         out.write(points.tobytes())
         out.write(residuals.tobytes())
 
@@ -164,10 +176,28 @@ def _first_frame(path: Path, header: int, rows: int, trial: Sequence[int | None]
     return header
 
 
+def _warn_of_rows(
+    path: Path, rows: int, first: int, trial: Sequence[int | None], stated: Mapping[str, int | None], more: int
+) -> None:
+    """Warn of other numbers of rows, `stated` by their places, of another end of the trial, and of `more` bytes."""
+    start, end = trial
+    texts = [f"{count} in {place}" for place, count in stated.items() if count not in (None, 0, rows)]
+    if end and start in (None, first + 1) and end != first + rows:
+        texts.append(f"TRIAL:ACTUAL_END_FIELD = {end} of rows from {first + 1} on")
+    if more > BLOCK:
+        texts.append(f"{more} bytes behind them")
+    if texts:
+        warn_of_file(path, f"{rows} rows are read, but there are {', '.join(texts)}")
+
+
 def _field(trial: Mapping[str, Mapping[str, object]], name: str) -> int | None:
     """Frame number of two words of 16 bits, the low one first; None without it."""
-    words = [value for value in _listed(trial, name) if isinstance(value, (int, float, np.number))]
+    words = _numbers(trial, name)
     return (int(words[0]) & 0xFFFF) + ((int(words[1]) & 0xFFFF) << 16) if len(words) == 2 else None
+
+
+def _numbers(group: Mapping[str, Mapping[str, object]], name: str) -> list[float]:
+    return [float(value) for value in _listed(group, name) if isinstance(value, (int, float, np.number))]
 
 
 def _listed(point: Mapping[str, Mapping[str, object]], name: str) -> list[object]:

@@ -5,6 +5,7 @@ names of Pose2Sim, those of ISB, and the centres that Plug-in Gait writes (LFEP,
 Otherwise optical markers on the skin, see `optical_markers`.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +14,12 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.body.inverse_kinematics import NEEDED
+from zenocap.common.body.inverse_kinematics import CLEAR, NEEDED
 from zenocap.common.body.joint_conventions import ANSUR_MM, points_of
+from zenocap.common.body.rotations import unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import LEG_SHARE, y_up_matrix
-from zenocap.common.formats.file_warnings import warn_of_file
+from zenocap.common.formats.file_warnings import grouped_warnings, warn_of_file
 from zenocap.common.formats.joint_map import UPS, JointMap, listed
 from zenocap.common.formats.joint_names import plain_name
 from zenocap.common.formats.optical_markers import markers_of, missing_markers, optical_centres
@@ -36,6 +38,9 @@ TOES, EARS = ("bigtoe", "smalltoe", "footindex", "toe"), ("R.ear", "L.ear")
 CROWN_OVER_EARS = (
     -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
 )
+SUBJECT = re.compile(r"^.*:|\d+$")  # of names of several people: Ann:RKnee, RKnee_2
+LEG_M = (0.40, 1.25)  # hip to ankle, of children too: inches read as centimetres are outside; chosen by hand
+PERSON = 3  # joints, or markers, with a hip's among them, of which a person has more; chosen by hand
 UPRIGHT = 0.5  # share of the largest component along the usual axis from which it counts as up; chosen by hand
 
 
@@ -44,12 +49,29 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
 
     The twelve of `inverse_kinematics.NEEDED`, `Head` (the crown), `RToe` and `LToe` where they can be had.  Points that
     have the twelve names already keep all their names.  path: for errors.  usual_up: axis, 0 to 2, that is up unless
-    the posture contradicts or the map gives another.  Raises UserError that lists what is missing.
+    the posture contradicts or the map gives another.  Of several people one is taken, and left-handed axes are mirrored,
+    both with a warning.  Raises UserError that lists what is missing.
     """
     if joints is not None:
         joints.check(path, data.names)
+    data = _one_person(data, path, joints)
+    with grouped_warnings():  # of both readings
+        own = _named(data, path, joints)
+        if _left_handed(own):
+            text = "x is mirrored, as knees and feet point backwards: the file is left-handed, or exchanges left and right"
+            warn_of_file(path, text)
+            own = _named(replace(data, points=data.points * [-1.0, 1.0, 1.0]), path, joints)
+        leg = _leg({name: own.points[:, k] for k, name in enumerate(own.names)})
+        if leg < LEG_M[0] or leg > LEG_M[1]:
+            usual = f"usual: {LEG_M[0]} to {LEG_M[1]} m: is it another unit?"
+            warn_of_file(path, f"by the unit that the file states (Units, POINT:UNITS) a leg is {leg:.3g} m long; {usual}")
+        return _y_up(own, path, usual_up, joints)
+
+
+def _named(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:
+    """Joint centres in the file's axes."""
     if joints is None and set(NEEDED) <= set(data.names):
-        return _y_up(data, path, usual_up, joints)
+        return data
     points = {name: data.points[:, k] for k, name in enumerate(data.names)}
     found = _centres(points)
     if joints is not None:
@@ -60,8 +82,46 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
         if joints is not None or lacking:
             raise UserError(_missing(path, data.names, missing, len(markers), lacking, joints))
         found = optical_centres(markers, path)
-    own = Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
-    return _y_up(own, path, usual_up, joints)
+    return Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
+
+
+def _left_handed(data: Trajectories) -> bool:
+    """Whether knees, where they are bent, and feet point backwards, as seen from the hips.  Straight legs do not say."""
+    at = {name: data.points[:, k] for k, name in enumerate(data.names)}
+    left = unit(at["LHip"] - at["RHip"])
+    signs = [np.zeros(0)]
+    for side in "RL":
+        hip, knee, ankle = (at[f"{side}{name}"] for name in ("Hip", "Knee", "Ankle"))
+        hinges = [np.cross(unit(knee - hip), unit(ankle - knee))]
+        if f"{side}Toe" in at:
+            hinges.append(np.cross(unit(at[f"{side}Toe"] - ankle), unit(ankle - knee)))
+        signs += [along[np.abs(along) > CLEAR] for along in (np.sum(hinge * left, axis=1) for hinge in hinges)]
+    each = np.concatenate(signs)
+    return len(each) > 0 and bool(np.median(each) < 0.0)
+
+
+def _one_person(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:
+    """The points of the first person who is whole, where the names are those of several, or of the map's person."""
+    mapped = {name for names in joints.joints.values() for name in names} if joints is not None else set()
+    groups: dict[str, list[int]] = {}
+    for k, name in enumerate(data.names):
+        groups.setdefault(found[0] if (found := SUBJECT.search(name)) else "", []).append(k)
+    people: dict[str, tuple[bool, list[int]]] = {}
+    for subject, columns in groups.items():
+        points = {data.names[k]: data.points[:, k] for k in columns}
+        centres, markers = set(_centres(points)) & set(NEEDED), markers_of(points)
+        hips = {"RHip", "LHip"} & centres or {"Rasis", "Lasis"} & set(markers)
+        if hips and max(len(centres), len(markers)) > PERSON:
+            people[subject] = len(centres) == len(NEEDED) or not missing_markers(markers), columns
+    fitting = [subject for subject, (_, columns) in people.items() if mapped <= {data.names[k] for k in columns}]
+    if len(people) < 2 or not fitting:
+        return data
+    used = next((subject for subject in fitting if people[subject][0]), fitting[0])
+    columns = people[used][1]
+    named = ", ".join(f"{data.names[own[0]]!r}, ..." for _, own in people.values())
+    helps = "for another one: a joint map (--joints)"
+    warn_of_file(path, f"{len(people)} people ({named}): that of {data.names[columns[0]]!r} is used; {helps}")
+    return replace(data, names=tuple(data.names[k] for k in columns), points=data.points[:, columns])
 
 
 def _centres(points: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -86,15 +146,17 @@ def _crown(found: Mapping[str, Floats], ears: Floats) -> Floats:
 
     Distance: tragion to the top of the head in ANSUR II (`joint_conventions`), of a stature by the length of the legs.
     """
-    lengths = [
-        np.nanmedian(np.linalg.norm(found[f"{side}{a}"] - found[f"{side}{b}"], axis=1))
-        for side in "RL"
-        for a, b in (("Hip", "Knee"), ("Knee", "Ankle"))
-    ]
     line = ears - 0.5 * (found["RShoulder"] + found["LShoulder"])
     length = np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
-    crown: Floats = ears + CROWN_OVER_EARS * float(np.sum(lengths)) / 2.0 / LEG_SHARE * line / length
+    crown: Floats = ears + CROWN_OVER_EARS * _leg(found) / LEG_SHARE * line / length
     return crown
+
+
+def _leg(at: Mapping[str, Floats]) -> float:
+    """Length of the leg, hip to ankle, metres; NaN where it is in no frame."""
+    bones = ((f"{side}{a}", f"{side}{b}") for side in "RL" for a, b in (("Hip", "Knee"), ("Knee", "Ankle")))
+    lengths = [np.linalg.norm(at[one] - at[other], axis=1) for one, other in bones]
+    return 0.5 * sum(float(np.median(one[np.isfinite(one)])) if np.isfinite(one).any() else np.nan for one in lengths)
 
 
 def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None) -> Trajectories:

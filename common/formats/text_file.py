@@ -1,26 +1,38 @@
 """Files of other programs: text, and what a library reads in a process of its own."""
 
+import codecs
 import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from zenocap.common.errors import UserError, reading
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.runtime.foreign_text import printable
 
 MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
 
 
 def read_text(path: Path, kind: str, most: int = MAX_BYTES) -> str:
-    """Content of a file.  kind: in errors, such as "a BVH file".  most: bytes.  Raises UserError."""
-    try:
-        with reading(path):
-            if path.stat().st_size > most:
-                raise UserError(f"{path}: larger than {most >> 20} MiB: allowed: {kind} below that")
-            return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not {kind}: {error}") from error
+    """Content of a file in UTF-8, in UTF-16 with its mark, or, which is noted, in that of Windows' older programs.
+
+    kind: in errors, such as "a BVH file".  most: bytes.  Raises UserError.
+    """
+    with reading(path):
+        if path.stat().st_size > most:
+            raise UserError(f"{path}: larger than {most >> 20} MiB: allowed: {kind} below that")
+        with path.open("rb") as file:
+            marked = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        with suppress(UnicodeError):
+            return path.read_text(encoding="utf-16" if marked else "utf-8-sig")
+        with suppress(UnicodeError):
+            text = path.read_text(encoding="cp1252")
+            if not marked and "\0" not in text:
+                warn_of_file(path, "is not UTF-8: read as Windows-1252; names with other letters may be wrong")
+                return text
+    raise UserError(f"{path}: not {kind}: no text in UTF-8, UTF-16 or Windows-1252")
 
 
 def read_apart(path: Path, kind: str, module: str) -> bytes:

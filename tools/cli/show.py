@@ -75,8 +75,8 @@ def show(take: ShownTake, *, given: ShowArguments) -> None:
                 f"--offset {given.offset:g}: it moves a second take: allowed: only together with --beside OTHER"
             )
         logs.configure("show")
-        take = take_of(take)
-        pictures = videos_of(take, given.videos)
+        shown, take = take, take_of(take)
+        pictures = videos_of(take, given.videos, shown)
         compared = None if given.beside is None else _comparison(take, given.beside, given)
         with stop_signals() as stopped:
             show_take(

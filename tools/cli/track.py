@@ -79,7 +79,7 @@ def track(
     _print_losses(result, job.rig)
     status = _status(result)
     if to is None and result.poses:
-        typer.echo(next_commands(output))
+        typer.echo(next_commands(output, source[0]))
     raise typer.Exit(status)
 
 
@@ -201,7 +201,9 @@ def _status(result: Tracked) -> int:
     return LOSS if result.problems or result.left_out or rating == "doubtful" else DONE
 
 
-def next_commands(take: Path) -> str:
-    """What is usually done next with a take, as commands to copy."""
-    name = shlex.quote(str(take))
-    return f"next: zenocap show {name}\n      zenocap export {name} -o {shlex.quote(str(take.with_suffix('.bvh')))}"
+def next_commands(take: Path, folder: Path) -> str:
+    """What is usually done next with a take, as commands to copy.  folder: that was tracked, which show may not find."""
+    name, away = shlex.quote(str(take)), take.absolute().parent not in (folder.absolute(), folder.absolute().parent)
+    videos = f" --videos {shlex.quote(str(folder))}" if away and (folder / "calibration.toml").is_file() else ""
+    export = f"zenocap export {name} -o {shlex.quote(str(take.with_suffix('.bvh')))}"
+    return f"next: zenocap show {name}{videos}\n      {export}"

@@ -11,12 +11,17 @@ from av.error import FFmpegError
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import OpenError, UserError
-from zenocap.common.recording.setup_file import setup_of
+from zenocap.common.formats.file_warnings import warn_of_file
+from zenocap.common.recording.setup_file import RecordedRig, setup_of
+from zenocap.common.recording.summary import read_summary
+from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.video.reader import display_turn, turned_picture, video_stream
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
+
+TRACKED_NS = 366 * 86_400_000_000_000  # from EPOCH_NS on: takes of cameras are later
 
 
 class SeekableVideo:
@@ -117,30 +122,38 @@ def take_of(path: Path) -> Path:
     return found
 
 
-def videos_of(take: Path, folder: Path | None) -> TakeVideos | None:
-    """The videos of a take; None when it has no folder.  folder: in the Pose2Sim layout; None: searched beside the take.
+def videos_of(take: Path, folder: Path | None, shown: Path | None = None) -> TakeVideos | None:
+    """The videos of a take; None for a recorded one, and, with a warning, where there are none.
 
+    folder: in the Pose2Sim layout; None: searched beside the take.  shown: folder that was given instead of the take.
     Raises UserError for a given folder that is not that of the take, and SourceError for a video that cannot be read.
     """
     if not take.is_file():  # reported where it is played
         return None
-    recorded = setup_of(take)
-    if recorded is None:
+    recorded, summary = setup_of(take), read_summary(take)
+    live = summary is not None and summary.start_ns > EPOCH_NS + TRACKED_NS
+    if recorded is None or live:
         if folder is not None:
-            raise UserError(f"--videos {folder}: {take}: the take does not say which cameras it is of")
+            reason = "was recorded from cameras" if live else "does not say which cameras it is of"
+            raise UserError(f"--videos {folder}: {take}: the take {reason}")
         return None
-    viewers = {viewer.id for viewer in recorded.viewers}
-    if folder is None:
-        places = [one for one in (take.parent / recorded.name, take.parent) if one.name == recorded.name]
-        folder = next((one for one in places if (one / "videos").is_dir()), None)
-        if folder is None:
-            return None
-        try:
-            rig = load_rig(folder, recorded.method)
-            return TakeVideos(tuple(viewer for viewer in rig.viewers if viewer.id in viewers))
-        except UserError:  # not the folder of this take, or a video is damaged: the take is shown without pictures
-            return None
-    rig = load_rig(folder, recorded.method)
+    if folder is not None:
+        return _videos_in(folder, recorded)
+    beside = (one.parent for one in sorted(take.parent.glob("*/videos")))
+    places = (one for one in (shown or take.parent, take.parent, *beside) if (one / "videos").is_dir())
+    found = next((one for one in places if plain_name(one.absolute().name) == recorded.name), None)
+    try:
+        if found is None:
+            raise UserError(f"no folder {recorded.name} with videos/ beside it: allowed: --videos FOLDER")
+        return _videos_in(found, recorded)
+    except UserError as error:
+        warn_of_file(take, f"no pictures: {error}")
+        return None
+
+
+def _videos_in(folder: Path, recorded: RecordedRig) -> TakeVideos:
+    """Raises as `videos_of`."""
+    rig, viewers = load_rig(folder, recorded.method), {viewer.id for viewer in recorded.viewers}
     if not viewers <= {viewer.id for viewer in rig.viewers}:
         names = [", ".join(sorted(some)) for some in ({viewer.id for viewer in rig.viewers}, viewers)]
         raise UserError(f"--videos {folder}: cameras {names[0]}: allowed: a folder with those of the take: {names[1]}")

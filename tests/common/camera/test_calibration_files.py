@@ -1,6 +1,7 @@
 """Calibration files of zenocap, EasyMocap, ROS and Qualisys: round trips and errors."""
 
 import os
+import re
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -169,11 +170,17 @@ def test_a_crash_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["calibration.toml"]
 
 
-def storage(path: Path, values: dict[str, np.ndarray | float | str]) -> None:
+def storage(path: Path, values: dict[str, np.ndarray | float | str | list[str]]) -> None:
     """Write a file of OpenCV's FileStorage, YAML or XML by the suffix."""
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     for key, value in values.items():
-        file.write(key, value)
+        if isinstance(value, list):
+            file.startWriteStruct(key, cv2.FILE_NODE_SEQ)
+            for text in value:
+                file.write("", text)
+            file.endWriteStruct()
+        else:
+            file.write(key, value)
     file.release()
 
 
@@ -193,6 +200,28 @@ def test_opencv_storage_of_easymocap_is_read(tmp_path):
     read = read_calibration(tmp_path / "extri.yml")["left"]
     assert read.size == (630, 470)
     np.testing.assert_allclose(read.rotation, left.rotation, atol=1e-12)
+
+
+def test_easymocaps_rotation_is_the_one_that_others_read_and_contradictions_are_said(tmp_path):
+    path, turned = tmp_path / "extri.yml", cv2.Rodrigues(np.array([0.0, 0.3, 0.0]))[0]
+    lens = {"K_a": np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]]), "dist_a": np.zeros((1, 5))}
+    storage(tmp_path / "intri.yml", lens | {"H_a": 0, "W_a": 0})
+    place = {"R_a": cv2.Rodrigues(turned)[0], "T_a": np.zeros((3, 1))}
+    storage(path, place | {"names": ["a", "b"], "Rot_a": np.eye(3)})
+    with pytest.warns(FileNote) as notes:
+        camera = read_calibration(path)["a"]
+    np.testing.assert_allclose(camera.rotation, turned, atol=1e-9)
+    assert camera.size == (640, 480)
+    assert [str(note.message) for note in notes] == [
+        f"{path}: names = a, b, but T_ is that of a: the latter are read",
+        f"{path}: R_a and Rot_a are 17.2 degrees apart: R_a is used, as other programs do",
+        f"{tmp_path / 'intri.yml'}: no W_a and H_a: 640 x 480 px is a guess from the principal point; add the size of the "
+        "video",
+    ]
+    storage(path, place | {"names": ["a"], "Rot_a": np.round(turned, 4)})
+    with pytest.warns(FileNote) as notes:
+        read_calibration(path)
+    assert len(notes) == 1
 
 
 PLACE, TURN = {"T_a": np.zeros((3, 1))}, {"Rot_a": np.eye(3)}
@@ -305,6 +334,10 @@ def qualisys_camera(serial: str, attributes: str, video: str = 'right="1919" bot
         ('active="0" calibrated="false"', "not active"),
         ('active="1" calibrated="false"', "not calibrated"),
         ('active="1" calibrated="true" model="Oqus 300+" video_resolution=""', "a marker camera, without video"),
+        *(
+            (f'active="1" model="{model}"', f"a marker camera by its model {model}, without video_resolution")
+            for model in ("Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
+        ),
     ],
 )
 def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_path, attributes, reason):
@@ -316,7 +349,15 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     assert texts[0] == f"{path}: camera 2 is {reason}: left out"
     assert "the distortions are divided by 64" in texts[1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
-    refused(path, alone, f"camera 2 is {reason}: allowed: Qualisys calibration")
+    refused(path, alone, re.escape(f"camera 2 is {reason}: allowed: Qualisys calibration"))
+
+
+@pytest.mark.parametrize("model", ["Miqus Video", "Oqus 210c", "Miqus Hybrid", "Miqus VC1", "none", ""])
+def test_qualisys_video_cameras_of_old_files_without_a_resolution_are_read(tmp_path, model):
+    path = tmp_path / "room.qca.txt"
+    camera = qualisys_camera("1", f'model="{model}"')
+    path.write_text(f"<calibration><cameras>{camera}</cameras></calibration>")
+    assert list(read_calibration(path, "z")) == ["1"]
 
 
 @pytest.mark.parametrize(
@@ -339,6 +380,25 @@ def test_qualisys_intrinsics_are_those_of_the_sensor(tmp_path, video, resolution
     centre = (np.array([319.5, 239.5]) + 0.5) / factor - 0.5
     np.testing.assert_allclose(camera.matrix[[0, 1], [0, 1]], 600 / factor)
     np.testing.assert_allclose(camera.matrix[:2, 2], centre)
+
+
+@pytest.mark.parametrize(("resolution", "factor"), [("1080p", 1), ("540p", 2), ("360p", 3)])
+def test_the_part_of_a_qualisys_video_is_in_its_own_pixels(tmp_path, resolution, factor):
+    path = tmp_path / "room.qca.txt"
+    text = qualisys_camera("1", f'video_resolution="{resolution}"', 'right="599" bottom="199"')
+    text = text.replace('left="0" top="0"', 'left="100" top="50"')
+    path.write_text(f"<calibration><cameras>{text}</cameras></calibration>")
+    camera = read_calibration(path, "z")["1"]
+    assert camera.size == (500, 150)
+    np.testing.assert_allclose(camera.matrix[[0, 1], [0, 1]], 600 / factor)
+    np.testing.assert_allclose(camera.matrix[:2, 2], (np.array([319.5, 239.5]) + 0.5) / factor - 0.5 - [100, 50])
+
+
+def test_a_qualisys_video_that_is_higher_than_its_resolution_is_said(tmp_path):
+    path, resolution = tmp_path / "room.qca.txt", 'video_resolution="540p"'
+    path.write_text(f"<calibration><cameras>{qualisys_camera('1', resolution)}</cameras></calibration>")
+    with pytest.warns(FileNote, match=r"fov_video is 1088 px high, video_resolution = 540p: the former is used"):
+        read_calibration(path, "z")
 
 
 def test_a_qualisys_video_of_another_part_of_the_sensor_is_refused(tmp_path):
@@ -507,6 +567,7 @@ VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" 
 )
 def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name, content, text):
     refused(tmp_path / name, content, text)
+    refused(tmp_path / name, "\ufeff" + content, text)
 
 
 @pytest.mark.clips
@@ -552,6 +613,19 @@ def test_caliscope_file_is_read(tmp_path: Path) -> None:
     refused(path, other, r"cameras\.0\.rotation_count = 1: allowed: 0", "z")
     skewed = CALISCOPE.replace("[[1.0, 0.0, 0.0], [0.0, 0.0", "[[1.1, 0.0, 0.0], [0.0, 0.0")
     refused(path, skewed, r"cam_0\.rotation", "z")
+
+
+def test_two_caliscope_cameras_of_one_number_are_refused_and_two_numbers_of_one_are_said(tmp_path: Path) -> None:
+    path = tmp_path / "camera_array.toml"
+    camera = CALISCOPE[CALISCOPE.index("[cameras.0]") : CALISCOPE.index("[cameras.3]")]
+    twice = camera + camera.replace("[cameras.0]", "[cameras.1]")
+    refused(path, twice, r"cameras\.1\.cam_id = 0: allowed: a number that no other camera has")
+    refused(path, twice.replace("cam_id", "port"), r"cameras\.1\.port = 0: allowed: a number that no other")
+    for numbers in ("cam_id = 2", "cam_id = 2\nport = 0"):
+        path.write_text(camera.replace("cam_id = 0", numbers))
+        text = ", ".join(numbers.splitlines())
+        with pytest.warns(FileNote, match=rf"cameras\.0: {text}: taken for cam_2"):
+            assert list(read_calibration(path)) == ["cam_2"]
 
 
 @pytest.mark.parametrize(

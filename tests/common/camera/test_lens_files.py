@@ -33,10 +33,13 @@ def opencv_file(path: Path, capitals: bool = False, fisheye: int | None = None) 
     ("name", "capitals", "fisheye"), [("a.yml", False, None), ("a.xml", False, 0), ("a.xml", True, 1), ("a.yaml", True, 1)]
 )
 def test_files_of_opencvs_programs_are_read(tmp_path, name, capitals, fisheye):
-    lens = read_lenses(opencv_file(tmp_path / name, capitals, fisheye))["a"]
-    assert (lens.size, lens.fisheye) == ((640, 480), bool(fisheye))
-    np.testing.assert_array_equal(lens.matrix, MATRIX)
-    np.testing.assert_array_equal(lens.distortions[:4], [0.1, -0.2, 0.001, 0.002])
+    path = opencv_file(tmp_path / name, capitals, fisheye)
+    for _ in range(2):  # then with a byte-order mark
+        lens = read_lenses(path)["a"]
+        assert (lens.size, lens.fisheye) == ((640, 480), bool(fisheye))
+        np.testing.assert_array_equal(lens.matrix, MATRIX)
+        np.testing.assert_array_equal(lens.distortions[:4], [0.1, -0.2, 0.001, 0.002])
+        path.write_text(path.read_text(), encoding="utf-8-sig")
 
 
 def test_a_folder_has_one_file_for_each_camera(tmp_path):
@@ -85,6 +88,7 @@ def test_opencv_xml_in_easymocaps_layout_is_a_calibration(tmp_path):
     left = read_calibration(tmp_path / "calibration.toml")["left"]
     storage(tmp_path / "intri.xml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5))})
     storage(tmp_path / "extri.xml", {"Rot_left": left.rotation, "T_left": left.translation.reshape(3, 1)})
+    (tmp_path / "extri.xml").write_text((tmp_path / "extri.xml").read_text(), encoding="utf-8-sig")
     read = read_calibration(tmp_path / "extri.xml")["left"]
     np.testing.assert_allclose(read.centre, left.centre)
 

@@ -2,6 +2,7 @@
 
 import io
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 import c3d
@@ -26,17 +27,22 @@ def test_written_files_are_read_back_with_frames_and_gaps(tmp_path: Path) -> Non
     np.testing.assert_allclose(found.points, data.points, atol=1e-6)
 
 
-def test_a_file_of_an_independent_library_is_read(tmp_path: Path) -> None:
-    centres = acted_centres()
+def independent_file(path: Path, names: list[str]) -> Path:
+    """Acted centres as the library c3d writes them."""
     writer = c3d.Writer(point_rate=120.0)
-    rows = np.zeros((FRAMES, len(centres), 5), dtype=np.float32)
-    rows[:, :, :3] = np.stack(list(centres.values()), axis=1) * 1000.0
+    rows = np.zeros((FRAMES, len(acted_centres()), 5), dtype=np.float32)
+    rows[:, :, :3] = np.stack(list(acted_centres().values()), axis=1) * 1000.0
     writer.add_frames([(row, np.zeros((0, 0))) for row in rows])
-    writer.set_point_labels(list(centres))
+    writer.set_point_labels(names)
     content = io.BytesIO()
     writer.write(content)
-    (tmp_path / "a.c3d").write_bytes(content.getvalue())
-    found = read_c3d(tmp_path / "a.c3d")
+    path.write_bytes(content.getvalue())
+    return path
+
+
+def test_a_file_of_an_independent_library_is_read(tmp_path: Path) -> None:
+    centres = acted_centres()
+    found = read_c3d(independent_file(tmp_path / "a.c3d", list(centres)))
     assert found.rate == 120.0
     for k, name in enumerate(found.names):
         np.testing.assert_allclose(found.points[:, k], centres[name], atol=1e-5)
@@ -83,13 +89,17 @@ def test_damage_that_ends_the_library_is_a_one_line_error(tmp_path: Path, place:
         read_c3d(path)
 
 
-def late_file(path: Path, first: int, actual: tuple[int, int] | None, unit: str = "mm") -> Path:
+def late_file(
+    path: Path, first: int, actual: tuple[int, int] | None, unit: str = "mm", long_frames: int | None = None
+) -> Path:
     """20 rows from a number on; the header's is `first`.  actual: numbers of TRIAL, two words each."""
     data = moving(20, first=first - 1).trajectories()
     write_c3d(path, data)
     file = ezc3d.c3d(str(path))
     for end, number in zip(("START", "END"), actual or (), strict=False):
         file.add_parameter("TRIAL", f"ACTUAL_{end}_FIELD", [number & 0xFFFF, number >> 16])
+    if long_frames is not None:
+        file.add_parameter("POINT", "LONG_FRAMES", [float(long_frames)])
     file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
     file.write(str(path))
     return path
@@ -142,6 +152,47 @@ def test_a_rate_in_the_header_that_contradicts_the_parameter_is_said(
     assert found.rate == used
     np.testing.assert_allclose(np.diff(found.times_s), 1 / used)
     assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+@pytest.mark.parametrize(
+    ("actual", "counts", "note"),
+    [
+        ((101, 70120), {}, "20 rows are read, but there are TRIAL:ACTUAL_END_FIELD = 70120 of rows from 101 on"),
+        (None, {"LONG_FRAMES": 70000}, "20 rows are read, but there are 70000 in POINT:LONG_FRAMES"),
+        (None, {"FRAMES": 12}, "12 rows are read, but there are 20 in the header"),
+        (None, {"FRAMES": 12, "header": 12}, "12 rows are read, but there are 2240 bytes behind them"),
+        ((0, 0), {"LONG_FRAMES": 20}, None),
+    ],
+)
+def test_another_number_of_rows_than_is_read_is_said(
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    actual: tuple[int, int] | None,
+    counts: Mapping[str, int],
+    note: str | None,
+) -> None:
+    """A C3D counts up to 65535 rows."""
+    path = late_file(tmp_path / "a.c3d", 101, actual, long_frames=counts.get("LONG_FRAMES"))
+    content = bytearray(path.read_bytes())
+    at = content.index(b"\x01FRAMES") + 11
+    content[at : at + 2] = struct.pack("<H", counts.get("FRAMES", 20))
+    content[8:10] = struct.pack("<H", 100 + counts.get("header", 20))
+    path.write_bytes(content)
+    read_c3d(path)
+    assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+def test_other_numbers_of_names_are_said_and_two_numbers_of_points_are_refused(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, names = tmp_path / "a.c3d", list(acted_centres())
+    for given in (names[:-2], [*names, "extra"]):
+        assert list(read_c3d(independent_file(path, given)).names) == given[: len(names)]
+        text = f"{path}: POINT:LABELS has {len(given)} names for {len(names)} points: the last ones are left out"
+        assert caplog.messages[-1] == text
+    damage(independent_file(path, names), b"\x02\x50", len(names) + 1)
+    with pytest.raises(UserError, match=f"POINT:USED = {len(names)}, {len(names) + 1} points in the header: allowed"):
+        read_c3d(path)
 
 
 def test_a_blank_unit_is_named(tmp_path: Path) -> None:

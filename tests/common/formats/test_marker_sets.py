@@ -1,6 +1,7 @@
 """Joint centres of TRC and C3D files by the names of the usual key points and optical markers."""
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,13 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.inverse_kinematics import NEEDED
 from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_centres, read_poses_for
-from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trajectories import Axes, Trajectories, convert
 from zenocap.common.formats.trc import write_trc
 
 MILLIMETRE = 1e-3
+OTHER_SIDE = {"R": "L", "L": "R"}
 WORDS = {"R": "right", "L": "left"}
 
 
@@ -54,6 +57,32 @@ def test_joint_centres_are_known_in_every_spelling(path: Path, spelling: str) ->
     for name, points in centres.items():
         np.testing.assert_allclose(centre(found, name), points, atol=MILLIMETRE)
     assert read_poses_for(path, TEN_PARTS).known.all()
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("Ann:{}", "Bob:{}"), ("{}", "Bob:{}"), ("{}_1", "{}_2"), ("{}1", "{}2")],
+    ids=["two names", "one name", "numbers", "digits"],
+)
+def test_of_two_people_the_first_whole_one_is_taken_and_said(
+    one: str, other: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, centres, aside = tmp_path / "a.trc", acted_centres(), np.array([2.0, 0.0, 0.0])
+    first = {one.format(name): points for name, points in centres.items()}
+    second = {other.format(name): points + aside for name, points in centres.items()}
+    for given, shift in ((first, 0.0), ({name: first[name] for name in first if "Knee" not in name}, aside)):
+        write_points(path, given | second)
+        found = centre(read_centres(path), "RHip")
+        np.testing.assert_allclose(found, centres["RHip"] + shift, atol=MILLIMETRE)
+        begin = next(iter(second if shift is aside else given))
+        assert f"{path}: 2 people (" in caplog.messages[-1]
+        assert f"that of {begin!r} is used; for another one: a joint map (--joints)" in caplog.messages[-1]
+        of_map = read_centres(path, JointMap(path, {"RKnee": (other.format("RKnee"),)}))
+        np.testing.assert_allclose(centre(of_map, "RHip"), centres["RHip"] + aside, atol=MILLIMETRE)
+    caplog.clear()
+    write_points(path, first | {f"Box:{name}": centres[name] for name in ("LKnee", "RKnee", "RAnkle", "LAnkle")})
+    read_centres(path)
+    assert not caplog.messages
 
 
 @pytest.mark.parametrize("convention", ["zenocap", "isb", "coco", "halpe"])
@@ -140,6 +169,47 @@ def test_a_world_with_z_up_is_turned_and_the_log_says_so(tmp_path: Path, caplog:
     assert "z is taken for up" in caplog.text
     for found in (of_c3d, of_trc):
         np.testing.assert_allclose(centre(found, "LWrist"), centres["LWrist"], atol=MILLIMETRE)
+
+
+@pytest.mark.parametrize("axes", ["unity", "unreal", "y-up"])
+@pytest.mark.parametrize("made", [acted_centres, optical_markers], ids=["centres", "markers"])
+def test_a_left_handed_file_is_mirrored_and_the_log_says_so(
+    path: Path, axes: Axes, made: Callable[[], dict[str, Floats]], caplog: pytest.LogCaptureFixture
+) -> None:
+    write_points(path, made())
+    expected = read_poses_for(path, TEN_PARTS).poses
+    caplog.clear()
+    write_points(path, {name: convert(points, axes) for name, points in made().items()})
+    found = read_poses_for(path, TEN_PARTS).poses
+    text = "x is mirrored, as knees and feet point backwards: the file is left-handed, or exchanges left and right"
+    assert caplog.messages.count(f"{path}: {text}") == (axes != "y-up")
+    for pose, same in zip(found, expected, strict=True):
+        np.testing.assert_allclose(pose.angles[1:], same.angles[1:], atol=0.02)  # but the heading
+
+
+def test_exchanged_sides_look_left_handed_and_straight_legs_do_not_say(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, centres = tmp_path / "a.trc", acted_centres()
+    write_points(path, {OTHER_SIDE.get(name[0], name[0]) + name[1:]: points for name, points in centres.items()})
+    read_centres(path)
+    assert "or exchanges left and right" in caplog.text
+    caplog.clear()
+    straight = {name: convert(points[:1].repeat(20, axis=0), "unity") for name, points in centres.items()}
+    write_points(path, straight)
+    read_centres(path)
+    assert not caplog.messages
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1000.0, True), (1e-3, True), (1 / 2.54, True), (0.6, False), (1.0, False)])
+def test_a_unit_that_contradicts_the_body_is_said(
+    path: Path, factor: float, said: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Millimetres as metres, metres as millimetres, inches as centimetres; a child; an adult."""
+    write_points(path, {name: factor * points for name, points in acted_centres().items()})
+    read_centres(path)
+    text = "by the unit that the file states (Units, POINT:UNITS) a leg is "
+    assert (text in caplog.text) == said
 
 
 def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> None:

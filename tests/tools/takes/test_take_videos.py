@@ -5,10 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.common.formats.test_take_poses import messages_of_track
+from tests.support.foxglove_reader import in_envelope
+from tests.support.pose_tracks import moving
+from tests.support.simulated_cameras import paper_cameras
 from tests.support.video_file import ask_for_turn, write_video
+from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import OpenError, UserError
+from zenocap.common.recording.opening import new_recording
+from zenocap.common.rig.rig import load_rig
 from zenocap.common.video.reader import VideoReader
-from zenocap.tools.takes.take_videos import SeekableVideo, take_of
+from zenocap.tools.cli.track import next_commands
+from zenocap.tools.parameters import EPOCH_NS
+from zenocap.tools.takes.take_videos import SeekableVideo, take_of, videos_of
 
 FPS, FRAMES = 30, 150
 
@@ -94,3 +103,59 @@ def test_a_folder_means_its_take(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "walk.mcap").touch()
     assert take_of(folder).resolve() == tmp_path / "walk.mcap"
     assert take_of(tmp_path / "gone.mcap") == tmp_path / "gone.mcap"
+
+
+@pytest.fixture
+def walk(tmp_path: Path) -> Path:
+    """A folder of two videos whose name is not that of its rig, and its take in another folder."""
+    cameras = dict(zip(("cam01", "cam02"), paper_cameras((64, 48)), strict=True))
+    folder = tmp_path / "my films" / "a walk"
+    (folder / "videos").mkdir(parents=True)
+    for name in cameras:
+        write_video(folder / "videos" / f"{name}.mp4", [np.full((48, 64, 3), 90, np.uint8)] * 3, fps=FPS)
+    write_calibration(folder / "calibration.toml", cameras)
+    (tmp_path / "takes").mkdir()
+    tracked_take(folder, tmp_path / "takes" / "a.mcap")
+    return folder
+
+
+def tracked_take(folder: Path, path: Path, start_ns: int = EPOCH_NS) -> Path:
+    recording = new_recording(load_rig(folder, "two-view"), path, start_ns, {})
+    recording.record(in_envelope(messages_of_track(moving(1))[0], received_ns=start_ns))
+    recording.close()
+    return path
+
+
+def test_videos_are_found_by_the_name_of_the_rig_and_a_take_without_is_said(
+    walk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    away, inside = tmp_path / "takes" / "a.mcap", tracked_take(walk, walk / "a.mcap")
+    monkeypatch.chdir(walk)
+    beside = tracked_take(walk, walk.parent / "a.mcap")
+    for take, shown in ((beside, None), (inside, None), (Path("a.mcap"), None), (away, walk)):
+        assert videos_of(take, None, shown) is not None
+    assert not caplog.messages
+    for take in (away, tracked_take(walk, tmp_path / "takes" / "b.mcap")):
+        assert videos_of(take, None) is None
+        assert caplog.messages[-1] == (
+            f"{take}: no pictures: no folder a-walk with videos/ beside it: allowed: --videos FOLDER"
+        )
+    (walk / "videos" / "cam02.mp4").write_text("no video")
+    assert videos_of(beside, None) is None
+    assert "no pictures: " in caplog.messages[-1]
+    assert len(caplog.messages) == 3
+
+
+def test_a_recorded_take_has_no_videos_to_be_said(walk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    take = tracked_take(walk, tmp_path / "live.mcap", start_ns=1_800_000_000_000_000_000)
+    assert videos_of(take, None) is None
+    assert not caplog.messages
+    with pytest.raises(UserError, match=r"live\.mcap: the take was recorded from cameras"):
+        videos_of(take, walk)
+
+
+def test_the_next_command_names_a_folder_that_is_not_beside_the_take(walk: Path) -> None:
+    take = walk.parent.parent / "takes" / "a.mcap"
+    assert next_commands(take, walk).splitlines()[0] == f"next: zenocap show {take} --videos '{walk}'"
+    for place in (walk, walk.parent):
+        assert "--videos" not in next_commands(place / "a.mcap", walk)

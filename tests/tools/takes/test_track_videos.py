@@ -95,7 +95,7 @@ def test_the_take_is_equal_where_there_is_no_hardware_and_a_note_says_why(walk: 
 def test_next_commands_name_the_take(walk: Path, tmp_path: Path) -> None:
     take = tmp_path / "my take.mcap"
     _, text = run("track", walk, "-o", take, "--no-both-ways")
-    assert f"next: zenocap show '{take}'\n" in text
+    assert f"next: zenocap show '{take}' --videos {walk}\n" in text
     assert f"zenocap export '{take}' -o '{tmp_path / 'my take.bvh'}'" in text
     _, text = run("track", walk, "-o", tmp_path / "a.bvh", "--no-both-ways")
     assert "next:" not in text

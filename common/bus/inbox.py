@@ -14,7 +14,7 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import REQUEST, Queueing, Topic
 
 MAX_QUEUED = 8192  # queued messages of ALL topics
-MAX_QUEUED_BYTES = 64 << 20
+MAX_QUEUED_BYTES = 64 << 20  # of these, and of each LATEST or LATCHED topic; chosen by hand
 MAX_KEYS = 256  # keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
 INVALID_S = 0.1  # longest delay of `take` by a flood of invalid messages, beyond its own limit; chosen by hand
 MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
@@ -44,7 +44,7 @@ class Inbox:
         self._ready = Condition()
         self._order: deque[_QueuedMessage | _Mark] = deque()
         self._latest: dict[str, _QueuedMessage] = {}
-        self._keys: Counter[str] = Counter()  # by topic, in _latest
+        self._keys, self._bytes = Counter[str](), Counter[str]()  # by topic, in _latest
         self._fifo: deque[_QueuedMessage] = deque()
         self._fifo_bytes = 0
         self._events: deque[Alive | RoundTrip] = deque()
@@ -68,7 +68,7 @@ class Inbox:
             if every or topic.queueing is Queueing.ALL:
                 self._put_last(queued, data)
             else:
-                self._put_latest(queued)
+                self._put_latest(queued, data)
             self._ready.notify()
 
     def put_event(self, event: Alive | RoundTrip) -> None:
@@ -142,15 +142,20 @@ class Inbox:
                     if monotonic() > end_s + INVALID_S:
                         return None
 
-    def _put_latest(self, queued: _QueuedMessage) -> None:
-        waiting = self._latest.get(queued.key)
-        if waiting is not None:
-            waiting.data, waiting.received_ns = queued.data, queued.received_ns
-            self._dropped["superseded"] += 1
-        elif self._keys[queued.topic.name] >= MAX_KEYS:
+    def _put_latest(self, queued: _QueuedMessage, data: bytes) -> None:
+        topic, waiting = queued.topic.name, self._latest.get(queued.key)
+        size = self._bytes[topic] + len(data) - (0 if waiting is None else len(waiting.data or b""))
+        if waiting is None and self._keys[topic] >= MAX_KEYS:
             self._dropped["too_many_keys"] += 1
+        elif size > MAX_QUEUED_BYTES:
+            self._dropped["queue_full"] += 1
+        elif waiting is not None:
+            self._bytes[topic] = size
+            waiting.data, waiting.received_ns = data, queued.received_ns
+            self._dropped["superseded"] += 1
         else:
-            self._keys[queued.topic.name] += 1
+            self._bytes[topic] = size
+            self._keys[topic] += 1
             self._latest[queued.key] = queued
             self._order.append(queued)
 
@@ -178,6 +183,7 @@ class Inbox:
             if self._latest.get(queued.key) is queued:
                 del self._latest[queued.key]
                 self._keys[queued.topic.name] -= 1
+                self._bytes[queued.topic.name] -= len(data)
             else:
                 self._fifo.popleft()
                 self._fifo_bytes -= len(data)

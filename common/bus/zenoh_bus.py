@@ -32,7 +32,7 @@ from zenocap.common.topics import ALIVE, FILM, FLOW_CONTROL, ROOT, TOPICS, Queue
 logger = logging.getLogger(__name__)
 
 HEARTBEAT_S = 1.0  # longest time until a reader detects that it missed the last value, chosen by hand
-MAX_RIGS = 64  # listed at a time: a reader of each is opened; chosen by hand
+MAX_RIGS = 64  # that are found: a reader of each is opened; chosen by hand
 
 
 class _Publisher(Declared, Protocol):

@@ -7,7 +7,7 @@ healths of another time, and leaves out messages that they count: healths that a
 process sent after its last health is in no count, only the time is known; unless that says that it is the last (`ended`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import msgspec
 
@@ -17,8 +17,8 @@ from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, TOPICS, Queueing, Topic, service_at, topic_at
 
 METADATA = "account"  # name in a take
-MAX_SERVICES = 256  # whose messages are counted; chosen by hand
-MAX_LIVES = 1024  # processes of all services; chosen by hand
+MAX_SERVICES = 256  # whose messages are counted, besides the rig's own; chosen by hand
+MAX_LIVES = 1024  # processes of each of its own services, and of all others together; chosen by hand
 MAX_STEPS = 256  # of the clock; chosen by hand
 FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
 HEALTH_NS = 1_000_000_000  # period of healths: the clock was set at most so long after the last event, and before the next
@@ -82,18 +82,19 @@ class Sender(msgspec.Struct):
 class Account:
     """The messages of one log, or of several in order.
 
-    senders: by service.  missing: sum of the lines'.  dropped: by the full queue of a log; messages among them are missing.
+    senders: by service.  own: those of the rig, which always have a place.  missing: sum of the lines'.
+    dropped: by the full queue of a log; messages among them are missing.
     end_ns: time of the last event.  steps: log times around those at which the clock was set back.
     """
 
     def __init__(
         self, senders: Mapping[ServiceKey, Sender] | None = None, end_ns: int = 0, steps: Iterable[Span] = (),
-        dropped: int = 0,
+        dropped: int = 0, own: Collection[ServiceKey] = (),
     ) -> None:  # fmt: skip
-        self.senders = dict(senders or {})
+        self.senders, self.own = dict(senders or {}), frozenset(own)
         self.steps = list(steps)
-        self._lives = sum(len(sender.lives) for sender in self.senders.values())
-        self._places: dict[str, tuple[Sender, str]] = {}  # by key: the service, and the name of the topic
+        self._others = sum(len(one.lives) for service, one in self.senders.items() if service not in self.own)  # lives
+        self._places: dict[str, tuple[ServiceKey, str]] = {}  # by key: the service, and the name of the topic
         self.missing = sum(sum(_missing(life).values()) for one in self.senders.values() for life in one.lives.values())
         self.end_ns, self.dropped = end_ns, dropped
 
@@ -113,9 +114,10 @@ class Account:
         self._pass(at_ns)
         place = self._places.get(key) or self._place(key)
         if place is not None:
-            sender, topic = place
+            service, topic = place
+            sender = self.senders[service]
             if health is not None:
-                self._report(sender, health, at_ns)
+                self._report(service, sender, health, at_ns)
             sender.seen[topic] = sender.seen.get(topic, 0) + 1
 
     def _pass(self, at_ns: int) -> None:
@@ -138,15 +140,17 @@ class Account:
         numbers = {"dropped": str(self.dropped), "end_ns": str(self.end_ns)}
         return {**text, **numbers, "steps": msgspec.json.encode(self.steps).decode()}
 
-    def _place(self, key: str) -> tuple[Sender, str] | None:
+    def _place(self, key: str) -> tuple[ServiceKey, str] | None:
         topic = topic_at(key)
         service = sender_of(topic, key) if topic is not None else None
-        if topic is None or service is None or (service not in self.senders and len(self.senders) >= MAX_SERVICES):
+        known = service in self.senders or service in self.own
+        if topic is None or service is None or not (known or len(self.senders) < MAX_SERVICES + len(self.own)):
             return None
-        place = self._places[key] = self.senders.setdefault(service, Sender({}, {})), topic.name
+        self.senders.setdefault(service, Sender({}, {}))
+        place = self._places[key] = service, topic.name
         return place
 
-    def _report(self, sender: Sender, health: Health, at_ns: int) -> None:
+    def _report(self, service: ServiceKey, sender: Sender, health: Health, at_ns: int) -> None:
         """Note what a health says; it is not counted itself yet."""
         process = health.counts.get(PROCESS)
         if process is None or abs(at_ns - (health.captured_ns - health.clock_offset_ns)) > FRESH_NS:
@@ -163,8 +167,8 @@ class Account:
             if at_ns > life.gone_ns:  # else it waited in the queue when the token went
                 life.gone_ns = 0
             self.missing += sum(_missing(life).values()) - before
-        elif self._lives < MAX_LIVES:
-            self._lives += 1
+        elif (len(sender.lives) if service in self.own else self._others) < MAX_LIVES:
+            self._others += service not in self.own
             previous = next(reversed(sender.lives.values()), None)
             life = sender.lives[process] = Life(report, report)
             if previous is None:

@@ -14,16 +14,17 @@ def joined(before: Account, after: Account, *, continued: bool) -> Account:
         one = senders.get(service, Sender())
         senders[service] = _joined(one, _moved(sender, one.seen, len(before.steps)), continued=continued)
     end_ns = after.end_ns or before.end_ns
-    return Account(senders, end_ns, [*before.steps, *after.steps], before.dropped + after.dropped)
+    return Account(senders, end_ns, [*before.steps, *after.steps], before.dropped + after.dropped, after.own)
 
 
 def ended(account: Account) -> Account:
     """An account that a later log may continue: of each service the last report alone."""
     senders = {}
-    for service, sender in list(account.senders.items())[:MAX_SERVICES]:
+    kept = sorted(account.senders.items(), key=lambda one: one[0] not in account.own)[: MAX_SERVICES + len(account.own)]
+    for service, sender in kept:
         process, life = next(reversed(sender.lives.items()), (0, None))
         senders[service] = Sender(sender.seen, {} if life is None else {process: Life(life.last, life.last)})
-    return Account(senders, account.end_ns, account.steps)
+    return Account(senders, account.end_ns, account.steps, own=account.own)
 
 
 def completed(

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from typing import Self
 
 from zenocap.common.bus.protocol import Received
-from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_bus import MAX_RIGS, ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.queries import PeriodicQueries
@@ -24,8 +24,8 @@ class Watch:
     ) -> None:  # fmt: skip
         """Open the connection.  Raises BusError, and ValueError for a bad name.
 
-        name: of the program.  rigs: empty for all that are found on the network.  every: receive each message of LATEST
-        topics.  clock: query the integrators' clocks.  admitted: of found rigs, those that are read.
+        name: of the program.  rigs: empty for MAX_RIGS that are found on the network.  every: receive each message of
+        LATEST topics.  clock: query the integrators' clocks.  admitted: of found rigs, those that are read.
         """
         self._clock = RealClock()
         self._topics, self._every, self._asks, self._admitted = tuple(topics), every, clock, admitted
@@ -47,7 +47,8 @@ class Watch:
         now_ns = self._clock.elapsed_ns()
         if self._search and now_ns >= self._search_ns:
             self._search_ns = now_ns + SEARCH_NS
-            for rig in self._admitted(self._own.rigs() - self._readers.keys()):
+            new = self._admitted(self._own.rigs() - self._readers.keys())
+            for rig in new[: max(0, MAX_RIGS - len(self._readers))]:
                 self._read(rig)
         for rig, (reader, queries) in self._readers.items():
             if self._asks:

@@ -1,7 +1,7 @@
-"""Limits of the channels of a recording, against invented names on an open network.
+"""Limits of the channels of a recording or an output, against invented names on an open network.
 
-Keys of the rig's own services, and of topics without names in their key, are always written.  Of other keys, each topic has
-MAX_UNKNOWN_KEYS, which bounds memory and the size of the file.
+Keys of the rig's own services, and of topics without names in their key, are always admitted.  Of other keys, each topic
+has MAX_UNKNOWN_KEYS, which bounds memory and the size of the file.
 """
 
 import logging
@@ -19,16 +19,16 @@ MAX_UNKNOWN_KEYS = 256  # of each topic, of services that the rig does not run, 
 
 
 class ChannelLimits:
-    """Decides which keys are written.  rig: of the recording.  own: the services that it runs.  path: for the log line."""
+    """Decides which keys are used.  rig: its name.  own: the services that it runs.  user: for the log line."""
 
-    def __init__(self, path: Path, rig: str, own: Collection[ServiceKey]) -> None:
-        self._path, self._rig, self._own = path, rig, frozenset(own)
+    def __init__(self, user: Path | str, rig: str, own: Collection[ServiceKey]) -> None:
+        self._user, self._rig, self._own = user, rig, frozenset(own)
         self._admitted: set[str] = set()
         self._unknown: Counter[str] = Counter()
         self._logged: set[str] = set()
 
     def admits(self, key: str) -> bool:
-        """Whether messages on a key are written: decided when it comes first; a refusal is logged once per topic."""
+        """Whether messages on a key are used: decided when it comes first; a refusal is logged once per topic."""
         if key in self._admitted:
             return True
         topic = topic_at(key)
@@ -59,5 +59,5 @@ class ChannelLimits:
             self._logged.add(kind)
             what = f"keys of {kind}" if kind else "keys"
             logger.warning(
-                "%s: %s and further keys are not written: limit of %d %s of other programs", self._path, key, limit, what
+                "%s: %s and further keys are left out: limit of %d %s of other programs", self._user, key, limit, what
             )

@@ -3,7 +3,7 @@
 import logging
 import shutil
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
@@ -13,6 +13,7 @@ from zenocap.common.observe.account import METADATA, Account
 from zenocap.common.observe.several_logs import ended, joined
 from zenocap.common.recording.parts import Parts
 from zenocap.common.recording.writer import Recording, Statistics
+from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, TOPICS, Topic
 
 logger = logging.getLogger(__name__)
@@ -27,17 +28,18 @@ class Log:
     """Records topics between `start` and `close`.  bus: a separate reader (`bus.reader()`); its queue is the buffer.
 
     whole_rig: the bus receives every key of one rig, and all topics are recorded: messages that never arrive are counted,
-    and each file ends with its `Account`.
+    and each file ends with its `Account`.  own: see there.
     """
 
     def __init__(
-        self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS, *, whole_rig: bool = False
-    ) -> None:
+        self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS, *, whole_rig: bool = False,
+        own: Collection[ServiceKey] = (),
+    ) -> None:  # fmt: skip
         self._bus = bus
         self._recording = recording
         self._topics = topics
         self._whole_rig = whole_rig
-        self._missing = 0, Account()  # in the files before, and in the present one: one value, as other threads read it
+        self._missing = 0, Account(own=own)  # in the files before, and in this one: one value, as other threads read it
         self._last = Account()  # at the end of the file before
         self._dropped = 0  # by the queue, during the files before
         self._left = 0  # messages that were in the queue at the end
@@ -161,7 +163,7 @@ class Log:
         dropped = sum(self._bus.counters.dropped.values())
         account.dropped, self._dropped = dropped - self._dropped, dropped
         both = joined(self._last, account, continued=self._last.end_ns > 0)  # with what is missing between both
-        self._missing, self._last = (before + both.missing, Account()), ended(both)
+        self._missing, self._last = (before + both.missing, Account(own=account.own)), ended(both)
         return {METADATA: account.metadata()}
 
 

@@ -21,7 +21,6 @@ from zenocap.common.topics import Queueing
 
 logger = logging.getLogger(__name__)
 
-MAX_KEPT = 1024  # messages repeated in each part; chosen by hand
 SET_BACK_NS = 60_000_000_000  # age of a message relative to the part above which the clock was set back; chosen by hand
 NOTHING = Statistics(0, 0, 0, None)
 ATTEMPTS = 10  # to find a free name while other processes create files; chosen by hand
@@ -120,9 +119,7 @@ class Parts:
             before, *_ = self._standing
             self._standing = (replace(before, lost=before.lost + 1), None, NOTHING)
             return
-        recording.record(envelope)
-        kept = envelope.topic.queueing is Queueing.LATCHED and (envelope.key in self._kept or len(self._kept) < MAX_KEPT)
-        if kept:
+        if recording.record(envelope) and envelope.topic.queueing is Queueing.LATCHED:  # see `ChannelLimits`
             self._kept[envelope.key] = envelope
 
     def flush(self) -> None:

@@ -1,7 +1,7 @@
 """Account of a take: messages sent by the rig, received by the log, and stored."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,10 @@ from zenocap.common import codec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Health
 from zenocap.common.observe.account import METADATA, Account, read_account, sender_of
-from zenocap.common.recording.reader import Recorded, TakeReader
+from zenocap.common.recording.reader import TakeReader
+from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.recording.summary import metadata_of, read_summary
-from zenocap.common.rig.services import ServiceKey
+from zenocap.common.rig.services import ServiceKey, services_of
 from zenocap.common.topics import HEALTH, topic_at
 
 COMMANDS = {"recorder": "record", "recovered": "recover"}  # by their metadata
@@ -67,10 +68,20 @@ def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None
     )  # fmt: skip
 
 
-def account_of(messages: Iterable[Recorded]) -> Account:
-    """The account of messages of a take; only healths are decoded."""
-    account = Account()
-    for recorded in messages:
+def services_in(take: TakeReader) -> frozenset[ServiceKey]:
+    """Services of the rig of a take of which a message has been read; none where it does not say."""
+    with suppress(UserError, KeyError):
+        return frozenset(services_of(read_setup(take.path, take.attachments[SETUP_FILE])))
+    return frozenset()
+
+
+def _scanned(path: Path, *, complete: bool) -> TakeAccount:
+    """The account of the messages of a take; only healths are decoded."""
+    take, account, first, count = TakeReader(path), Account(), 0, 0
+    for recorded in take.messages():
+        if not count:
+            account.own = services_in(take)
+        first, count = first or recorded.log_ns, count + 1
         if recorded.encoding != "msgpack":
             continue
         health: Health | None = None
@@ -78,19 +89,6 @@ def account_of(messages: Iterable[Recorded]) -> Account:
             with suppress(codec.BadMessage):
                 health = codec.decode(recorded.data, Health)
         account.add_message(recorded.topic, recorded.log_ns, health)
-    return account
-
-
-def _scanned(path: Path, *, complete: bool) -> TakeAccount:
-    take, first, count = TakeReader(path), 0, 0
-
-    def counted() -> Iterable[Recorded]:
-        nonlocal first, count
-        for recorded in take.messages():
-            first, count = first or recorded.log_ns, count + 1
-            yield recorded
-
-    account = account_of(counted())
     part = take.metadata.get("part", {})
     return TakeAccount(
         path, take.metadata.get("zenocap", {}).get("rig", ""), first or _changed_ns(path), count, account, Counter(),

@@ -164,15 +164,16 @@ class Recording:
         except OSError:  # a folder that may not be read any more, or a failing disk, which a write reports
             return None
 
-    def record(self, envelope: Envelope, *, converted: bool = True) -> None:
-        """Write a message as received, and its converted messages unless `converted` is False."""
+    def record(self, envelope: Envelope, *, converted: bool = True) -> bool:
+        """Write a message as received, and its converted messages unless `converted` is False; whether it is written."""
         kind = envelope.topic.message
         data = envelope.data or codec.encode(envelope.message)
         channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
         log_ns, publish_ns, sequence = envelope.received_ns, envelope.message.captured_ns, envelope.message.frame
-        self.write(channel, data, log_ns, publish_ns, sequence)
-        if not converted or self._failure or channel not in self._channels:
-            return
+        if not self.write(channel, data, log_ns, publish_ns, sequence):
+            return False
+        if not converted:
+            return True
         try:
             others = list(self._convert(envelope))
         except Exception as error:  # errors of display channels must not end the log
@@ -180,17 +181,18 @@ class Recording:
             if self._unconverted == 1:
                 text = "%s: no conversion of %s frame %d (further ones are counted only): %s: %s"
                 logger.warning(text, self.path, envelope.key, sequence, type(error).__name__, error)
-            return
+            return True
         for other, copy in others:
             self._put(other, copy, log_ns, publish_ns, sequence, limited=False)
+        return True
 
-    def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
-        """Write bytes to any channel, such as those of other schemas."""
-        if self._put(channel, data, log_ns, publish_ns, sequence):
-            self._messages += 1
-            self._bytes += len(data)
-        else:
-            self._lost += 1
+    def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> bool:
+        """Write bytes to any channel, such as those of other schemas; whether they are written."""
+        written = self._put(channel, data, log_ns, publish_ns, sequence)
+        self._messages += written
+        self._bytes += written * len(data)
+        self._lost += not written
+        return written
 
     def _put(
         self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int, *, limited: bool = True

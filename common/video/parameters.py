@@ -10,6 +10,7 @@ from collections.abc import Mapping
 CODEC, PIXELS, QUALITY = "mjpeg", "yuvj420p", 3  # measured, see above
 QP2LAMBDA = 118  # FFmpeg's FF_QP2LAMBDA
 QUEUE = 60  # frames that wait for a writer; more are lost and counted; chosen by hand
+QUEUE_PX = 1 << 28  # pixels of these frames, 0.8 GB: fewer above 2560x1600; chosen by hand
 ENDS_S = 15.0  # for a writer to end, after which its disk does not respond; chosen by hand
 RESERVE_BYTES = 500_000_000  # of the disk, which stay free; chosen by hand
 RESERVE_S = 5.0  # of writing at the present rate, which stay free besides; chosen by hand

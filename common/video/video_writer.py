@@ -10,11 +10,16 @@ from av.video.stream import VideoStream
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.common.video.parameters import CODEC, PIXELS, QP2LAMBDA, QUALITY
+from zenocap.common.video.parameters import CODEC, PIXELS, QP2LAMBDA, QUALITY, QUEUE, QUEUE_PX
 
 TICKS = 1000  # a second; Matroska stores milliseconds
 # What is lost at most when the process is killed: a second; FFmpeg's own limit is 5 s.
 MATROSKA = {"cluster_time_limit": "1000", "flush_packets": "1"}
+
+
+def queue_length(size: tuple[int, int]) -> int:
+    """Number of images of `size`, (width, height) px, that may wait for a writer."""
+    return max(1, min(QUEUE, QUEUE_PX // (size[0] * size[1])))
 
 
 class VideoWriter:

@@ -8,6 +8,7 @@ from typing import Never
 from zenocap.common.bus.protocol import Alive, Bus, Envelope
 from zenocap.common.messages import Request
 from zenocap.common.observe.view import RigView
+from zenocap.common.recording.channel_limits import ChannelLimits
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
@@ -36,6 +37,7 @@ class PageBridge:
 
     def __init__(self, rig: Rig, bus: Bus, clock: Clock, outputs: OutputGroup) -> None:
         self._rig, self._bus, self._clock, self.outputs = rig, bus, clock, outputs
+        self._limits = ChannelLimits("outputs of the animator", rig.name, services_of(rig))
         self._source: Source = "tracker" if method_of(rig.method).poses is TRACKER_POSE else "two-view"
         self._sent: ActorPose | None = None
         self._feed: TakeFeed | None = None
@@ -79,7 +81,7 @@ class PageBridge:
 
     def receive(self, event: Event[Never]) -> None:
         """Handle an event of the service before its step."""
-        if isinstance(event, Envelope):
+        if isinstance(event, Envelope) and self._limits.admits(event.key):
             self.outputs.receive(event)
         if isinstance(event, Envelope | Alive):
             self._presence = observed(self._presence, event, self._clock.elapsed_ns())

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from zenocap.common.arrays import LARGEST_PX
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmQuery, FilmReply
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
@@ -168,6 +169,9 @@ class FilmEndpoint:
             raise _Refused(f"camera = {query.camera!r}: allowed: {self._camera or 'the name of the files'}")
         if self._search is not None and self._search.state == "searching" and self._query is not None:
             raise _Refused(f"a board is being searched in film {self._query.film}: allowed when that has ended")
+        size, fps = self._feed.size_and_rate(query)
+        if size[0] * size[1] > LARGEST_PX:
+            raise _Refused(f"size = {list(size)}: allowed: {LARGEST_PX} pixels at most")
         place = self._folder / str(query.film)
         video, times = place / "videos" / f"{query.camera}.mkv", place / "times" / f"{query.camera}.csv"
         if video.exists() or times.exists():
@@ -181,7 +185,6 @@ class FilmEndpoint:
         if self._files is not None:
             self._files.close()
         self._search = None
-        size, fps = self._feed.size_and_rate(query)
         self._recorder = Recorder(video, times, size, fps, self._free_bytes)
         self._files = FilmFiles({"video": video, "times": times})
         self._query, self._failure, self._end_ns = query, "", None

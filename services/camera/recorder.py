@@ -9,8 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from zenocap.common.arrays import Image
-from zenocap.common.video.parameters import DISK_HANGS, ENDS_S, LOOK_S, QUEUE, RESERVE_BYTES, RESERVE_S
-from zenocap.common.video.video_writer import VideoWriter
+from zenocap.common.video.parameters import DISK_HANGS, ENDS_S, LOOK_S, RESERVE_BYTES, RESERVE_S
+from zenocap.common.video.video_writer import VideoWriter, queue_length
 
 
 def free_bytes_of(path: Path) -> int:
@@ -32,7 +32,7 @@ class Recorder:
         self.writer = VideoWriter(video, times, size, fps)
         self._folder, self._free_bytes = video.parent, free_bytes
         self._interval: tuple[int, int | None] | None = None
-        self._queue: queue.Queue[tuple[Image, int] | None] = queue.Queue(QUEUE)
+        self._queue: queue.Queue[tuple[Image, int] | None] = queue.Queue(queue_length(size))
         self._closed = threading.Event()
         self.ready, self.complete, self.failure, self.lost = False, False, "", 0
         self._thread = threading.Thread(target=self._write, name="film-writer", daemon=True)

@@ -19,6 +19,7 @@ from zenocap.common.recording.parts import take_path
 from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorded_rig
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
@@ -139,7 +140,8 @@ def run_integrator(
     clock, warn = RealClock(), partial(warn_of_others, OncePerSource(logging.getLogger(__name__)))
 
     def log(path: Path, *, must_open: bool) -> Log:
-        return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open), whole_rig=True)
+        parts = new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open)
+        return Log(bus.reader(), parts, whole_rig=True, own=services_of(rig))
 
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "integrator", ID, clock.now_ns()))

@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.formats.osc import osc_message
 from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, UdpAction, ZenohAction, is_loopback_url
+from zenocap.common.runtime.http_deadline import connected
 from zenocap.services.recognizer.parameters import MAX_ERROR_BYTES
 
 Put = Callable[[str, bytes], None]
@@ -67,13 +68,12 @@ def request_http(action: HttpAction, on_sent: Callable[[], None]) -> None:
     body = action.body.encode() if action.method == "POST" else None
     headers = {"Content-Type": "text/plain; charset=utf-8"} if body is not None else {}
     try:
-        connection.request(action.method, path, body, headers)
-        on_sent()
-        status = connection.getresponse().status
+        with connected(connection, action.timeout):
+            connection.request(action.method, path, body, headers)
+            on_sent()
+            status = connection.getresponse().status
     except (OSError, http.client.HTTPException) as error:
         raise ActionFailed(_reason(error)) from error
-    finally:
-        connection.close()
     if status not in EXPECTED_STATUS:
         raise ActionFailed(f"HTTP status {status}")
 

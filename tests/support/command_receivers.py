@@ -3,8 +3,9 @@
 import os
 import socket
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -54,6 +55,25 @@ def http_receiver() -> Iterator[HttpReceiver]:
         receiver.released.set()
         server.shutdown()
         server.server_close()
+        thread.join()
+
+
+@contextmanager
+def dripping_server() -> Iterator[str]:
+    """Host and port of a server that answers one request with a byte each 50 ms, for 3 s."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def drip() -> None:
+            link, _ = server.accept()
+            with link, suppress(OSError):  # the other side has closed it
+                link.recv(65536)
+                for byte in b"HTTP/1.1 200 OK\r\nX: ".ljust(60, b"a"):
+                    link.sendall(bytes([byte]))
+                    time.sleep(0.05)
+
+        thread = threading.Thread(target=drip, daemon=True)
+        thread.start()
+        yield f"127.0.0.1:{server.getsockname()[1]}"
         thread.join()
 
 

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -23,14 +24,14 @@ pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a bu
 
 
 class WaitingScene(Scene):
-    """Its person comes after all cameras were looked at."""
+    """Its person comes after all cameras were looked at for some seconds: a host looks at one image beforehand."""
 
     def picture(self, camera: int) -> Callable[[], np.ndarray]:
-        looked: set[int] = self.__dict__.setdefault("looked", set())
+        looked: Counter[int] = self.__dict__.setdefault("looked", Counter())
 
         def now() -> np.ndarray:
-            looked.add(camera)
-            if len(looked) == len(NAMES):
+            looked[camera] += 1
+            if min(looked[k] for k in range(len(NAMES))) > 3 * FPS:
                 self.begin_s = self.begin_s or time.monotonic()
             k = 0 if self.begin_s is None else int((time.monotonic() - self.begin_s) * FPS)
             return self.images[camera][min(k, len(self.images[camera]) - 1)]

@@ -92,8 +92,10 @@ def viewer(
 
         if filming.assigned is not None:
             from zenocap.services.camera.saved import saved_rig
+            from zenocap.services.viewer.sources.source import check_working_size
 
             one, id = saved_rig(filming.assigned, filming.films or Path())
+            check_working_size(one.viewer(id))
             options, epoch_ns = arguments.options(), None
         else:
             assert rig is not None

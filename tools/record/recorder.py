@@ -107,7 +107,8 @@ def run_recorder(
         listener = bus.listener(selection.expression)
         parts = _parts(selection, take, clock.now_ns(), id, limits)
         whole_rig = selection.rig is not None and selection.expression == EVERYTHING.format(rig=selection.name)
-        log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS)
+        own = services_of(selection.file) if selection.file else ()
+        log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS, own=own)
         show_ns = clock.elapsed_ns()
 
         def ended() -> bool:

@@ -13,7 +13,7 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.common.observe.account import METADATA, Account, read_account
 from zenocap.common.recording.reader import Recorded, TakeReader, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
-from zenocap.common.recording.take_account import refused_of
+from zenocap.common.recording.take_account import refused_of, services_in
 from zenocap.common.topics import topic_at
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.verdict import USED, verdict_of
@@ -112,6 +112,8 @@ def info(
     """
     take, tally, part = TakeReader(path), _Tally(), TakePart(first, last)
     for count, recorded in enumerate(take.messages()):
+        if not count:
+            tally.account.own = services_in(take)
         if part.includes(recorded):
             tally.add(recorded)
         if count % UPDATE_EVERY == 0:

@@ -17,10 +17,10 @@ from zenocap.common.body.kinematics import part_frames
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import anatomy_of, bdp_of, points_of, pose_of
 from zenocap.common.formats.foxglove import channels as to
-from zenocap.common.formats.foxglove import plots
+from zenocap.common.formats.foxglove import plots, scene
 from zenocap.common.formats.foxglove.cameras import bilevel_png, calibration
 from zenocap.common.formats.foxglove.channels import FoxgloveMessage
-from zenocap.common.formats.foxglove.scene import Figure, body_transforms, deletion, fixed_transforms, timestamp
+from zenocap.common.formats.foxglove.scene import Figure, body_transforms, deletion, fixed_transforms, placed, timestamp
 
 AT_ORIGIN = fox.Pose(position=fox.Vector3(x=0.0, y=0.0, z=0.0), orientation=fox.Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))
 
@@ -37,6 +37,7 @@ class FoxgloveConverter:
         self._pose_template = to.pose_template(anatomy)
         self._figure: Figure | None = None
         self._cameras: dict[str, m.CameraInfo] = {}
+        self._placed: dict[str, scene.Placed] = {}  # computed once: any program may invent cameras
         self._fixed_published = False
         self._shown = self._tracked = False
         at_rest = Bdp(np.zeros((len(anatomy.parts), 3)), np.zeros((len(anatomy.joints), 3)))
@@ -142,12 +143,12 @@ class FoxgloveConverter:
         if self._cameras.get(camera.viewer) == camera:
             return
         yield self._message(to.CALIBRATION, calibration(camera).encode(), viewer=camera.viewer)
-        self._cameras[camera.viewer] = camera
+        self._cameras[camera.viewer], self._placed[camera.viewer] = camera, placed(camera)
         yield self._fixed(camera.captured_ns)
 
     def _fixed(self, captured_ns: int) -> FoxgloveMessage:
         """All fixed frames in one message, for readers that start in the middle of a file."""
-        transforms = fixed_transforms(list(self._cameras.values()), timestamp(captured_ns))
+        transforms = fixed_transforms(self._placed.values(), timestamp(captured_ns))
         self._fixed_published = True
         return self._message(to.FIXED, fox.FrameTransforms(transforms=transforms).encode())
 

@@ -5,6 +5,8 @@ own Y from its joint, the long radius along X and the short one along Z.  So the
 Y.  Both radii of a cone shrink by the same factor: the mean of the part's two.
 """
 
+from collections.abc import Iterable
+
 import foxglove.messages as fox
 import numpy as np
 
@@ -16,6 +18,7 @@ from zenocap.common.body.segments import limbs_of
 from zenocap.common.formats.foxglove.channels import PERSON, ROOT, WORLD, camera_frame
 from zenocap.common.messages import CameraInfo
 
+Placed = tuple[str, fox.Vector3, fox.Quaternion]  # name of a frame, and its origin and turn in another one
 # Columns of a part's rotation, and their signs, in a primitive's.
 _COLUMNS, _SIGNS = [0, 2, 1], np.array([1.0, -1.0, 1.0])
 LEFT = fox.Color(r=1.0, g=0.59, b=0.24, a=1.0)  # orange, as in the overlays of `zenocap track`
@@ -121,17 +124,17 @@ def body_transforms(
     ]
 
 
-def fixed_transforms(cameras: list[CameraInfo], stamp: fox.Timestamp) -> list[fox.FrameTransform]:
+def placed(camera: CameraInfo) -> Placed:
+    """Frame of a camera in the world."""
+    camera_to_world = np.array(camera.rotation).reshape(3, 3).T
+    centre = -camera_to_world @ np.array(camera.translation)
+    turn = matrix_to_quaternion(camera_to_world[None])[0]
+    return camera_frame(camera.viewer), vector(*centre.tolist()), quaternion(*turn.tolist())
+
+
+def fixed_transforms(cameras: Iterable[Placed], stamp: fox.Timestamp) -> list[fox.FrameTransform]:
     """Frames of the world in ROOT and of every camera in the world."""
-    transforms = [_transform(stamp, ROOT, WORLD, ORIGIN, WORLD_TO_ROOT)]
-    for camera in cameras:
-        camera_to_world = np.array(camera.rotation).reshape(3, 3).T
-        centre = -camera_to_world @ np.array(camera.translation)
-        turn = matrix_to_quaternion(camera_to_world[None])[0]
-        transforms.append(
-            _transform(stamp, WORLD, camera_frame(camera.viewer), vector(*centre.tolist()), quaternion(*turn.tolist()))
-        )
-    return transforms
+    return [_transform(stamp, ROOT, WORLD, ORIGIN, WORLD_TO_ROOT), *(_transform(stamp, WORLD, *one) for one in cameras)]
 
 
 def _transform(

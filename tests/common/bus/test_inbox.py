@@ -107,6 +107,18 @@ def test_a_queue_is_limited_in_bytes(inbox: Inbox) -> None:
     assert drain(inbox) == [("universal_bap", 4), ("universal_bap", 5)]
 
 
+@limited(MAX_QUEUED_BYTES=2 * len(encode(sighting("1", 1))))
+def test_the_newest_messages_of_a_topic_are_limited_in_bytes(inbox: Inbox) -> None:
+    """256 names of a silhouette of 4 MB took a gigabyte."""
+    for frame, viewer in enumerate("1231", start=1):
+        put_sighting(inbox, viewer, frame)
+    inbox.put(SIGHTING.at("r", viewer="1"), SIGHTING, bytes(inbox_module.MAX_QUEUED_BYTES), 5, every=False)
+    assert inbox.counters.dropped == {"queue_full": 2, "superseded": 1}
+    assert drain(inbox) == [("1", 4), ("2", 2)]
+    put_sighting(inbox, "3", 5)
+    assert drain(inbox) == [("3", 5)]
+
+
 @limited(MAX_QUEUED=3, MAX_KEYS=2)
 def test_an_unread_queue_is_bounded(inbox: Inbox) -> None:
     for frame in range(100):

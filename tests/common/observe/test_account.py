@@ -11,8 +11,8 @@ from tests.common.bus.test_local import bdp
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
 from zenocap.common.messages import ENDED, PROCESS, Phase
-from zenocap.common.observe.account import METADATA, Account, Line, read_account
-from zenocap.common.observe.several_logs import completed, joined
+from zenocap.common.observe.account import MAX_LIVES, MAX_SERVICES, METADATA, Account, Line, read_account
+from zenocap.common.observe.several_logs import completed, ended, joined
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts
 from zenocap.common.recording.reader import TakeReader
@@ -97,6 +97,21 @@ def test_each_topic_is_counted_by_itself() -> None:
     lines = account(health(1, 0, health=1), pose(), health(3, 1, health=3)).lines()
     assert lines[INTEGRATOR, "health"].missing == 1
     assert lines[INTEGRATOR, "universal_bap"].missing == 0
+
+
+def test_invented_services_and_processes_take_no_place_of_the_rigs_own() -> None:
+    """256 of them before the rig's own: nothing was said of these, and nothing was missing."""
+    found = Account(own=[INTEGRATOR])
+    for number in range(2 * MAX_LIVES):
+        id = str(number % 1000)
+        now = Meter("invented", id, process=number).report(SECOND, 0, Phase.RUNNING, "", Counters(0, {}, {}), None)
+        found.add(Envelope(HEALTH.at("studio", service="invented", id=id), HEALTH, now, SECOND))
+    for event in STARTED:
+        found.add(event)
+    assert poses(found) == Line(103, 0, 3, 100, ((2 * SECOND, 2 * SECOND),))
+    assert len(found.senders) == MAX_SERVICES + 2
+    assert sum(len(sender.lives) for sender in found.senders.values()) <= MAX_LIVES + 1
+    assert INTEGRATOR in ended(joined(found, Account(own=[INTEGRATOR]), continued=True)).senders
 
 
 KILLED = (health(1, 0), pose(1), health(2, 2), Alive(*INTEGRATOR, False, 3 * SECOND))

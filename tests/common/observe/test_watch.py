@@ -9,10 +9,11 @@ import pytest
 from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common.bus.protocol import Alive, Envelope, Received, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
+from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports, open_session
+from zenocap.common.observe import watch as watch_module
 from zenocap.common.observe.watch import Watch
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import ALIVE, SIGHTING, UNIVERSAL_BAP
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 
 RIGS = ("one", "two")
@@ -49,3 +50,22 @@ def test_the_rigs_that_are_given_or_all_that_are_found_are_read(given: tuple[str
             until(lambda kind=kind: {rig for rig, event in seen if isinstance(event, kind)} == set(wanted))  # type: ignore[misc]
     assert {event.topic for _, event in seen if isinstance(event, Envelope)} == {UNIVERSAL_BAP}
     assert all(event.key.split("/")[1] == rig for rig, event in seen if isinstance(event, Envelope))
+
+
+@pytest.mark.slow
+def test_invented_rigs_are_read_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """64 further ones were read each two seconds, without end."""
+    monkeypatch.setattr(watch_module, "MAX_RIGS", 2)
+    monkeypatch.setattr(watch_module, "SEARCH_NS", 0)
+    place = f"tcp/127.0.0.1:{free_ports(1)[0]}"
+    with open_session(ZenohOptions("peer", listen=(place,), multicast_scouting=False)) as session:
+        tokens = [ALIVE.format(rig=f"r{number}", service="viewer", id="1") for number in range(4)]
+        held = [session.liveliness().declare_token(token) for token in tokens]
+        options, end_s = ZenohOptions("peer", (place,), multicast_scouting=False), time.monotonic() + PATIENCE_S
+        with Watch(options, "test", (), (UNIVERSAL_BAP,), lambda: False) as watch:
+            while len(watch._readers) < 2:
+                assert time.monotonic() < end_s
+                list(watch.events())
+            list(watch.events())
+            assert len(watch._readers) == 2
+        assert len(held) == 4

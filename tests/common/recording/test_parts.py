@@ -20,6 +20,7 @@ from tests.support.places import ROOT
 from tests.support.small_disk import small_disk
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
+from zenocap.common.recording.channel_limits import MAX_UNKNOWN_KEYS
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
 from zenocap.common.recording.reader import Recorded, TakeReader
@@ -62,6 +63,19 @@ def read(folder: Path) -> dict[str, tuple[TakeReader, list[Recorded]]]:
     found = [(take, list(take.messages())) for take in map(TakeReader, folder.glob("*.mcap"))]
     found.sort(key=lambda each: int(each[0].metadata["part"]["number"]))
     return {take.path.name: (take, messages) for take, messages in found}
+
+
+def test_invented_names_are_repeated_in_no_place_of_the_rigs_own(tmp_path: Path) -> None:
+    """1,024 of them before the rig's own: later parts could not be read alone."""
+
+    def own(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
+        return Recording(path, rig="studio", start_ns=start_ns, own=[("viewer", "1")], metadata={"part": part or {}})
+
+    bodies = [envelope(bdp(name, 0), START_NS) for name in (*(f"a{number}" for number in range(1030)), "1")]
+    recorded(Parts(own, tmp_path / "a.mcap", START_NS, PartLimits(ns=S)), [*bodies, envelope(bap(1), START_NS + S)])
+    later = [one.topic for one in TakeReader(tmp_path / "a-2.mcap").messages()]
+    assert bodies[-1].key in later
+    assert len(later) == MAX_UNKNOWN_KEYS + 2
 
 
 def test_each_part_is_self_contained(tmp_path: Path) -> None:

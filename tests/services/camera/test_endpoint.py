@@ -11,11 +11,14 @@ import pytest
 from tests.support.live_cameras import until
 from zenocap.common import codec
 from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
+from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.board_search import Command
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission, may_read
+from zenocap.services.camera.feeds import CameraFeed
 from zenocap.services.camera.parameters import FILM_LEASE_S, OPEN_S
+from zenocap.services.camera.recorder import Recorder
 
 SIZE, S = (64, 48), 1_000_000_000
 ALL = Permission(film=True, read=True)
@@ -135,6 +138,18 @@ def test_one_film_at_a_time_and_only_of_the_own_camera(place):
     place.ask("stop")
     assert "exists: allowed: another name" in place.ask("open").refused
     assert place.ask("open", "other", "run").refused == ""
+
+
+def test_images_of_a_size_that_another_program_chooses_do_not_fill_the_memory(tmp_path):
+    """60 of them waited for the writer: 6 GB at 6680 x 5010 px, whatever the camera gives."""
+    feed = CameraFeed(Device(0), lambda *_: iter(()))
+    endpoint = FilmEndpoint(feed, None, tmp_path, ALL, ManualClock(S), "lab1")
+    query = FilmQuery(frame=1, captured_ns=0, what="open", sender="me", film="a", camera="b", size=(16384, 16384))
+    assert "size = [16384, 16384]: allowed: 67108864 pixels at most" in endpoint.answer(query).refused
+    assert list(tmp_path.iterdir()) == []
+    recorder = Recorder(tmp_path / "a.mkv", tmp_path / "a.csv", (6680, 5010), 10.0)
+    assert recorder._queue.maxsize * 3 * 6680 * 5010 < 1e9
+    recorder.end()
 
 
 def test_nobody_else_starts_stops_or_reads_a_film(place):

@@ -10,7 +10,7 @@ from unittest.mock import Mock
 import pytest
 from pythonosc.osc_message import OscMessage
 
-from tests.support.command_receivers import free_tcp_port, http_receiver, program, udp_receiver
+from tests.support.command_receivers import dripping_server, free_tcp_port, http_receiver, program, udp_receiver
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
@@ -110,6 +110,12 @@ def test_a_server_that_does_not_reply_fails_after_the_timeout() -> None:
         receiver.status = None
         with pytest.raises(ActionFailed, match="timed out"):
             request_http(HttpAction(url=receiver.url, timeout=0.2), Mock())
+
+
+@pytest.mark.slow
+def test_a_server_that_replies_in_single_bytes_fails_after_the_timeout() -> None:
+    with dripping_server() as place, pytest.raises(ActionFailed, match="timed out"):
+        request_http(HttpAction(url=f"http://{place}", timeout=0.3), Mock())
 
 
 def test_a_proxy_of_the_environment_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,13 @@ from unittest.mock import MagicMock, Mock
 import pytest
 import typer
 
+from tests.common.rig.test_hosted import rig
+from tests.support.command import refused
+from tests.support.mjpeg_server import MjpegServer
+from zenocap.common.rig.hosted import assignment
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
+from zenocap.services.camera.saved import SavedAssignment, saved_rig, write_saved
+from zenocap.services.viewer.sources.source import check_working_size
 from zenocap.tools.cli import services, up
 from zenocap.tools.cli.services import with_recognizer
 from zenocap.tools.record.launcher.shell import log_arguments
@@ -51,3 +57,16 @@ def test_takes_of_the_page_go_into_the_folder_of_the_run(
         services.integrator(demo_rig_file(), take, take is None, given, arguments=MagicMock(with_parent=True))
     assert run.call_args.args[2:4] == (tmp_path / folder, take)
     assert log_arguments(tmp_path, None) == ["--recordings", str(tmp_path), "--no-log"]
+
+
+@pytest.mark.slow
+def test_an_assignment_has_no_working_size_above_the_cameras_own(tmp_path: Path) -> None:
+    """One of 6680 x 5010 px took gigabytes where the camera gives 640 x 480."""
+    file, query = tmp_path / "cam.json", assignment(rig(tmp_path), "0", 5)
+    with MjpegServer((640, 480), 30.0) as camera:
+        write_saved(file, SavedAssignment(query=query, source=camera.url, previews=False))
+        check_working_size(saved_rig(file, tmp_path)[0].viewers[0])
+    with MjpegServer((320, 240), 30.0) as camera:
+        write_saved(file, SavedAssignment(query=query, source=camera.url, previews=False))
+        error = refused("viewer", "--assigned", file, "--mode", "client", "--connect", "tcp/127.0.0.1:1")
+    assert "size = [640, 480]: allowed: at most that of the camera's own images, 320 x 240 px" in error

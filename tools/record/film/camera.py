@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.video.parameters import DISK_HANGS, ENDS_S, QUEUE
-from zenocap.common.video.video_writer import VideoWriter
+from zenocap.common.video.parameters import DISK_HANGS, ENDS_S
+from zenocap.common.video.video_writer import VideoWriter, queue_length
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.tools.record.film.parameters import LATE_PERIODS
@@ -67,11 +67,12 @@ class LocalCamera:
     result: Filmed = field(init=False)
     ready: threading.Event = field(default_factory=threading.Event)
     failure: Exception | None = None
-    _queue: "queue.Queue[Frame | None]" = field(default_factory=lambda: queue.Queue(QUEUE))
+    _queue: "queue.Queue[Frame | None]" = field(init=False)
     _threads: list[threading.Thread] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.result = Filmed(self.viewer.camera.name)
+        self._queue = queue.Queue(queue_length(self.viewer.calibrated_size))
 
     def start(self) -> None:
         for work in (self._take, self._write):

@@ -143,7 +143,7 @@ class Supervisor:
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(RigView(bus.rig, tuple(services)))
-        self._reports, self._unresumed = Account(), Unresumed()
+        self._reports, self._unresumed = Account(own=services), Unresumed()
         self._frames = frames
         self._folder, self._takes_before = folder, set(folder.glob("*.mcap"))
         self._first_s: float | None = None

@@ -6,6 +6,7 @@ import ssl
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from urllib.parse import urlsplit
 from urllib.request import (
     AbstractDigestAuthHandler,
@@ -16,8 +17,10 @@ from urllib.request import (
 )
 
 from zenocap.common.errors import UserError
+from zenocap.common.runtime.http_deadline import connected
 
 TIMEOUT_S = 5.0  # of each request; chosen by hand
+DEVICE_S = 60.0  # of all requests to a device, which may be 70; chosen by hand
 MOST_BYTES = 1 << 20  # of an answer
 ALGORITHMS = {"SHA-256": hashlib.sha256, "MD5": hashlib.md5}  # of RFC 7616, the better one first
 CHOICES = "--certificates FILE with that of the camera or its authority, or --any-certificate"
@@ -66,6 +69,7 @@ class OnvifHttp:
         self._https, self._host, self._port = parts.scheme == "https", parts.hostname or "", parts.port
         self._digest = None if user is None else _Digest(address, user)
         self._challenge: dict[str, str] | None = None
+        self._end_s = monotonic() + DEVICE_S
 
     @property
     def is_authenticated(self) -> bool:
@@ -111,20 +115,20 @@ class OnvifHttp:
         headers = {"Content-Type": "application/soap+xml; charset=utf-8"}
         if self._challenge is not None and self._digest is not None:
             headers["Authorization"] = self._digest.answer(path, body, self._challenge)
-        connection = http.client.HTTPConnection(self._host, self._port, timeout=TIMEOUT_S)
+        left_s = max(0.01, min(TIMEOUT_S, self._end_s - monotonic()))
+        connection = http.client.HTTPConnection(self._host, self._port, timeout=left_s)
         if self._https:
-            connection = http.client.HTTPSConnection(self._host, self._port, timeout=TIMEOUT_S, context=self._tls)
+            connection = http.client.HTTPSConnection(self._host, self._port, timeout=left_s, context=self._tls)
         try:
-            connection.request("POST", path, body, headers)
-            response = connection.getresponse()
-            challenges = response.headers.get_all("WWW-Authenticate") or []
-            return Answer(response.status, response.read(MOST_BYTES + 1)), challenges
+            with connected(connection, left_s):
+                connection.request("POST", path, body, headers)
+                response = connection.getresponse()
+                challenges = response.headers.get_all("WWW-Authenticate") or []
+                return Answer(response.status, response.read(MOST_BYTES + 1)), challenges
         except ssl.SSLCertVerificationError as error:
             raise UserError(f"{self._address}: its certificate is not trusted: {error.verify_message}; {CHOICES}") from None
         except (OSError, http.client.HTTPException) as error:
             raise UserError(f"{self._address}: no answer: {error or type(error).__name__}") from None
-        finally:
-            connection.close()
 
 
 class _Digest(AbstractDigestAuthHandler):

@@ -1,5 +1,7 @@
 """Foxglove messages of a rig's messages: deterministic, without duplicates, complete after errors."""
 
+from unittest.mock import Mock
+
 import cv2
 import msgspec
 import numpy as np
@@ -16,6 +18,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.conversion import angles_by_name, body_of, packed_points
+from zenocap.common.formats.foxglove import scene
 from zenocap.common.formats.foxglove.channels import FoxgloveMessage
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.services.tracker.body.average_body import body_of_height
@@ -89,6 +92,14 @@ def test_a_camera_is_published_with_the_fixed_frames_and_again_only_when_changed
     assert [each.child_frame_id for each in by_topic(two)["fixed"].transforms] == ["world", "viewer/1", "viewer/2"]
     assert again == []
     assert topics(moved) == ["viewer/1/calibration", "fixed"]
+
+
+def test_each_camera_is_placed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All were placed again with each further one: 256 invented cameras kept the log for seconds."""
+    turned = Mock(wraps=scene.matrix_to_quaternion)
+    monkeypatch.setattr(scene, "matrix_to_quaternion", turned)
+    converted(*map(camera, "12345"), camera("1", 6), camera("1", 6))
+    assert turned.call_count == 6
 
 
 def test_a_second_file_is_self_contained() -> None:

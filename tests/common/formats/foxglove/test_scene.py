@@ -18,7 +18,7 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import end_ellipses, part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.formats.foxglove.channels import FIXED, SCENE
-from zenocap.common.formats.foxglove.scene import Figure, body_transforms, deletion, fixed_transforms, timestamp
+from zenocap.common.formats.foxglove.scene import Figure, body_transforms, deletion, fixed_transforms, placed, timestamp
 from zenocap.common.messages import CameraInfo
 from zenocap.services.tracker.body.average_body import body_of_height
 
@@ -145,7 +145,7 @@ def test_a_cameras_frame_agrees_with_its_projection(q: Floats, translation: Floa
     """x_camera = R x_world + t, so the frame's transform takes x_camera back to x_world."""
     rotation = Rotation.from_quat(q).as_matrix()
     info = built(CameraInfo, viewer="7", rotation=rotation.ravel().tolist(), translation=translation.tolist())
-    camera = read_back(fixed_transforms([info], timestamp(0)))[1]
+    camera = read_back(fixed_transforms([placed(info)], timestamp(0)))[1]
     assert (camera.parent_frame_id, camera.child_frame_id) == ("world", "viewer/7")
     point = np.array([0.3, -1.2, 2.0])
     seen = rotation @ point + translation

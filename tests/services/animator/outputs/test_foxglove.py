@@ -6,10 +6,11 @@ import struct
 from base64 import b64decode
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
@@ -19,13 +20,19 @@ from tests.support.virtual_actors import BODIES, START_NS, posed, stretched
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
+from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import free_ports
 from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.recording.channel_limits import MAX_UNKNOWN_KEYS
 from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
+from zenocap.common.rig.rig import demo_rig
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.output import OutputError
+from zenocap.services.animator.outputs.output_group import OutputGroup
+from zenocap.services.animator.page_bridge import PageBridge
 
 CAMERA = built(
     m.CameraInfo, captured_ns=START_NS, matrix=[150, 0, 79.5, 0, 150, 59.5, 0, 0, 1],
@@ -164,6 +171,19 @@ def test_without_clients_all_channels_are_advertised_and_no_messages_are_convert
         panel = Panel(socket)
         panel.read(0.2)
         assert {"scene", "body", "joints", "pose", "fixed"} <= {c.topic.split("/")[-1] for c in panel.channels.values()}
+
+
+def test_invented_names_take_a_limited_number_of_channels(output: FoxgloveOutput) -> None:
+    rig, clock = replace(demo_rig("two-view"), name="studio"), ManualClock()
+    bridge = PageBridge(rig, LocalNetwork(rig.name, clock).bus(), clock, OutputGroup((output,)))
+    for number in range(2 * MAX_UNKNOWN_KEYS):
+        bridge.receive(in_envelope(structs.replace(CAMERA, viewer=f"a{number}")))
+        bridge.receive(in_envelope(built(m.Health, service="a", id=str(number))))
+    for own in (CAMERA, built(m.Health, service="viewer", id="1")):
+        bridge.receive(in_envelope(own))
+    topics = {channel.topic for channel in output._channels}
+    assert {CALIBRATION, "foxglove/studio/viewer/1/health"} <= topics
+    assert len(topics) == 2 * (MAX_UNKNOWN_KEYS + 1) + 1  # with the fixed frames
 
 
 def test_only_the_source_of_the_shown_actor_is_sent(output: FoxgloveOutput, panel: Panel) -> None:

@@ -17,6 +17,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import EndedEarly, OpenError, UserError
 from zenocap.common.rig.rig import Viewer, demo_rig, load_rig
 from zenocap.common.rig.sources import Device, FirstFrames
+from zenocap.common.video import video_writer
 from zenocap.common.video.reader import VideoReader
 from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.frame import Frame
@@ -177,7 +178,7 @@ def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_
 
 @pytest.mark.slow
 def test_frames_that_the_writer_cannot_take_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(camera_module, "QUEUE", 1)
+    monkeypatch.setattr(video_writer, "QUEUE", 1)
     write = VideoWriter.write
 
     def slow(self: VideoWriter, image: np.ndarray, captured_ns: int) -> None:

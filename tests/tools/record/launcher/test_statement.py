@@ -21,13 +21,16 @@ from zenocap.common.bus import inbox
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
 from zenocap.common.messages import ENDED, Health, Message, Phase
+from zenocap.common.observe import account, several_logs
 from zenocap.common.observe.account import Account, Line
 from zenocap.common.observe.view import RigView, observed
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts, free_name
 from zenocap.common.recording.reader import TakeReader
+from zenocap.common.recording.setup_file import SETUP_FILE, recorded_rig, write_setup
 from zenocap.common.recording.take_account import Place, sender_of
-from zenocap.common.recording.writer import Recording
+from zenocap.common.recording.writer import Attachment, Recording
+from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.health import Meter
@@ -40,7 +43,9 @@ START_NS = 1_700_000_000 * SECOND
 INTEGRATOR, VIEWER = ("integrator", "main"), ("viewer", "1")
 SERVICES = (VIEWER, INTEGRATOR)
 QUEUED = 24  # messages in the queue of a log
+SETUP = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(demo_rig("two-view"))))
 PART_BYTES = 6000
+MOST = 20  # services besides those of the rig, and processes
 HOUR = 3600 * SECOND
 
 
@@ -67,7 +72,7 @@ class World:
     processes: dict[ServiceKey, Process] = field(default_factory=dict)
     log: Log | None = None
     log_bus: LocalBus | None = None
-    reports: Account = field(default_factory=Account)
+    reports: Account = field(default_factory=lambda: Account(own=SERVICES))
     unresumed: Unresumed = field(default_factory=Unresumed)
     sent: dict[tuple[Place, str, bytes], int] = field(default_factory=dict)
     frames: int = 0
@@ -106,7 +111,8 @@ class World:
 
         def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
             self.created.append(path)
-            return Recording(path, rig="studio", start_ns=start_ns, metadata={"part": part} if part else {})
+            metadata = {"part": part} if part else {}
+            return Recording(path, rig="studio", start_ns=start_ns, metadata=metadata, attachments=(SETUP,))
 
         self.log_bus = self.network.bus()
         deliver = self.log_bus.deliver
@@ -120,7 +126,7 @@ class World:
         self.log_bus.deliver = lossy  # type: ignore[method-assign]
         number = len(self.created)
         self.parts = Parts(open_part, path, self.clock.now_ns(), PartLimits(bytes=PART_BYTES), must_open=False)
-        self.log = Log(self.log_bus, self.parts, whole_rig=True)
+        self.log = Log(self.log_bus, self.parts, whole_rig=True, own=SERVICES)
         self.log.subscribe()
         self.begun += self.created[number : number + 1]
 
@@ -142,6 +148,12 @@ class World:
             self.frames += 1
             self.publish(process, sighting("1", self.frames) if key == VIEWER else bap(self.frames))
 
+    def strangers(self, count: int) -> None:
+        """Another program sends healths of invented services."""
+        for number in range(count):
+            key = "invented", str(number)
+            self.health(Process(key, self.launcher, Meter(*key)))
+
     def drain(self, most: int | None = None) -> None:
         """Let the log write what it has received.  most: of it; None for all."""
         if self.log is not None and self.log_bus is not None:
@@ -158,7 +170,7 @@ class World:
                 if self.on_request:
                     self.unresumed.note(event, self.reports)
         while (event := self.oracle.receive()) is not None:
-            if isinstance(event, Envelope) and (service := sender_of(event.topic, event.key)) is not None:
+            if isinstance(event, Envelope) and (service := sender_of(event.topic, event.key)) in SERVICES:
                 self.sent[(service, event.topic.name), event.key, event.data] = event.received_ns
 
     def second(self) -> None:
@@ -252,6 +264,7 @@ FAULTS = st.one_of(
     st.tuples(st.just("drain")),
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
     st.tuples(st.just("lose"), st.integers(1, 6)),
+    st.tuples(st.just("strangers"), st.just(MOST + 1)),
     st.tuples(st.just("step"), st.sampled_from([-HOUR, HOUR])),
     st.tuples(st.sampled_from(["full", "space", "slow", "delete", "record", "close_log"])),
 )
@@ -270,7 +283,7 @@ def happens(world: World, fault: tuple) -> None:
             world.slow = True
         case "delete":
             shutil.rmtree(world.folder, ignore_errors=True)
-        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log":
+        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log" | "strangers":
             getattr(world, name)(*values)
         case _:
             raise NotImplementedError(fault)
@@ -281,6 +294,8 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
     try:
         with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
             patch.setattr(inbox, "MAX_QUEUED", QUEUED)
+            for module, most in ((account, "MAX_SERVICES"), (several_logs, "MAX_SERVICES"), (account, "MAX_LIVES")):
+                patch.setattr(module, most, MOST)
             world = World(Path(name) / "takes", on_request)
             for fault in [("start", INTEGRATOR), ("start", VIEWER), *faults]:
                 happens(world, fault)

@@ -6,9 +6,11 @@ import threading
 import pytest
 
 from tests.support.command import app, zenocap
+from tests.support.command_receivers import dripping_server
 from tests.support.onvif_device import LOOPBACK, SimulatedOnvif
 from tests.tools.cli.test_main import runner
 from zenocap.common.errors import UserError
+from zenocap.tools.setup.cameras import onvif_http
 from zenocap.tools.setup.cameras.onvif_device import OnvifStream, asked_devices, device_address, streams_of, with_user
 from zenocap.tools.setup.cameras.onvif_discovery import OnvifDevice, devices_of, found_devices
 from zenocap.tools.setup.cameras.onvif_http import User
@@ -103,6 +105,16 @@ def test_a_device_without_streams_has_the_reason(replies, problem):
 def test_no_device_at_an_address():
     (asked,) = asked_devices([OnvifDevice("http://127.0.0.1:9/onvif/device_service")], None)
     assert "no answer" in asked.problem
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", ["TIMEOUT_S", "DEVICE_S"])
+def test_a_device_that_answers_in_single_bytes_keeps_nobody(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
+    """A byte each 4 s kept the command for days: the time-out was that of each read."""
+    monkeypatch.setattr(onvif_http, limit, 0.3)
+    with dripping_server() as place:
+        (asked,) = asked_devices([OnvifDevice(f"http://{place}/onvif/device_service")], None)
+    assert asked.problem == "no answer: timed out"
 
 
 @pytest.mark.parametrize("text", ["http://", "ftp://camera", "http://camera:0", "http://[::"])

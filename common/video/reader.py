@@ -63,8 +63,10 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
     """
     turn = round(frame.rotation) % 360
-    data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
-    found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
+    found: SideData | None = None
+    with suppress(ValueError):  # PyAV gives none where it does not know one of them, such as the EXIF data of JPEG
+        data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
+        found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
     if found is None:
         return turn, False
     a, b, _, c, d = np.frombuffer(memoryview(found), dtype=np.int32)[:5].astype(np.float64)

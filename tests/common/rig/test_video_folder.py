@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
-from tests.support.videos import grey_frames
+from tests.support.videos import QUARTER_TURN, grey_frames
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import _paired
@@ -20,10 +20,6 @@ from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.cli.track_options import videos_in
 
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
-
-
-# EXIF data of a JPEG: orientation 6, that of a telephone held upright.
-QUARTER_TURN = b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
 
 
 def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.support.video_file import ask_for_turn, copied, write_video
-from tests.support.videos import GREY_STEP, grey_frames
+from tests.support.videos import GREY_STEP, QUARTER_TURN, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
 from zenocap.tools.takes.take_videos import SeekableVideo
@@ -100,6 +100,21 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     assert np.array_equal(read(path)[0][0].image(), expected)
     with VideoReader(path) as reader:
         assert reader.size == expected.shape[1::-1]
+
+
+@pytest.mark.parametrize("suffix", ["mjpeg", "mkv"])
+def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(tmp_path: Path, suffix: str) -> None:
+    """PyAV raises a ValueError where it does not know a kind of side data; phones and cameras write EXIF data."""
+    path, image = tmp_path / "a.mjpeg", np.zeros((48, 64, 3), np.uint8)
+    image[:24, :32] = 250
+    picture = cv2.imencode(".jpg", image)[1].tobytes()
+    path.write_bytes(5 * (picture[:2] + QUARTER_TURN + picture[2:]))
+    if suffix == "mkv":
+        path = copied(path, tmp_path / "a.mkv")
+    frames, _ = read(path)
+    assert len(frames) == 5
+    assert np.abs(np.subtract(frames[0].image(), cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE), dtype=int)).mean() < 3
+    assert SeekableVideo(path).at(0.0) is not None
 
 
 def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:

@@ -57,6 +57,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
         f"{FILMS}::test_pixels_that_are_not_square_are_said",
         f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",
+        f"{FILMS}::test_a_film_without_key_frame_is_refused_for_that_reason",
         f"{FILMS}::test_more_frames_than_declared_are_used_and_said",
         f"{TAKES}/test_take_videos.py::test_pictures_are_turned_as_the_file_asks_for",
         f"{TAKES}/test_take_videos.py::test_a_bare_stream_has_the_pictures_of_its_times",

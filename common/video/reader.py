@@ -32,6 +32,7 @@ MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from w
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
 LATE_S = 0.1  # from the beginning of a Matroska file to its first frame, from which it is said; chosen by hand
+UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
 T = TypeVar("T")
@@ -194,16 +195,16 @@ class VideoReader(Closable):
             self.declared = min(self.declared, shown)
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""
         if not 0 < self.fps <= MAX_FPS:
-            self.close()
-            raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to {MAX_FPS:g} a second; convert the video")
+            rate_allowed = f"frame rate {self.fps}: allowed: above 0 to {MAX_FPS:g} a second; convert the video"
+            raise self._refused(rate_allowed if self._stream.codec_context.width else UNDECODABLE)
         self._times = FrameTimes(self._stream.time_base or 1 / rate, round(1e9 / rate))
         self._frames = self._decoded()
         self._waiting = self._first()
         self._turn, self._mirrored = display_turn(self._waiting) if self._waiting else (0, False)
         self.size = self._size()
         if min(self.size) < MIN_PX:
-            self.close()
-            raise OpenError(f"{path}: images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}")
+            size_allowed = f"images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}"
+            raise self._refused(size_allowed if min(self.size) else UNDECODABLE)
 
     def next(self) -> VideoFrame | None:
         """The next frame, None after the last.  Raises EndedEarly where the file is cut or cannot be read further."""
@@ -238,13 +239,17 @@ class VideoReader(Closable):
     def close(self) -> None:
         self._container.close()
 
+    def _refused(self, problem: str) -> OpenError:
+        """The error to raise for a file, which is closed."""
+        self.close()
+        return OpenError(f"{self.path}: {problem}")
+
     def _first(self) -> av.VideoFrame | None:
         """The first frame, with the size after the turn; None without one."""
         try:
             return next(self._frames, None)
         except EndedEarly as error:
-            self.close()
-            raise OpenError(f"{self.path}: not a video that can be decoded: {error}") from error
+            raise self._refused(f"not a video that can be decoded: {error}") from error
 
     def _size(self) -> tuple[int, int]:
         if self._waiting is None:

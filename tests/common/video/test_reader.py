@@ -165,6 +165,17 @@ def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(
     assert any("begins between two key frames: the first 15 frames (0.50 s) cannot be decoded" in n for n in summary.notes)
 
 
+@pytest.mark.parametrize("packets", [1, 15], ids=["one of them", "many"])
+@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+def test_a_film_without_key_frame_is_refused_for_that_reason(tmp_path: Path, codec: str, packets: int) -> None:
+    """FFmpeg knows neither size nor, of one packet, rate: the film was called one of 0 x 0 px, or of 90,000 frames/s."""
+    options = {"g": "60", "bf": "0"}
+    whole = write_video(tmp_path / "whole.ts", grey_frames(20), codec=codec, options=options)
+    path = copied(whole, tmp_path / "a.ts", first=5, end=5 + packets)
+    with pytest.raises(OpenError, match=r"a\.ts: no picture of it can be decoded: damaged, or without a key frame"):
+        VideoReader(path)
+
+
 def test_a_matroska_file_whose_beginning_is_missing_says_so(tmp_path: Path) -> None:
     _, summary = read(write_video(tmp_path / "a.mkv", grey_frames(5), [0.6 + k / 10 for k in range(5)]))
     assert summary.notes == ("its first frame is at 0.60 s: what came before is missing; times count from that frame",)

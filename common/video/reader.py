@@ -332,6 +332,8 @@ class VideoReader(Closable):
     def _check_length(self) -> None:
         """Raise EndedEarly when there are fewer frames than declared, or the last one is long before the declared end."""
         read = self.read + self.damaged + self._undecodable
+        if self._container.format.name == "avi":  # it counts frames that were dropped when it was written; times skip them
+            read = max(read, round((self.end_ns + max(0, self._times.begin_ns)) * self.fps / 1e9))
         if self._stream.frames:
             cut = self.declared - read > max(1.0, MISCOUNTED * self.declared)
         else:

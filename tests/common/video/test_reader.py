@@ -84,6 +84,21 @@ def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
         assert reader.fps == pytest.approx(30.0, rel=0.001), "the mean of 48 frames is 24 a second"
 
 
+@pytest.mark.parametrize("at", [1, 10, 19])
+@pytest.mark.parametrize("codec", ["mjpeg", "mpeg4"])
+def test_an_avi_with_dropped_frames_is_whole(tmp_path: Path, codec: str, at: int) -> None:
+    """Capture programs write an empty chunk for a dropped frame, and count it."""
+    pixels = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+    times = [(k + 3 * (k >= at)) / 30 for k in range(20)]
+    path = write_video(tmp_path / "a.avi", noisy(20), times, codec=codec, pixels=pixels, clock=30)
+    frames, summary = read(path)
+    assert np.abs([frame.time_ns / 1e9 - time for frame, time in zip(frames, times, strict=True)]).max() < 1e-6
+    assert [gap.missing for gap in summary.timing.gaps] == [3]
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(EndedEarly, match="the file is cut or damaged"):
+        read(path)
+
+
 def test_times_begin_with_the_first_frame(tmp_path: Path) -> None:
     frames, _ = read(write_video(tmp_path / "a.mkv", grey_frames(5), [3.0 + k / 10 for k in range(5)]))
     assert [round(frame.time_ns / 1e9, 3) for frame in frames] == [0.0, 0.1, 0.2, 0.3, 0.4]

@@ -54,6 +54,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_bare_stream_has_the_rate_of_its_headers",
         f"{FILMS}::test_a_film_that_an_edit_list_trims_is_whole",
         f"{FILMS}::test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so",
+        f"{FILMS}::test_a_film_whose_beginning_is_missing_says_so",
+        f"{FILMS}::test_a_film_that_begins_with_pictures_that_refer_to_earlier_ones_keeps_its_times",
         f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
         f"{FILMS}::test_pixels_that_are_not_square_are_said",
         f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",

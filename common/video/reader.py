@@ -1,7 +1,7 @@
 """Decoding of a video file: its frames in order, each with the time that its container gives."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -31,7 +31,10 @@ PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
 MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
-LATE_S = 0.1  # from the beginning of a Matroska file to its first frame, from which it is said; chosen by hand
+# From the beginning of a file to its first frame: from when on it is said, also in frame periods, as decoders delay by a
+# few; and from when on the times are those of a camera that ran long before.  Chosen by hand.
+LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
+FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
@@ -187,6 +190,7 @@ class VideoReader(Closable):
         stated = self._stream.codec_context.framerate if self._bare else None
         rate = stated or _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
+        self._from_zero = any(name in self._container.format.name for name in FROM_ZERO)
         shown = round(self._duration_ns * self.fps / 1e9)
         self.declared = self._stream.frames or shown
         if (
@@ -200,6 +204,8 @@ class VideoReader(Closable):
         self._times = FrameTimes(self._stream.time_base or 1 / rate, round(1e9 / rate))
         self._frames = self._decoded()
         self._waiting = self._first()
+        if self._from_zero and not self._stream.frames and self._waiting:  # the duration is from time 0 on
+            self.declared -= min(self.declared, round((self._waiting.pts or 0) * self._times.time_base * rate))
         self._turn, self._mirrored = display_turn(self._waiting) if self._waiting else (0, False)
         self.size = self._size()
         if min(self.size) < MIN_PX:
@@ -265,14 +271,15 @@ class VideoReader(Closable):
             yield f"has no times: {self.fps:g} frames/s, as its headers state"
         if self._trimmed:
             yield f"{self._trimmed} frames are in the file and cut away by its edit list: they are left out"
+        late_s, least_s = self._times.begin_ns / 1e9, max(LATE_S, LATE_PERIODS / self.fps)
+        if self._from_zero and least_s < late_s < LATEST_S:
+            yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
         if self._undecodable:
             lost_s = self._times.start_ns / 1e9
             yield (
                 f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
                 "times count from the first of them"
             )
-        elif "matroska" in self._container.format.name and (late_s := self._times.begin_ns / 1e9) > LATE_S:
-            yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
         if self._mirrored:
             yield "asks for a mirrored picture: not mirrored, as cameras see it"
         ratio = self._stream.codec_context.sample_aspect_ratio
@@ -283,7 +290,8 @@ class VideoReader(Closable):
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
-        skipped: list[int | None] | None = []  # time stamps before the first key frame
+        stamps: list[int | None] | None = []  # of the packets before the first frame
+        keyless = 0  # of them, before the first key frame
         while True:
             try:
                 packet = next(packets, None)
@@ -292,12 +300,9 @@ class VideoReader(Closable):
             if packet is None:
                 return
             self._trimmed += packet.is_discard
-            if skipped is not None and not packet.is_keyframe and packet.size:
-                skipped.append(packet.pts)
-            elif packet.is_keyframe and skipped:
-                self._undecodable = len(skipped)
-                self._times.start_ns = self._length_ns(skipped, packet.pts)
-            skipped = None if packet.is_keyframe else skipped
+            if stamps is not None and packet.size and not packet.is_discard:
+                keyless += not packet.is_keyframe and keyless == len(stamps)
+                stamps.append(packet.pts)
             try:
                 frames = packet.decode()
             except InvalidDataError:
@@ -309,15 +314,23 @@ class VideoReader(Closable):
                 if frame.is_corrupt:
                     self.damaged += 1
                 else:
-                    skipped = None
+                    if stamps is not None:
+                        self._begin(stamps, keyless, frame.pts)
+                    stamps = None
                     yield frame
 
-    def _length_ns(self, skipped: list[int | None], first: int | None) -> int:
-        """Duration of frames with time stamps before a first one."""
-        stamps = [stamp for stamp in skipped if stamp is not None]
-        if first is None or not stamps:
-            return len(skipped) * self._times.period_ns
-        return max(0, round((first - min(stamps)) * self._times.time_base * 10**9))
+    def _begin(self, stamps: Sequence[int | None], keyless: int, first: int | None) -> None:
+        """Count what comes before the first frame: after a cut, also pictures that refer to one before a key frame.
+
+        stamps: time stamps of the packets so far, none of which a bare stream has.  first: of the first frame.
+        """
+        before = [stamp for stamp in stamps if stamp is not None and first is not None and stamp < first]
+        count = keyless if all(stamp is None for stamp in stamps) else len(before)
+        self._times.start_ns = count * self._times.period_ns
+        if first is not None and before:
+            self._times.start_ns = round((first - min(before)) * self._times.time_base * 10**9)
+        self.damaged -= min(self.damaged, keyless)
+        self._undecodable = max(0, count - self.damaged)
 
     def _declared_duration_ns(self) -> int:
         """Duration of the video stream as declared; 0 when unknown.  That of the container may be of its sound."""

@@ -6,6 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 from unittest.mock import Mock
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ def noisy(count: int) -> list[np.ndarray]:
     return [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(count)]
 
 
+OPEN = "keyint=20:min-keyint=20:bframes=3:b-adapt=0:scenecut=0"  # groups of pictures
 FORMATS = [
     ("mp4", "libx264", "yuv420p"), ("mov", "libx264", "yuv422p10le"), ("mkv", "libx264", "gray"),
     ("mp4", "libx265", "yuv420p10le"), ("webm", "libvpx-vp9", "yuv420p"), ("mov", "prores_ks", "yuv422p10le"),
@@ -191,10 +193,39 @@ def test_a_film_without_key_frame_is_refused_for_that_reason(tmp_path: Path, cod
         VideoReader(path)
 
 
-def test_a_matroska_file_whose_beginning_is_missing_says_so(tmp_path: Path) -> None:
-    _, summary = read(write_video(tmp_path / "a.mkv", grey_frames(5), [0.6 + k / 10 for k in range(5)]))
-    assert summary.notes == ("its first frame is at 0.60 s: what came before is missing; times count from that frame",)
-    assert read(write_video(tmp_path / "b.mkv", grey_frames(5)))[1].notes == ()
+@pytest.mark.parametrize("suffix", ["mkv", "mp4", "mov"])
+@pytest.mark.parametrize(("late_s", "said"), [(0.0, False), (0.6, True), (7200.0, False)])
+def test_a_film_whose_beginning_is_missing_says_so(tmp_path: Path, suffix: str, late_s: float, said: bool) -> None:
+    """An empty edit of MP4 and MOV; two hours are the time of a camera that runs on."""
+    whole = with_key_frames(tmp_path / f"whole.{suffix}", 5)
+    _, summary = read(path := copied(whole, tmp_path / f"a.{suffix}", shift_s=late_s))
+    late = "its first frame is at 0.60 s: what came before is missing; times count from that frame"
+    assert summary.notes == ((late,) if said else ())
+    with VideoReader(path) as reader:
+        assert reader.declared == 5
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec", "lost", "options"),
+    [
+        ("ts", "libx265", 3, {"x265-params": f"log-level=none:open-gop=1:{OPEN}"}),
+        ("mkv", "libx264", 3, {"x264-params": f"open-gop=1:{OPEN}", "preset": "medium"}),
+        ("mpg", "mpeg2video", 2, {"g": "12", "bf": "2"}),
+    ],
+)
+def test_a_film_that_begins_with_pictures_that_refer_to_earlier_ones_keeps_its_times(
+    tmp_path: Path, suffix: str, codec: str, lost: int, options: dict[str, str]
+) -> None:
+    """Cut at a key frame of an open group of pictures, as broadcast and camcorders write them."""
+    whole = write_video(tmp_path / f"whole.{suffix}", grey_frames(40), codec=codec, options=options)
+    with av.open(str(whole)) as container:
+        keys = [k for k, packet in enumerate(container.demux(video=0)) if packet.is_keyframe]
+    frames, summary = read(path := copied(whole, tmp_path / f"a.{suffix}", first=keys[1]))
+    assert frames[0].time_ns == pytest.approx(lost / 30 * 1e9, abs=1e6)
+    assert any(f"the first {lost} frames ({lost / 30:.2f} s) cannot be decoded" in note for note in summary.notes)
+    shown = SeekableVideo(path).at(frames[4].time_ns / 1e9)
+    assert shown is not None
+    assert round(float(shown.mean()) / GREY_STEP) == levels(frames)[4]
 
 
 @pytest.mark.parametrize(

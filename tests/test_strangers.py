@@ -58,6 +58,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_film_that_begins_with_pictures_that_refer_to_earlier_ones_keeps_its_times",
         f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
         f"{FILMS}::test_pixels_that_are_not_square_are_said",
+        f"{FILMS}::test_pixels_that_are_not_square_by_the_container_alone_are_said",
         f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",
         f"{FILMS}::test_a_film_without_key_frame_is_refused_for_that_reason",
         f"{FILMS}::test_more_frames_than_declared_are_used_and_said",

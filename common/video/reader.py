@@ -282,9 +282,11 @@ class VideoReader(Closable):
             )
         if self._mirrored:
             yield "asks for a mirrored picture: not mirrored, as cameras see it"
-        ratio = self._stream.codec_context.sample_aspect_ratio
-        if ratio and ratio != 1:
-            yield f"its pixels are not square ({ratio.numerator}:{ratio.denominator}): used as stored, as in a calibration"
+        ratios = (self._stream.sample_aspect_ratio, self._stream.codec_context.sample_aspect_ratio)
+        shapes = list(dict.fromkeys(f"{ratio.numerator}:{ratio.denominator}" for ratio in ratios if ratio))
+        if shapes not in ([], ["1:1"]):
+            shape = " in the container, in its headers ".join(shapes)
+            yield f"its pixels are not square ({shape}): used as stored, as in a calibration"
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 

@@ -1,5 +1,6 @@
 """Reading of video files: times of their containers, formats, rotation, damage."""
 
+import struct
 import wave
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -253,6 +254,25 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:
     path = write_video(tmp_path / "a.mkv", grey_frames(5), pixel_shape=Fraction(4, 3))
     assert read(path)[1].notes == ("its pixels are not square (4:3): used as stored, as in a calibration",)
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mov"])
+@pytest.mark.parametrize(
+    ("stated", "said"), [(None, "4:3"), (Fraction(1), "4:3 in the container, in its headers 1:1")], ids=["once", "twice"]
+)
+def test_pixels_that_are_not_square_by_the_container_alone_are_said(
+    tmp_path: Path, suffix: str, stated: Fraction | None, said: str
+) -> None:
+    """As anamorphic cameras and editors write them, without touching what the codec has."""
+    path = write_video(tmp_path / f"a.{suffix}", grey_frames(5), pixel_shape=stated)
+    content, shape = bytearray(path.read_bytes().replace(b"pasp", b"free")), struct.pack(">I4sII", 16, b"pasp", 4, 3)
+    at = content.index(b"avcC") - 4
+    content[at:at] = shape
+    for name in (b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd", b"avc1"):
+        box = content.index(name, content.index(b"moov")) - 4
+        content[box : box + 4] = struct.pack(">I", struct.unpack_from(">I", content, box)[0] + len(shape))
+    path.write_bytes(content)
+    assert read(path)[1].notes == (f"its pixels are not square ({said}): used as stored, as in a calibration",)
 
 
 @pytest.mark.parametrize("shape", [None, Fraction(4, 3)], ids=str)

@@ -17,6 +17,7 @@ from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 from av.sidedata.sidedata import SideData
 from av.sidedata.sidedata import Type as SideDataType
+from av.stream import Disposition
 from av.video.stream import VideoStream
 
 from zenocap.common.arrays import LARGEST_PX, Image
@@ -83,12 +84,17 @@ def is_known(stream: VideoStream) -> bool:
     return getattr(stream, "codec_context", None) is not None
 
 
+def films(container: InputContainer) -> list[VideoStream]:
+    """The video streams, without covers and thumbnails."""
+    return [one for one in container.streams.video if not one.disposition & Disposition.attached_pic]
+
+
 def video_stream(path: Path, container: InputContainer) -> VideoStream:
-    """The first video stream, of which nothing is decoded yet.
+    """The first of the `films`, of which nothing is decoded yet.
 
     Raises OpenError, with the container closed, without one, for an unknown codec, and for images above LARGEST_PX.
     """
-    stream = next(iter(container.streams.video), None)
+    stream = next(iter(films(container)), None)
     if stream is None:
         problem = "has no video stream: allowed: a video file"
     elif not is_known(stream):
@@ -108,9 +114,9 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video or not is_known(container.streams.video[0]):
+    if not (found := films(container)) or not is_known(found[0]):
         return container, ""
-    codec = container.streams.video[0].codec_context.codec
+    codec = found[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
     reasons = []
     for kind in kinds:
@@ -119,7 +125,7 @@ def opened(path: Path) -> tuple[InputContainer, str]:
         except (FFmpegError, NotImplementedError, ValueError, RuntimeError) as error:
             reasons.append(f"{kind}: {getattr(error, 'strerror', None) or error}")
             continue
-        if by_hardware.streams.video[0].codec_context.is_hwaccel:
+        if films(by_hardware)[0].codec_context.is_hwaccel:
             container.close()
             return by_hardware, ""
         by_hardware.close()
@@ -131,9 +137,9 @@ def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
     """The mean rate, or that of the median interval of the first frames where it is much higher: frames are missing."""
     try:
         with _open(path) as container:
-            packets = container.demux(container.streams.video[0])
+            stream = films(container)[0]
+            packets, base = container.demux(stream), stream.time_base or Fraction(0)
             stamps = sorted(one.pts for one in islice(packets, PROBED_FRAMES) if one.pts is not None)
-            base = container.streams.video[0].time_base or Fraction(0)
     except FFmpegError:
         return mean
     intervals = sorted(b - a for a, b in pairwise(stamps) if b > a)
@@ -265,6 +271,8 @@ class VideoReader(Closable):
 
     def _notes(self) -> Iterator[str]:
         """Lines on contradictions within the file."""
+        if (count := len(films(self._container))) > 1:
+            yield f"has {count} films: the first, of {self.size[0]} x {self.size[1]} px, is used"
         if self._bare and not self._stream.codec_context.framerate:
             yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
         elif self._bare:

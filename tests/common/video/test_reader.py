@@ -11,6 +11,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from av.stream import Disposition
 
 from tests.support.video_file import ask_for_turn, copied, write_video
 from tests.support.videos import GREY_STEP, QUARTER_TURN, grey_frames
@@ -329,6 +330,38 @@ def test_sound_alone_is_refused(tmp_path: Path) -> None:
         sound.writeframes(bytes(16000))
     with pytest.raises(OpenError, match=r"a\.wav: has no video stream"):
         VideoReader(tmp_path / "a.wav")
+
+
+def with_streams(path: Path, sizes: Sequence[tuple[int, int]], cover: bool) -> Path:
+    """Films of 10 frames in one file.  cover: the last is one picture beside the others."""
+    with av.open(str(path), "w") as container:
+        films = [
+            container.add_stream("mjpeg", rate=30, width=size[0], height=size[1], pix_fmt="yuvj420p") for size in sizes
+        ]
+        films[-1].disposition = Disposition.attached_pic if cover else films[-1].disposition
+        container.start_encoding()
+        for k in range(10):
+            for film in films[:-1] if cover and k else films:
+                frame = av.VideoFrame.from_ndarray(grey_frames(10, (film.width, film.height))[k], format="bgr24")
+                frame.pts = k
+                container.mux(film.encode(frame))
+        for film in films:
+            container.mux(film.encode(None))
+    return path
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mov"])
+def test_of_several_films_in_one_file_the_first_is_used_which_is_said_and_a_cover_is_none(
+    tmp_path: Path, suffix: str
+) -> None:
+    """As stereo and 360-degree cameras write them; music has a cover, drones a thumbnail."""
+    path, sizes = tmp_path / f"a.{suffix}", [(64, 48), (96, 48)]
+    frames, summary = read(with_streams(path, sizes, cover=False))
+    assert (len(frames), frames[0].image().shape) == (10, (48, 64, 3))
+    assert summary.notes == ("has 2 films: the first, of 64 x 48 px, is used",)
+    assert read(with_streams(path, sizes, cover=True))[1].notes == ()
+    with pytest.raises(OpenError, match="has no video stream"):
+        VideoReader(with_streams(path, sizes[:1], cover=True))
 
 
 @pytest.mark.parametrize("opened", [VideoReader, SeekableVideo])

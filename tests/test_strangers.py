@@ -62,6 +62,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",
         f"{FILMS}::test_a_film_without_key_frame_is_refused_for_that_reason",
         f"{FILMS}::test_more_frames_than_declared_are_used_and_said",
+        f"{FILMS}::test_slow_motion_and_time_lapses_are_said",
         f"{FILMS}::test_of_several_films_in_one_file_the_first_is_used_which_is_said_and_a_cover_is_none",
         f"{FILMS}::test_an_avi_with_dropped_frames_is_whole",
         f"{TAKES}/test_take_videos.py::test_pictures_are_turned_as_the_file_asks_for",

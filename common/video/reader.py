@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, pairwise
+from math import inf
 from pathlib import Path
 from typing import TypeVar
 
@@ -36,6 +37,8 @@ RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, w
 # few; and from when on the times are those of a camera that ran long before.  Chosen by hand.
 LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
 FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
+CAPTURE_RATE = "com.android.capture.fps"
+OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that is said; chosen by hand
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
@@ -277,6 +280,12 @@ class VideoReader(Closable):
             yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
         elif self._bare:
             yield f"has no times: {self.fps:g} frames/s, as its headers state"
+        if (captured := self._capture_rate()) and abs(captured / self.fps - 1.0) > OTHER_RATE:
+            slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
+            yield (
+                f"{CAPTURE_RATE} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
+                f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
+            )
         if self._trimmed:
             yield f"{self._trimmed} frames are in the file and cut away by its edit list: they are left out"
         late_s, least_s = self._times.begin_ns / 1e9, max(LATE_S, LATE_PERIODS / self.fps)
@@ -297,6 +306,14 @@ class VideoReader(Closable):
             yield f"its pixels are not square ({shape}): used as stored, as in a calibration"
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
+
+    def _capture_rate(self) -> float:
+        """Frames/s at which a camera filmed, as slow motion and time lapses state; 0 where it is not stated."""
+        tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
+        with suppress(ValueError):
+            if 0 < (rate := float(tags.get(CAPTURE_RATE, "0"))) < inf:
+                return rate
+        return 0.0
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)

@@ -76,9 +76,17 @@ def ask_for_turn(path: Path, degrees: int) -> None:
     path.write_bytes(content)
 
 
-def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
-    """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound."""
-    with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
+def copied(
+    source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None,
+    tags: Mapping[str, str] | None = None,
+) -> Path:  # fmt: skip
+    """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound.
+
+    tags: metadata of the file.
+    """
+    options = {"avoid_negative_ts": "0"} | ({"movflags": "use_metadata_tags"} if tags else {})
+    with av.open(str(source)) as container, av.open(str(target), "w", options=options) as copy:
+        copy.metadata.update(tags or {})
         added = {
             one.index: copy.add_stream_from_template(one)
             for one in (*container.streams.video[:1], *container.streams.audio[:1])

@@ -168,6 +168,26 @@ def test_the_rate_of_a_bare_stream_that_states_none_is_said_to_be_assumed(tmp_pa
     assert summary.notes == ("states no frame rate: 25/s assumed; put it into a container with its rate, such as .mp4",)
 
 
+@pytest.mark.parametrize(
+    ("suffix", "stated", "said"),
+    [
+        ("mp4", "240.000000", "slow motion it is 8 times slower"),
+        ("mkv", "120", "slow motion it is 4 times slower"),
+        ("mp4", "1.5", "a time lapse it is 20 times faster"),
+        ("mp4", "29.4", ""),
+        ("mp4", "nan", ""),
+        ("mp4", "fast", ""),
+    ],
+)
+def test_slow_motion_and_time_lapses_are_said(tmp_path: Path, suffix: str, stated: str, said: str) -> None:
+    """Phones write the rate of capture into the file, and the times of the playback into its frames."""
+    tags = {"com.android.capture.fps": stated}
+    whole = write_video(tmp_path / f"whole.{suffix}", grey_frames(10))
+    _, summary = read(copied(whole, tmp_path / f"a.{suffix}", tags=tags))
+    rates = "when it was filmed, its times have 30/s: they are used; as"
+    assert summary.notes == ((f"com.android.capture.fps = {float(stated):g}/s {rates} {said}",) if said else ())
+
+
 @pytest.mark.parametrize("suffix", ["ts", "h264"])
 def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(tmp_path: Path, suffix: str) -> None:
     whole = with_key_frames(tmp_path / f"whole.{suffix}")

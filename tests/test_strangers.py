@@ -23,6 +23,7 @@ from zenocap.common.video.reader import VideoReader, VideoSummary
 BUGS = SHARED / "bugs"
 needs_bugs = pytest.mark.skipif(not BUGS.is_dir(), reason="the inputs of bug reports are not beside the checkout")
 FORMATS, TAKES, FILMS = "common/formats", "tools/takes", "common/video/test_reader.py"
+PICTURES = "services/viewer/sources/test_sources.py"
 CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "equal Euler solutions: that inside the reader's ranges": (
@@ -36,6 +37,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{TAKES}/test_export.py::test_frames_that_a_live_take_leaves_out_are_rows_without_pose",
         f"{TAKES}/test_export.py::test_uneven_times_in_a_format_with_one_rate_are_said",
         f"{TAKES}/test_evaluate.py::test_a_truth_that_counts_from_1_is_paired_by_time",
+        f"{PICTURES}::test_numbers_that_are_left_out_in_the_names_of_pictures_are_gaps",
+        f"{PICTURES}::test_pictures_state_their_gaps_and_an_assumed_rate",
     ),
     "a truth of another offset, side or unit: doubtful, status 3": (
         f"{TAKES}/test_evaluate.py::test_a_doubt_comes_first_and_with_status_3",
@@ -107,7 +110,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
         "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
-        "services/viewer/sources/test_sources.py::test_the_background_of_a_film_is_that_of_its_empty_part",
+        f"{PICTURES}::test_the_background_of_a_film_is_that_of_its_empty_part",
     ),
     "setup with another calibration": (
         "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",

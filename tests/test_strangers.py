@@ -99,6 +99,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{CALIBRATIONS}::test_files_of_others_that_are_not_read_are_named_in_one_line",
         f"{CALIBRATIONS}::test_what_ros_topic_echo_prints_is_read",
         "common/rig/test_video_folder.py::test_hidden_files_beside_the_videos_are_none",
+        "common/rig/test_video_folder.py::test_capitals_in_the_names_of_files_do_not_count",
+        "common/rig/test_video_folder.py::test_a_file_of_a_camera_that_is_not_taken_is_named",
         f"{FORMATS}/test_trc.py::test_a_byte_order_mark_is_no_part_of_the_file",
         f"{CALIBRATIONS}::test_a_byte_order_mark_is_no_part_of_the_file",
     ),

@@ -23,6 +23,7 @@ from zenocap.common.video.reader import VideoReader, VideoSummary
 BUGS = SHARED / "bugs"
 needs_bugs = pytest.mark.skipif(not BUGS.is_dir(), reason="the inputs of bug reports are not beside the checkout")
 FORMATS, TAKES, FILMS = "common/formats", "tools/takes", "common/video/test_reader.py"
+DAMAGE = "common/recording/test_damage.py"
 PICTURES = "services/viewer/sources/test_sources.py"
 CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
@@ -92,6 +93,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "valid containers": (
         f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
         f"{TAKES}/test_recover.py::test_another_compression_is_named_and_no_empty_take_is_written",
+        f"{DAMAGE}::test_what_later_versions_and_other_programs_may_write_is_no_damage",
+        f"{DAMAGE}::test_a_chunk_that_is_larger_than_is_read_is_named",
         f"{FORMATS}/test_c3d.py::test_any_number_of_points_is_read_back_with_its_names",
     ),
     "names": (

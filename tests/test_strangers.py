@@ -23,6 +23,8 @@ from zenocap.common.video.reader import VideoReader, VideoSummary
 BUGS = SHARED / "bugs"
 needs_bugs = pytest.mark.skipif(not BUGS.is_dir(), reason="the inputs of bug reports are not beside the checkout")
 FORMATS, TAKES, FILMS = "common/formats", "tools/takes", "common/video/test_reader.py"
+DAMAGE = "common/recording/test_damage.py"
+PICTURES = "services/viewer/sources/test_sources.py"
 CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "equal Euler solutions: that inside the reader's ranges": (
@@ -36,6 +38,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{TAKES}/test_export.py::test_frames_that_a_live_take_leaves_out_are_rows_without_pose",
         f"{TAKES}/test_export.py::test_uneven_times_in_a_format_with_one_rate_are_said",
         f"{TAKES}/test_evaluate.py::test_a_truth_that_counts_from_1_is_paired_by_time",
+        f"{PICTURES}::test_numbers_that_are_left_out_in_the_names_of_pictures_are_gaps",
+        f"{PICTURES}::test_pictures_state_their_gaps_and_an_assumed_rate",
     ),
     "a truth of another offset, side or unit: doubtful, status 3": (
         f"{TAKES}/test_evaluate.py::test_a_doubt_comes_first_and_with_status_3",
@@ -62,9 +66,17 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{FILMS}::test_a_bare_stream_has_the_rate_of_its_headers",
         f"{FILMS}::test_a_film_that_an_edit_list_trims_is_whole",
         f"{FILMS}::test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so",
+        f"{FILMS}::test_a_film_whose_beginning_is_missing_says_so",
+        f"{FILMS}::test_a_film_that_begins_with_pictures_that_refer_to_earlier_ones_keeps_its_times",
         f"{FILMS}::test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn",
         f"{FILMS}::test_pixels_that_are_not_square_are_said",
+        f"{FILMS}::test_pixels_that_are_not_square_by_the_container_alone_are_said",
+        f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",
+        f"{FILMS}::test_a_film_without_key_frame_is_refused_for_that_reason",
         f"{FILMS}::test_more_frames_than_declared_are_used_and_said",
+        f"{FILMS}::test_slow_motion_and_time_lapses_are_said",
+        f"{FILMS}::test_of_several_films_in_one_file_the_first_is_used_which_is_said_and_a_cover_is_none",
+        f"{FILMS}::test_an_avi_with_dropped_frames_is_whole",
         f"{TAKES}/test_take_videos.py::test_pictures_are_turned_as_the_file_asks_for",
         f"{TAKES}/test_take_videos.py::test_a_bare_stream_has_the_pictures_of_its_times",
         "tools/setup/sync/test_sound.py::test_time_of_sound_counts_from_pictures_that_cannot_be_decoded",
@@ -94,6 +106,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "valid containers": (
         f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",
         f"{TAKES}/test_recover.py::test_another_compression_is_named_and_no_empty_take_is_written",
+        f"{DAMAGE}::test_what_later_versions_and_other_programs_may_write_is_no_damage",
+        f"{DAMAGE}::test_a_chunk_that_is_larger_than_is_read_is_named",
         f"{FORMATS}/test_c3d.py::test_any_number_of_points_is_read_back_with_its_names",
     ),
     "names": (
@@ -101,6 +115,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{CALIBRATIONS}::test_files_of_others_that_are_not_read_are_named_in_one_line",
         f"{CALIBRATIONS}::test_what_ros_topic_echo_prints_is_read",
         "common/rig/test_video_folder.py::test_hidden_files_beside_the_videos_are_none",
+        "common/rig/test_video_folder.py::test_capitals_in_the_names_of_files_do_not_count",
+        "common/rig/test_video_folder.py::test_a_file_of_a_camera_that_is_not_taken_is_named",
         f"{FORMATS}/test_trc.py::test_a_byte_order_mark_is_no_part_of_the_file",
         f"{CALIBRATIONS}::test_a_byte_order_mark_is_no_part_of_the_file",
         "common/camera/test_lens_files.py::test_files_of_opencvs_programs_are_read",
@@ -114,7 +130,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/viewer/advice/test_faults.py::test_a_person_in_the_empty_scene_is_stated_and_not_learnt",
         "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
-        "services/viewer/sources/test_sources.py::test_the_background_of_a_film_is_that_of_its_empty_part",
+        f"{PICTURES}::test_the_background_of_a_film_is_that_of_its_empty_part",
     ),
     "setup with another calibration": (
         "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",

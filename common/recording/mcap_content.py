@@ -2,7 +2,7 @@
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from io import BytesIO
 
 import zstandard
@@ -12,7 +12,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
 TEXT, LONG = "<I", "<Q"  # bytes preceded by their length, 4 or 8 bytes
-LAYOUT: dict[int, tuple[int | str, ...]] = {  # fields of a record by kind, which fill it exactly
+LAYOUT: dict[int, tuple[int | str, ...]] = {  # fields of a record by kind, behind which a later version may have more
     Opcode.HEADER: (TEXT, TEXT),
     Opcode.FOOTER: (20,),
     Opcode.SCHEMA: (2, TEXT, TEXT, TEXT),
@@ -30,13 +30,31 @@ LAYOUT: dict[int, tuple[int | str, ...]] = {  # fields of a record by kind, whic
 }
 HEAD = struct.Struct("<BQ")  # of a record: kind, length
 MESSAGE = struct.Struct("<HIQQ")  # before its data: channel, sequence, log and publish time
-COMPRESSED = "a chunk compressed with "  # begin of a reason that is no damage
+COMPRESSED, LARGE = "a chunk compressed with ", "a chunk of more than "  # begins of reasons that are no damage
 FIXED = struct.Struct("<QQQII")  # first and last log time, uncompressed size, checksum, length of the compression's name
 MAX_CHUNK = 64 << 20  # bytes uncompressed; ours have up to 6 MiB, the defaults of other writers are below 64 MiB
 OF_INDEX = (  # records that may follow the data
     Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
     Opcode.SUMMARY_OFFSET,
 )  # fmt: skip
+
+
+def fields_end(kind: int, start: int, end: int, read: Callable[[int, int], bytes]) -> int | None:
+    """Offset behind the fields of LAYOUT, in a record with content from `start` to `end`; None where they do not fit.
+
+    read: the bytes at an offset, a number of them.
+    """
+    at = start
+    for part in LAYOUT[kind]:
+        if isinstance(part, int):
+            at += part
+            continue
+        size = struct.calcsize(part)
+        number = read(at, size)
+        if len(number) < size or at + size > end:
+            return None
+        at += size + struct.unpack(part, number)[0]
+    return at if at <= end else None
 
 
 class BrokenRecord(Exception):
@@ -63,7 +81,7 @@ def decode_record(kind: int, body: bytes) -> Header | Schema | Channel | Metadat
                 return None
     except (McapError, ValueError, struct.error) as error:
         raise BrokenRecord(str(error) or type(error).__name__) from error
-    if stream.count != len(body):
+    if stream.count != fields_end(kind, 0, len(body), lambda at, size: body[at : at + size]):
         raise BrokenRecord("lengths that do not agree")
     return found
 
@@ -117,7 +135,7 @@ def chunk_records(body: bytes) -> Iterator[Schema | Channel | Message]:
                 raise BrokenChunk("a chunk with a broken schema or channel") from error
             if isinstance(found, Schema | Channel):
                 yield found
-        else:
+        elif kind in LAYOUT:
             raise BrokenChunk(f"a chunk with a record of kind {kind}, which a chunk cannot contain")
 
 
@@ -130,9 +148,10 @@ def compression_of(body: bytes) -> bytes:
 def _unpacked(body: bytes) -> bytes:
     _, _, size, expected, name_length = FIXED.unpack_from(body)
     packing = compression_of(body)
-    packed = memoryview(body)[FIXED.size + name_length + 8 :]
+    at = FIXED.size + name_length + 8
+    packed = memoryview(body)[at : at + struct.unpack_from(LONG, body, at - 8)[0]]
     if size > MAX_CHUNK:
-        raise BrokenChunk(f"a chunk of {size} bytes uncompressed, more than {MAX_CHUNK}")
+        raise BrokenChunk(f"{LARGE}{MAX_CHUNK >> 20} MiB uncompressed, {size >> 20}, which is not read")
     match packing:
         case b"":
             data = bytes(packed)

@@ -28,9 +28,13 @@ from zenocap.common.recording.mcap_content import (
     chunk_span,
     compression_of,
     decode_record,
+    fields_end,
 )
 
 MAGIC = b"\x89MCAP0\r\n"
+MOST_FOREIGN = 16  # records of other programs in a row that are skipped; chosen by hand
+EXACT = (0, Opcode.MESSAGE, Opcode.FOOTER, Opcode.ATTACHMENT)  # kinds of no record, or without further fields
+SMALLEST_CHUNK = 40  # bytes of its content, where there is nothing in it
 MAX_RECORD = 256 << 20  # bytes; longer records are damage
 NEAR, WINDOW = 512, 1 << 20  # bytes searched at once: first (records are often close together), and at most
 
@@ -97,7 +101,7 @@ class Records:
         yield from self._index()
         self._checksum = zlib.crc32(MAGIC)
         while offset < self._size:
-            record = self._record_at(offset)
+            record = self._next_at(offset)
             if record is None:
                 after = self._next_record(offset + 1)
                 if after == self._size:
@@ -118,7 +122,7 @@ class Records:
 
     def _record(self, offset: int, kind: int, head: bytes, body: bytes) -> Iterator[Item]:
         if kind == Opcode.DATA_END:
-            (expected,) = struct.unpack("<I", body)
+            (expected,) = struct.unpack_from("<I", body)
             if self._intact and expected and expected != self._checksum:
                 yield self._damage(offset, 0, "the checksum of its data is wrong: an index, metadata or a name was changed")
             self._index_at, self._checksum = offset + len(head) + len(body), 0
@@ -126,7 +130,7 @@ class Records:
         if kind == Opcode.FOOTER:
             yield from self._footer(offset, head, body)
             return
-        if self._index_at is not None and kind not in OF_INDEX:
+        if self._index_at is not None and kind in LAYOUT and kind not in OF_INDEX:
             self._index_at = None  # it was not the end of the data
             yield self._damage(offset, 0, "data after its data end record")
         self._checksum = zlib.crc32(body, zlib.crc32(head, self._checksum))
@@ -163,7 +167,7 @@ class Records:
 
     def body_at(self, offset: int, kind: int) -> bytes | None:
         """Content of the record of a kind at `offset`; None when there is no such record."""
-        record = self._record_by_lengths(offset)
+        record = self._record_by_lengths(offset) or self._foreign_at(offset)
         if record is None or record[0] != kind:
             return None
         return self._read_at(offset + HEAD.size, record[1] - offset - HEAD.size)
@@ -197,7 +201,7 @@ class Records:
         else:
             return
         offset = start
-        while (record := self._record_at(offset)) is not None and record[0] != Opcode.FOOTER:
+        while (record := self._next_at(offset)) is not None and record[0] != Opcode.FOOTER:
             kind, end = record
             yield kind, summary[offset + HEAD.size - start : end - start]
             offset = end
@@ -209,18 +213,23 @@ class Records:
         self._intact = False
         return Damage(offset, length, why, span_ns, index=self._index_at is not None, cut=cut)
 
-    def _record_at(self, offset: int) -> tuple[int, int] | None:
+    def _next_at(self, offset: int) -> tuple[int, int] | None:
+        """Kind and end of the record at `offset`, where the one before it ends; None when there is none."""
+        return self._record_at(offset, searched=False) or self._foreign_at(offset)
+
+    def _record_at(self, offset: int, *, searched: bool = True) -> tuple[int, int] | None:
         """Kind and end of the record at `offset`; None when there is none.
 
-        A message has no lengths inside: it is accepted where messages are outside of chunks and a record follows.
+        A message has no lengths inside: it is accepted where a record follows.  searched: the offset is that of any byte,
+        such as one in a broken chunk, where no message is accepted once there are chunks.
         """
         found = self._record_by_lengths(offset)
         if found is None or found[0] != Opcode.MESSAGE:
             return found
-        if self._chunked:
+        if self._chunked and searched:
             return None
         head = self._read_at(found[1], HEAD.size)
-        if len(head) < HEAD.size or self._record_by_lengths(found[1]):
+        if len(head) < HEAD.size or self._record_by_lengths(found[1]) or self._foreign_at(found[1]):
             return found
         kind, length = HEAD.unpack(head)
         cut = kind in (Opcode.MESSAGE, *LAYOUT) and self._size - found[1] - HEAD.size < length <= MAX_RECORD
@@ -228,26 +237,46 @@ class Records:
 
     def _record_by_lengths(self, offset: int) -> tuple[int, int] | None:
         """Kind and end of the record, from the lengths of the record alone."""
+        if (found := self._extent(offset)) is None:
+            return None
+        kind, start, end = found
+        if kind == Opcode.MESSAGE:
+            return (kind, end) if end - start >= MESSAGE.size else None
+        return (kind, end) if kind in LAYOUT and fields_end(kind, start, end, self._read_at) == end else None
+
+    def _foreign_at(self, offset: int) -> tuple[int, int] | None:
+        """Kind and end of a record of a later version or another program: with more fields, or of a kind that is skipped.
+
+        Accepted where a record of this version follows, or MOST_FOREIGN others and then one.
+        """
+        first: tuple[int, int] | None = None
+        for _ in range(MOST_FOREIGN):
+            if (found := self._extent(offset)) is None:
+                return None
+            kind, start, end = found
+            if kind in EXACT or not self._may_be_foreign(kind, start, end):
+                return None
+            first = first or (kind, end)
+            if self._record_by_lengths(end):
+                return first
+            offset = end
+        return None
+
+    def _may_be_foreign(self, kind: int, start: int, end: int) -> bool:
+        """Whether content has the fields of its kind, or none of a chunk or attachment whose kind is damaged."""
+        if kind in LAYOUT:
+            return fields_end(kind, start, end, self._read_at) is not None
+        damaged = (fields_end(one, start, end, self._read_at) == end for one in (Opcode.CHUNK, Opcode.ATTACHMENT))
+        return end - start <= SMALLEST_CHUNK or not any(damaged)
+
+    def _extent(self, offset: int) -> tuple[int, int, int] | None:
+        """Kind of the record at `offset`, begin and end of its content, from its head alone; None beyond the bounds."""
         head = self._read_at(offset, HEAD.size)
         if len(head) < HEAD.size:
             return None
         kind, length = HEAD.unpack(head)
-        start, end = offset + HEAD.size, offset + HEAD.size + length
-        if end > self._size or length > MAX_RECORD:
-            return None
-        if kind == Opcode.MESSAGE:
-            return (kind, end) if length >= MESSAGE.size else None
-        at = start
-        for part in LAYOUT.get(kind, (-1,)):
-            if isinstance(part, int):
-                at += part
-            else:
-                size = struct.calcsize(part)
-                number = self._read_at(at, size)
-                if len(number) < size or at + size > end:
-                    return None
-                at += size + struct.unpack(part, number)[0]
-        return (kind, end) if at == end else None
+        start = offset + HEAD.size
+        return None if start + length > self._size or length > MAX_RECORD else (kind, start, start + length)
 
     def _next_record(self, offset: int) -> int:
         """Offset of the next record at or after `offset`; the size of the file when there is none."""

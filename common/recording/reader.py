@@ -11,7 +11,7 @@ from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.recording.mcap_content import COMPRESSED
+from zenocap.common.recording.mcap_content import COMPRESSED, LARGE
 from zenocap.common.recording.mcap_records import ChunkEnd, Damage, Item, NotMcap, Records
 from zenocap.common.topics import TOPICS, Topic, topic_at
 
@@ -73,8 +73,9 @@ class UnreadableParts:
     def description(self, count: int) -> str:
         """Description for display, with the number of messages that were read."""
         read = f"{count} messages read"
-        if packed := next((damage.why for damage in self.first if damage.why.startswith(COMPRESSED)), ""):
-            return f"{self.chunks} chunks lost: {packed}; {read}"
+        reasons = [damage.why for damage in self.first if damage.chunk]
+        if reasons and all(why.startswith((COMPRESSED, LARGE)) for why in reasons):
+            return f"{self.chunks} chunks lost: {reasons[0]}; {read}"
         if self.stretches and not (self.bytes or self.chunks or self.orphans):
             return f"damaged: {next(damage.why for damage in self.first if not damage.index)}; {read}"
         if self.chunks or self.orphans or self.stretches:

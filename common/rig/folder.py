@@ -190,7 +190,14 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     found = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
-    return _paired(calibration, cameras, found)
+    paired, notes = _paired(calibration, cameras, found)
+    others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in found and path.is_file()]
+    without = [name for name in cameras if name not in paired]
+    unused = [path.name for name in without for path in others if _contains(path.stem, name)]
+    notes += [f"videos/{name}: not used, by its suffix: allowed: {' '.join(VIDEO_SUFFIXES)}" for name in unused]
+    if unused and len(paired) < 2:
+        raise UserError(f"{folder}: {notes[-1]}")
+    return paired, notes
 
 
 def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:
@@ -264,9 +271,14 @@ def _in_order(cameras: list[str]) -> list[str]:
 
 
 def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) -> str | None:
-    """Relative path, `folder` and file name, of this camera's file; None when there is none."""
+    """Relative path, `folder` and file name, of this camera's file; None when there is none.
+
+    Capitals do not count, as on some disks; of files that differ in them alone, the one with those of the camera is taken.
+    """
+    files = with_suffix(folder, suffixes)
     for candidate in (name, stem):
-        for suffix in suffixes:
-            if (folder / f"{candidate}{suffix}").is_file():
-                return f"{folder.name}/{candidate}{suffix}"
+        same = [path for path in files if path.stem.lower() == candidate.lower()]
+        if same:
+            found = min(same, key=lambda path: (path.stem != candidate, suffixes.index(path.suffix.lower())))
+            return f"{folder.name}/{found.name}"
     return None

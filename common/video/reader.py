@@ -1,11 +1,12 @@
 """Decoding of a video file: its frames in order, each with the time that its container gives."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, pairwise
+from math import inf
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +18,7 @@ from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 from av.sidedata.sidedata import SideData
 from av.sidedata.sidedata import Type as SideDataType
+from av.stream import Disposition
 from av.video.stream import VideoStream
 
 from zenocap.common.arrays import LARGEST_PX, Image
@@ -31,7 +33,13 @@ PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
 MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
-LATE_S = 0.1  # from the beginning of a Matroska file to its first frame, from which it is said; chosen by hand
+# From the beginning of a file to its first frame: from when on it is said, also in frame periods, as decoders delay by a
+# few; and from when on the times are those of a camera that ran long before.  Chosen by hand.
+LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
+FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
+CAPTURE_RATE = "com.android.capture.fps"
+OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that is said; chosen by hand
+UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
 T = TypeVar("T")
@@ -63,8 +71,10 @@ def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
     """
     turn = round(frame.rotation) % 360
-    data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
-    found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
+    found: SideData | None = None
+    with suppress(ValueError):  # PyAV gives none where it does not know one of them, such as the EXIF data of JPEG
+        data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
+        found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
     if found is None:
         return turn, False
     a, b, _, c, d = np.frombuffer(memoryview(found), dtype=np.int32)[:5].astype(np.float64)
@@ -77,12 +87,17 @@ def is_known(stream: VideoStream) -> bool:
     return getattr(stream, "codec_context", None) is not None
 
 
+def films(container: InputContainer) -> list[VideoStream]:
+    """The video streams, without covers and thumbnails."""
+    return [one for one in container.streams.video if not one.disposition & Disposition.attached_pic]
+
+
 def video_stream(path: Path, container: InputContainer) -> VideoStream:
-    """The first video stream, of which nothing is decoded yet.
+    """The first of the `films`, of which nothing is decoded yet.
 
     Raises OpenError, with the container closed, without one, for an unknown codec, and for images above LARGEST_PX.
     """
-    stream = next(iter(container.streams.video), None)
+    stream = next(iter(films(container)), None)
     if stream is None:
         problem = "has no video stream: allowed: a video file"
     elif not is_known(stream):
@@ -102,9 +117,9 @@ def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
 def opened(path: Path) -> tuple[InputContainer, str]:
     """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
     container = _open(path)
-    if not container.streams.video or not is_known(container.streams.video[0]):
+    if not (found := films(container)) or not is_known(found[0]):
         return container, ""
-    codec = container.streams.video[0].codec_context.codec
+    codec = found[0].codec_context.codec
     kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
     reasons = []
     for kind in kinds:
@@ -113,7 +128,7 @@ def opened(path: Path) -> tuple[InputContainer, str]:
         except (FFmpegError, NotImplementedError, ValueError, RuntimeError) as error:
             reasons.append(f"{kind}: {getattr(error, 'strerror', None) or error}")
             continue
-        if by_hardware.streams.video[0].codec_context.is_hwaccel:
+        if films(by_hardware)[0].codec_context.is_hwaccel:
             container.close()
             return by_hardware, ""
         by_hardware.close()
@@ -125,9 +140,9 @@ def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
     """The mean rate, or that of the median interval of the first frames where it is much higher: frames are missing."""
     try:
         with _open(path) as container:
-            packets = container.demux(container.streams.video[0])
+            stream = films(container)[0]
+            packets, base = container.demux(stream), stream.time_base or Fraction(0)
             stamps = sorted(one.pts for one in islice(packets, PROBED_FRAMES) if one.pts is not None)
-            base = container.streams.video[0].time_base or Fraction(0)
     except FFmpegError:
         return mean
     intervals = sorted(b - a for a, b in pairwise(stamps) if b > a)
@@ -184,6 +199,7 @@ class VideoReader(Closable):
         stated = self._stream.codec_context.framerate if self._bare else None
         rate = stated or _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
+        self._from_zero = any(name in self._container.format.name for name in FROM_ZERO)
         shown = round(self._duration_ns * self.fps / 1e9)
         self.declared = self._stream.frames or shown
         if (
@@ -192,16 +208,18 @@ class VideoReader(Closable):
             self.declared = min(self.declared, shown)
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""
         if not 0 < self.fps <= MAX_FPS:
-            self.close()
-            raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to {MAX_FPS:g} a second; convert the video")
+            rate_allowed = f"frame rate {self.fps}: allowed: above 0 to {MAX_FPS:g} a second; convert the video"
+            raise self._refused(rate_allowed if self._stream.codec_context.width else UNDECODABLE)
         self._times = FrameTimes(self._stream.time_base or 1 / rate, round(1e9 / rate))
         self._frames = self._decoded()
         self._waiting = self._first()
+        if self._from_zero and not self._stream.frames and self._waiting:  # the duration is from time 0 on
+            self.declared -= min(self.declared, round((self._waiting.pts or 0) * self._times.time_base * rate))
         self._turn, self._mirrored = display_turn(self._waiting) if self._waiting else (0, False)
         self.size = self._size()
         if min(self.size) < MIN_PX:
-            self.close()
-            raise OpenError(f"{path}: images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}")
+            size_allowed = f"images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}"
+            raise self._refused(size_allowed if min(self.size) else UNDECODABLE)
 
     def next(self) -> VideoFrame | None:
         """The next frame, None after the last.  Raises EndedEarly where the file is cut or cannot be read further."""
@@ -236,13 +254,17 @@ class VideoReader(Closable):
     def close(self) -> None:
         self._container.close()
 
+    def _refused(self, problem: str) -> OpenError:
+        """The error to raise for a file, which is closed."""
+        self.close()
+        return OpenError(f"{self.path}: {problem}")
+
     def _first(self) -> av.VideoFrame | None:
         """The first frame, with the size after the turn; None without one."""
         try:
             return next(self._frames, None)
         except EndedEarly as error:
-            self.close()
-            raise OpenError(f"{self.path}: not a video that can be decoded: {error}") from error
+            raise self._refused(f"not a video that can be decoded: {error}") from error
 
     def _size(self) -> tuple[int, int]:
         if self._waiting is None:
@@ -252,31 +274,51 @@ class VideoReader(Closable):
 
     def _notes(self) -> Iterator[str]:
         """Lines on contradictions within the file."""
+        if (count := len(films(self._container))) > 1:
+            yield f"has {count} films: the first, of {self.size[0]} x {self.size[1]} px, is used"
         if self._bare and not self._stream.codec_context.framerate:
             yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
         elif self._bare:
             yield f"has no times: {self.fps:g} frames/s, as its headers state"
+        if (captured := self._capture_rate()) and abs(captured / self.fps - 1.0) > OTHER_RATE:
+            slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
+            yield (
+                f"{CAPTURE_RATE} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
+                f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
+            )
         if self._trimmed:
             yield f"{self._trimmed} frames are in the file and cut away by its edit list: they are left out"
+        late_s, least_s = self._times.begin_ns / 1e9, max(LATE_S, LATE_PERIODS / self.fps)
+        if self._from_zero and least_s < late_s < LATEST_S:
+            yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
         if self._undecodable:
             lost_s = self._times.start_ns / 1e9
             yield (
                 f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
                 "times count from the first of them"
             )
-        elif "matroska" in self._container.format.name and (late_s := self._times.begin_ns / 1e9) > LATE_S:
-            yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
         if self._mirrored:
             yield "asks for a mirrored picture: not mirrored, as cameras see it"
-        ratio = self._stream.codec_context.sample_aspect_ratio
-        if ratio and ratio != 1:
-            yield f"its pixels are not square ({ratio.numerator}:{ratio.denominator}): used as stored, as in a calibration"
+        ratios = (self._stream.sample_aspect_ratio, self._stream.codec_context.sample_aspect_ratio)
+        shapes = list(dict.fromkeys(f"{ratio.numerator}:{ratio.denominator}" for ratio in ratios if ratio))
+        if shapes not in ([], ["1:1"]):
+            shape = " in the container, in its headers ".join(shapes)
+            yield f"its pixels are not square ({shape}): used as stored, as in a calibration"
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 
+    def _capture_rate(self) -> float:
+        """Frames/s at which a camera filmed, as slow motion and time lapses state; 0 where it is not stated."""
+        tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
+        with suppress(ValueError):
+            if 0 < (rate := float(tags.get(CAPTURE_RATE, "0"))) < inf:
+                return rate
+        return 0.0
+
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
-        skipped: list[int | None] | None = []  # time stamps before the first key frame
+        stamps: list[int | None] | None = []  # of the packets before the first frame
+        keyless = 0  # of them, before the first key frame
         while True:
             try:
                 packet = next(packets, None)
@@ -285,12 +327,9 @@ class VideoReader(Closable):
             if packet is None:
                 return
             self._trimmed += packet.is_discard
-            if skipped is not None and not packet.is_keyframe and packet.size:
-                skipped.append(packet.pts)
-            elif packet.is_keyframe and skipped:
-                self._undecodable = len(skipped)
-                self._times.start_ns = self._length_ns(skipped, packet.pts)
-            skipped = None if packet.is_keyframe else skipped
+            if stamps is not None and packet.size and not packet.is_discard:
+                keyless += not packet.is_keyframe and keyless == len(stamps)
+                stamps.append(packet.pts)
             try:
                 frames = packet.decode()
             except InvalidDataError:
@@ -302,15 +341,23 @@ class VideoReader(Closable):
                 if frame.is_corrupt:
                     self.damaged += 1
                 else:
-                    skipped = None
+                    if stamps is not None:
+                        self._begin(stamps, keyless, frame.pts)
+                    stamps = None
                     yield frame
 
-    def _length_ns(self, skipped: list[int | None], first: int | None) -> int:
-        """Duration of frames with time stamps before a first one."""
-        stamps = [stamp for stamp in skipped if stamp is not None]
-        if first is None or not stamps:
-            return len(skipped) * self._times.period_ns
-        return max(0, round((first - min(stamps)) * self._times.time_base * 10**9))
+    def _begin(self, stamps: Sequence[int | None], keyless: int, first: int | None) -> None:
+        """Count what comes before the first frame: after a cut, also pictures that refer to one before a key frame.
+
+        stamps: time stamps of the packets so far, none of which a bare stream has.  first: of the first frame.
+        """
+        before = [stamp for stamp in stamps if stamp is not None and first is not None and stamp < first]
+        count = keyless if all(stamp is None for stamp in stamps) else len(before)
+        self._times.start_ns = count * self._times.period_ns
+        if first is not None and before:
+            self._times.start_ns = round((first - min(before)) * self._times.time_base * 10**9)
+        self.damaged -= min(self.damaged, keyless)
+        self._undecodable = max(0, count - self.damaged)
 
     def _declared_duration_ns(self) -> int:
         """Duration of the video stream as declared; 0 when unknown.  That of the container may be of its sound."""
@@ -325,6 +372,8 @@ class VideoReader(Closable):
     def _check_length(self) -> None:
         """Raise EndedEarly when there are fewer frames than declared, or the last one is long before the declared end."""
         read = self.read + self.damaged + self._undecodable
+        if self._container.format.name == "avi":  # it counts frames that were dropped when it was written; times skip them
+            read = max(read, round((self.end_ns + max(0, self._times.begin_ns)) * self.fps / 1e9))
         if self._stream.frames:
             cut = self.declared - read > max(1.0, MISCOUNTED * self.declared)
         else:

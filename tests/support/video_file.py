@@ -34,11 +34,11 @@ class Sound:
 def write_video(
     path: Path, images: Iterable[Image], times_s: Sequence[float] | None = None, *, fps: int = 30,
     codec: str = "libx264", pixels: str = "yuv420p", sound: Sound | None = None,
-    options: Mapping[str, str] | None = None, pixel_shape: Fraction | None = None,
+    options: Mapping[str, str] | None = None, pixel_shape: Fraction | None = None, clock: int = CLOCK,
 ) -> Path:  # fmt: skip
     """Write images (height, width, 3), blue, green, red, of one size; at increasing times, else at a constant rate.
 
-    options: more of the codec.  pixel_shape: width to height of a pixel.
+    options: more of the codec.  pixel_shape: width to height of a pixel.  clock: ticks a second of the given times.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as container:
@@ -53,11 +53,11 @@ def write_video(
                 if pixel_shape is not None:
                     stream.codec_context.sample_aspect_ratio = pixel_shape
                 if times_s is not None:
-                    stream.codec_context.time_base = Fraction(1, CLOCK)
+                    stream.codec_context.time_base = Fraction(1, clock)
             frame = av.VideoFrame.from_ndarray(image, format="bgr24")
             frame.pts, frame.time_base = k, Fraction(1, fps)
             if times_s is not None:
-                frame.pts, frame.time_base = round(times_s[k] * CLOCK), Fraction(1, CLOCK)
+                frame.pts, frame.time_base = round(times_s[k] * clock), Fraction(1, clock)
             container.mux(stream.encode(frame))
         if stream is not None:
             container.mux(stream.encode(None))
@@ -76,9 +76,17 @@ def ask_for_turn(path: Path, degrees: int) -> None:
     path.write_bytes(content)
 
 
-def copied(source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None) -> Path:
-    """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound."""
-    with av.open(str(source)) as container, av.open(str(target), "w", options={"avoid_negative_ts": "0"}) as copy:
+def copied(
+    source: Path, target: Path, first: int = 0, shift_s: float = 0.0, end: int | None = None,
+    tags: Mapping[str, str] | None = None,
+) -> Path:  # fmt: skip
+    """The video's packets from `first` on without new encoding, with times that are `shift_s` later; all of its sound.
+
+    tags: metadata of the file.
+    """
+    options = {"avoid_negative_ts": "0"} | ({"movflags": "use_metadata_tags"} if tags else {})
+    with av.open(str(source)) as container, av.open(str(target), "w", options=options) as copy:
+        copy.metadata.update(tags or {})
         added = {
             one.index: copy.add_stream_from_template(one)
             for one in (*container.streams.video[:1], *container.streams.audio[:1])

@@ -1,6 +1,7 @@
 """Pictures of a tracked take: frames of its videos at any time."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,14 +11,14 @@ import numpy as np
 from av.error import FFmpegError
 
 from zenocap.common.arrays import Image
-from zenocap.common.errors import OpenError, UserError
+from zenocap.common.errors import OpenError, SourceError, UserError
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.recording.setup_file import RecordedRig, setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
-from zenocap.common.video.reader import display_turn, turned_picture, video_stream
+from zenocap.common.video.reader import VideoReader, display_turn, turned_picture, video_stream
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
@@ -29,8 +30,11 @@ class SeekableVideo:
 
     def __init__(self, path: Path) -> None:
         """Raises OpenError."""
-        self._path = path
+        self._path, self._start = path, 0
         self._open()
+        with suppress(SourceError), VideoReader(path) as reader:  # the first frames may be missing
+            reader.next()
+            self._start = round(reader.begin_s / self._base)
 
     def _open(self) -> None:
         try:
@@ -40,7 +44,6 @@ class SeekableVideo:
         self._stream = video_stream(self._path, self._container)
         self._stream.thread_type = "AUTO"
         self._base = self._stream.time_base or Fraction(1, 1000)
-        self._start = self._stream.start_time or 0
         rate = self._stream.codec_context.framerate or self._stream.guessed_rate
         self._period_s = float(1 / rate) if rate else 0.0
         self._frames: Iterator[av.VideoFrame] = self._container.decode(self._stream)

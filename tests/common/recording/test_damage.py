@@ -18,6 +18,7 @@ from benchmarks.cases.takes.damage import KINDS, Damaging, Findings, Judge, corr
 from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
 from zenocap.common.recording.mcap_records import ChunkEnd, Damage, Message, NotMcap, Records
+from zenocap.common.recording.reader import TakeReader
 
 FRAMES = 300
 MAGIC = b"\x89MCAP0\r\n"
@@ -123,6 +124,46 @@ def messages_of_chunks(content: bytes) -> list[list[Message]]:
             chunks.append([])
     assert not chunks.pop()
     return chunks
+
+
+FIELDS = struct.pack("<HH", 1, 0) + b"".join(struct.pack("<I", len(text)) + text for text in (b"/note", b"json", b""))
+CHANNEL, NOTE = record(4, FIELDS), record(5, struct.pack("<HIQQ", 1, 0, 5, 5) + b"{}")
+OWN, END, FOOTER = record(0x80, b"of another program"), record(15, bytes(4)), record(2, bytes(20)) + MAGIC
+FIRST, MIXED = CHANNEL + NOTE, record(4, FIELDS + b"more") + OWN + NOTE + NOTE
+VALID = {  # two notes
+    "private records, one without content": (OWN, CHANNEL, OWN, record(0xFF, b""), NOTE, OWN, NOTE, END),
+    "kinds of a later version": (record(0x10, b"later"), CHANNEL, NOTE, record(0x7F, bytes(40)), NOTE, END),
+    "a channel with more fields": (record(4, FIELDS + b"more"), NOTE, NOTE, END),
+    "a data end with more fields": (CHANNEL, NOTE, NOTE, record(15, bytes(12))),
+    "a private record in the index": (CHANNEL, NOTE, NOTE, END, OWN),
+    "messages behind a chunk": (chunk(FIRST, len(FIRST), b""), NOTE, END),
+    "a private record in a chunk": (chunk(MIXED, len(MIXED), b"", zlib.crc32(MIXED)), END),
+    "a chunk with more fields": (record(6, chunk(MIXED, len(MIXED), b"")[9:] + b"more"), END),
+}
+
+
+@pytest.mark.parametrize("records", VALID.values(), ids=VALID)
+def test_what_later_versions_and_other_programs_may_write_is_no_damage(tmp_path: Path, records: tuple[bytes, ...]) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(HEADER + b"".join(records) + FOOTER)
+    take = TakeReader(path)
+    assert [(one.topic, one.data) for one in take.messages()] == [("/note", b"{}")] * 2
+    assert take.cut is None
+
+
+def test_a_chunk_whose_kind_is_damaged_is_no_record_of_another_program() -> None:
+    content = bytearray(HEADER + chunk(MIXED, len(MIXED), b"") + END + FOOTER)
+    content[len(HEADER)] |= 0x80
+    assert [item.why for item in read(bytes(content)) if isinstance(item, Damage)] == ["no record"]
+
+
+def test_a_chunk_that_is_larger_than_is_read_is_named(tmp_path: Path) -> None:
+    path, content = tmp_path / "a.mcap", FIRST + bytes(65 << 20)
+    path.write_bytes(HEADER + chunk(zstandard.compress(content), len(content)) + END + FOOTER)
+    take = TakeReader(path)
+    assert list(take.messages()) == []
+    reason = "a chunk of more than 64 MiB uncompressed, 65, which is not read"
+    assert take.cut == f"{path}: 1 chunks lost: {reason}; 0 messages read"
 
 
 def test_checksums_of_decompressed_chunks_are_verified() -> None:

@@ -1,5 +1,6 @@
 """A folder with a calibration and videos: times at which the videos begin, and videos of another size."""
 
+import re
 from pathlib import Path
 
 import cv2
@@ -8,22 +9,18 @@ import pytest
 
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
-from tests.support.videos import grey_frames
+from tests.support.videos import QUARTER_TURN, grey_frames
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import _paired
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
-from zenocap.common.rig.sources import Stream, VideoFile
+from zenocap.common.rig.sources import BackgroundImage, MedianFrames, Stream, VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.cli.track_options import videos_in
 
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
-
-
-# EXIF data of a JPEG: orientation 6, that of a telephone held upright.
-QUARTER_TURN = b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
 
 
 def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:
@@ -42,6 +39,37 @@ def test_hidden_files_beside_the_videos_are_none(tmp_path: Path) -> None:
         (tmp_path / "videos" / name).write_bytes(b"\0\5\x16\7")
     assert [viewer.id for viewer in load_rig(folder(tmp_path)).viewers] == ["cam01", "cam02"]
     assert [path.name for path in videos_in(tmp_path)] == ["cam01.mp4", "cam02.mp4"]
+
+
+@pytest.mark.parametrize("renamed", ["cam01.MP4", "Cam01.mp4", "CAM01.MTS"])
+@pytest.mark.parametrize("picture", ["cam01.PNG", "CAM01.jpg", "cam01.JPEG"])
+def test_capitals_in_the_names_of_files_do_not_count(tmp_path: Path, renamed: str, picture: str) -> None:
+    """As action cameras and camcorders write them; a T-pose and a background were ignored without a word."""
+    first = folder(tmp_path) / "videos" / "cam01.mp4"
+    (tmp_path / "stretched").mkdir()
+    (tmp_path / "stretched" / renamed).write_bytes(first.read_bytes())
+    first.rename(first.with_name(renamed))
+    (tmp_path / "background").mkdir()
+    cv2.imwrite(str(tmp_path / "background" / picture), grey_frames(1, (640, 480))[0])
+    one, two = load_rig(tmp_path).viewers
+    assert one.source == VideoFile(first.with_name(renamed), initial=tmp_path / "stretched" / renamed)
+    assert (one.background, two.background) == (BackgroundImage(tmp_path / "background" / picture), MedianFrames())
+
+
+def test_a_file_of_a_camera_that_is_not_taken_is_named(tmp_path: Path) -> None:
+    second, calibration = folder(tmp_path) / "videos" / "cam02.mp4", tmp_path / "calibration.toml"
+    text, third = calibration.read_text(), second.with_name("cam03.mp4")
+    second.rename(third)
+    third.with_name("cam01.thm").write_bytes(b"")
+    third.with_name("cam02.insv").write_bytes(b"")
+    another = re.sub(r"(cam_?0)2", r"\g<1>3", text[text.index("[cam_02]") : text.index("[metadata]")])
+    calibration.write_text(another + text)
+    notes = [note for note in load_rig(tmp_path).notes if "not used" in note]
+    assert notes[0] == "cam02: no video: this camera is not used"
+    assert [note.partition(" allowed")[0] for note in notes[1:]] == ["videos/cam02.insv: not used, by its suffix:"]
+    third.unlink()
+    with pytest.raises(UserError, match=r"videos/cam02\.insv: not used, by its suffix: allowed: \.mp4 "):
+        load_rig(tmp_path)
 
 
 def rig_file(path: Path, viewers: str, method: str = "auto") -> Path:

@@ -1,17 +1,20 @@
 """Reading of video files: times of their containers, formats, rotation, damage."""
 
+import struct
 import wave
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from unittest.mock import Mock
 
+import av
 import cv2
 import numpy as np
 import pytest
+from av.stream import Disposition
 
 from tests.support.video_file import ask_for_turn, copied, write_video
-from tests.support.videos import GREY_STEP, grey_frames
+from tests.support.videos import GREY_STEP, QUARTER_TURN, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
 from zenocap.tools.takes.take_videos import SeekableVideo
@@ -31,6 +34,7 @@ def noisy(count: int) -> list[np.ndarray]:
     return [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(count)]
 
 
+OPEN = "keyint=20:min-keyint=20:bframes=3:b-adapt=0:scenecut=0"  # groups of pictures
 FORMATS = [
     ("mp4", "libx264", "yuv420p"), ("mov", "libx264", "yuv422p10le"), ("mkv", "libx264", "gray"),
     ("mp4", "libx265", "yuv420p10le"), ("webm", "libvpx-vp9", "yuv420p"), ("mov", "prores_ks", "yuv422p10le"),
@@ -84,6 +88,21 @@ def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
         assert reader.fps == pytest.approx(30.0, rel=0.001), "the mean of 48 frames is 24 a second"
 
 
+@pytest.mark.parametrize("at", [1, 10, 19])
+@pytest.mark.parametrize("codec", ["mjpeg", "mpeg4"])
+def test_an_avi_with_dropped_frames_is_whole(tmp_path: Path, codec: str, at: int) -> None:
+    """Capture programs write an empty chunk for a dropped frame, and count it."""
+    pixels = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+    times = [(k + 3 * (k >= at)) / 30 for k in range(20)]
+    path = write_video(tmp_path / "a.avi", noisy(20), times, codec=codec, pixels=pixels, clock=30)
+    frames, summary = read(path)
+    assert np.abs([frame.time_ns / 1e9 - time for frame, time in zip(frames, times, strict=True)]).max() < 1e-6
+    assert [gap.missing for gap in summary.timing.gaps] == [3]
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(EndedEarly, match="the file is cut or damaged"):
+        read(path)
+
+
 def test_times_begin_with_the_first_frame(tmp_path: Path) -> None:
     frames, _ = read(write_video(tmp_path / "a.mkv", grey_frames(5), [3.0 + k / 10 for k in range(5)]))
     assert [round(frame.time_ns / 1e9, 3) for frame in frames] == [0.0, 0.1, 0.2, 0.3, 0.4]
@@ -100,6 +119,21 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     assert np.array_equal(read(path)[0][0].image(), expected)
     with VideoReader(path) as reader:
         assert reader.size == expected.shape[1::-1]
+
+
+@pytest.mark.parametrize("suffix", ["mjpeg", "mkv"])
+def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(tmp_path: Path, suffix: str) -> None:
+    """PyAV raises a ValueError where it does not know a kind of side data; phones and cameras write EXIF data."""
+    path, image = tmp_path / "a.mjpeg", np.zeros((48, 64, 3), np.uint8)
+    image[:24, :32] = 250
+    picture = cv2.imencode(".jpg", image)[1].tobytes()
+    path.write_bytes(5 * (picture[:2] + QUARTER_TURN + picture[2:]))
+    if suffix == "mkv":
+        path = copied(path, tmp_path / "a.mkv")
+    frames, _ = read(path)
+    assert len(frames) == 5
+    assert np.abs(np.subtract(frames[0].image(), cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE), dtype=int)).mean() < 3
+    assert SeekableVideo(path).at(0.0) is not None
 
 
 def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:
@@ -134,6 +168,26 @@ def test_the_rate_of_a_bare_stream_that_states_none_is_said_to_be_assumed(tmp_pa
     assert summary.notes == ("states no frame rate: 25/s assumed; put it into a container with its rate, such as .mp4",)
 
 
+@pytest.mark.parametrize(
+    ("suffix", "stated", "said"),
+    [
+        ("mp4", "240.000000", "slow motion it is 8 times slower"),
+        ("mkv", "120", "slow motion it is 4 times slower"),
+        ("mp4", "1.5", "a time lapse it is 20 times faster"),
+        ("mp4", "29.4", ""),
+        ("mp4", "nan", ""),
+        ("mp4", "fast", ""),
+    ],
+)
+def test_slow_motion_and_time_lapses_are_said(tmp_path: Path, suffix: str, stated: str, said: str) -> None:
+    """Phones write the rate of capture into the file, and the times of the playback into its frames."""
+    tags = {"com.android.capture.fps": stated}
+    whole = write_video(tmp_path / f"whole.{suffix}", grey_frames(10))
+    _, summary = read(copied(whole, tmp_path / f"a.{suffix}", tags=tags))
+    rates = "when it was filmed, its times have 30/s: they are used; as"
+    assert summary.notes == ((f"com.android.capture.fps = {float(stated):g}/s {rates} {said}",) if said else ())
+
+
 @pytest.mark.parametrize("suffix", ["ts", "h264"])
 def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(tmp_path: Path, suffix: str) -> None:
     whole = with_key_frames(tmp_path / f"whole.{suffix}")
@@ -150,10 +204,50 @@ def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(
     assert any("begins between two key frames: the first 15 frames (0.50 s) cannot be decoded" in n for n in summary.notes)
 
 
-def test_a_matroska_file_whose_beginning_is_missing_says_so(tmp_path: Path) -> None:
-    _, summary = read(write_video(tmp_path / "a.mkv", grey_frames(5), [0.6 + k / 10 for k in range(5)]))
-    assert summary.notes == ("its first frame is at 0.60 s: what came before is missing; times count from that frame",)
-    assert read(write_video(tmp_path / "b.mkv", grey_frames(5)))[1].notes == ()
+@pytest.mark.parametrize("packets", [1, 15], ids=["one of them", "many"])
+@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+def test_a_film_without_key_frame_is_refused_for_that_reason(tmp_path: Path, codec: str, packets: int) -> None:
+    """FFmpeg knows neither size nor, of one packet, rate: the film was called one of 0 x 0 px, or of 90,000 frames/s."""
+    options = {"g": "60", "bf": "0"}
+    whole = write_video(tmp_path / "whole.ts", grey_frames(20), codec=codec, options=options)
+    path = copied(whole, tmp_path / "a.ts", first=5, end=5 + packets)
+    with pytest.raises(OpenError, match=r"a\.ts: no picture of it can be decoded: damaged, or without a key frame"):
+        VideoReader(path)
+
+
+@pytest.mark.parametrize("suffix", ["mkv", "mp4", "mov"])
+@pytest.mark.parametrize(("late_s", "said"), [(0.0, False), (0.6, True), (7200.0, False)])
+def test_a_film_whose_beginning_is_missing_says_so(tmp_path: Path, suffix: str, late_s: float, said: bool) -> None:
+    """An empty edit of MP4 and MOV; two hours are the time of a camera that runs on."""
+    whole = with_key_frames(tmp_path / f"whole.{suffix}", 5)
+    _, summary = read(path := copied(whole, tmp_path / f"a.{suffix}", shift_s=late_s))
+    late = "its first frame is at 0.60 s: what came before is missing; times count from that frame"
+    assert summary.notes == ((late,) if said else ())
+    with VideoReader(path) as reader:
+        assert reader.declared == 5
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec", "lost", "options"),
+    [
+        ("ts", "libx265", 3, {"x265-params": f"log-level=none:open-gop=1:{OPEN}"}),
+        ("mkv", "libx264", 3, {"x264-params": f"open-gop=1:{OPEN}", "preset": "medium"}),
+        ("mpg", "mpeg2video", 2, {"g": "12", "bf": "2"}),
+    ],
+)
+def test_a_film_that_begins_with_pictures_that_refer_to_earlier_ones_keeps_its_times(
+    tmp_path: Path, suffix: str, codec: str, lost: int, options: dict[str, str]
+) -> None:
+    """Cut at a key frame of an open group of pictures, as broadcast and camcorders write them."""
+    whole = write_video(tmp_path / f"whole.{suffix}", grey_frames(40), codec=codec, options=options)
+    with av.open(str(whole)) as container:
+        keys = [k for k, packet in enumerate(container.demux(video=0)) if packet.is_keyframe]
+    frames, summary = read(path := copied(whole, tmp_path / f"a.{suffix}", first=keys[1]))
+    assert frames[0].time_ns == pytest.approx(lost / 30 * 1e9, abs=1e6)
+    assert any(f"the first {lost} frames ({lost / 30:.2f} s) cannot be decoded" in note for note in summary.notes)
+    shown = SeekableVideo(path).at(frames[4].time_ns / 1e9)
+    assert shown is not None
+    assert round(float(shown.mean()) / GREY_STEP) == levels(frames)[4]
 
 
 @pytest.mark.parametrize(
@@ -181,6 +275,25 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:
     path = write_video(tmp_path / "a.mkv", grey_frames(5), pixel_shape=Fraction(4, 3))
     assert read(path)[1].notes == ("its pixels are not square (4:3): used as stored, as in a calibration",)
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mov"])
+@pytest.mark.parametrize(
+    ("stated", "said"), [(None, "4:3"), (Fraction(1), "4:3 in the container, in its headers 1:1")], ids=["once", "twice"]
+)
+def test_pixels_that_are_not_square_by_the_container_alone_are_said(
+    tmp_path: Path, suffix: str, stated: Fraction | None, said: str
+) -> None:
+    """As anamorphic cameras and editors write them, without touching what the codec has."""
+    path = write_video(tmp_path / f"a.{suffix}", grey_frames(5), pixel_shape=stated)
+    content, shape = bytearray(path.read_bytes().replace(b"pasp", b"free")), struct.pack(">I4sII", 16, b"pasp", 4, 3)
+    at = content.index(b"avcC") - 4
+    content[at:at] = shape
+    for name in (b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd", b"avc1"):
+        box = content.index(name, content.index(b"moov")) - 4
+        content[box : box + 4] = struct.pack(">I", struct.unpack_from(">I", content, box)[0] + len(shape))
+    path.write_bytes(content)
+    assert read(path)[1].notes == (f"its pixels are not square ({said}): used as stored, as in a calibration",)
 
 
 @pytest.mark.parametrize("shape", [None, Fraction(4, 3)], ids=str)
@@ -237,6 +350,38 @@ def test_sound_alone_is_refused(tmp_path: Path) -> None:
         sound.writeframes(bytes(16000))
     with pytest.raises(OpenError, match=r"a\.wav: has no video stream"):
         VideoReader(tmp_path / "a.wav")
+
+
+def with_streams(path: Path, sizes: Sequence[tuple[int, int]], cover: bool) -> Path:
+    """Films of 10 frames in one file.  cover: the last is one picture beside the others."""
+    with av.open(str(path), "w") as container:
+        films = [
+            container.add_stream("mjpeg", rate=30, width=size[0], height=size[1], pix_fmt="yuvj420p") for size in sizes
+        ]
+        films[-1].disposition = Disposition.attached_pic if cover else films[-1].disposition
+        container.start_encoding()
+        for k in range(10):
+            for film in films[:-1] if cover and k else films:
+                frame = av.VideoFrame.from_ndarray(grey_frames(10, (film.width, film.height))[k], format="bgr24")
+                frame.pts = k
+                container.mux(film.encode(frame))
+        for film in films:
+            container.mux(film.encode(None))
+    return path
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mov"])
+def test_of_several_films_in_one_file_the_first_is_used_which_is_said_and_a_cover_is_none(
+    tmp_path: Path, suffix: str
+) -> None:
+    """As stereo and 360-degree cameras write them; music has a cover, drones a thumbnail."""
+    path, sizes = tmp_path / f"a.{suffix}", [(64, 48), (96, 48)]
+    frames, summary = read(with_streams(path, sizes, cover=False))
+    assert (len(frames), frames[0].image().shape) == (10, (48, 64, 3))
+    assert summary.notes == ("has 2 films: the first, of 64 x 48 px, is used",)
+    assert read(with_streams(path, sizes, cover=True))[1].notes == ()
+    with pytest.raises(OpenError, match="has no video stream"):
+        VideoReader(with_streams(path, sizes[:1], cover=True))
 
 
 @pytest.mark.parametrize("opened", [VideoReader, SeekableVideo])

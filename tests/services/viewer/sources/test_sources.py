@@ -221,16 +221,46 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
         assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
 
 
-def pictures(folder: Path, playback: Playback, *numbers: int) -> Iterator[Frame]:
+def pictures(folder: Path, playback: Playback, *numbers: int, fps: float = 10.0) -> Iterator[Frame]:
     """Write pictures with the grey values of their numbers; return the frames of the folder."""
     for k in numbers:
         cv2.imwrite(str(folder / f"{k}.png"), grey_frames(k + 1)[k])
-    return image_frames(Images(folder, "*.png"), 10.0, FIT, playback)
+    return image_frames(Images(folder, "*.png"), fps, FIT, playback)
 
 
-def test_pictures_are_ordered_by_number(tmp_path):
-    frames = pictures(tmp_path, offline(S), 2, 10, 1)
-    assert [(f.frame, f.captured_ns, level(f)) for f in frames] == [(0, S, 1), (1, S + S // 10, 2), (2, S + S // 5, 10)]
+def test_pictures_are_ordered_by_number_and_have_the_times_of_their_numbers(tmp_path):
+    frames = [(f.frame, f.captured_ns, level(f)) for f in pictures(tmp_path, offline(S), 2, 10, 1)]
+    assert frames == [(0, S, 1), (1, S + S // 10, 2), (9, S + 9 * S // 10, 10)]
+
+
+EVEN = "the pictures follow each other without gaps"
+
+
+@pytest.mark.parametrize(
+    ("names", "places", "note"),
+    [
+        ("cam02_0000 cam02_0001 cam02_0004", [0, 1, 4], ""),
+        ("0101_cam02 0102_cam02 0105_cam02", [0, 1, 4], "begins with number 101: times count from that picture"),
+        ("a1_640x480 a3_640x480 a7_640x480", [0, 1, 3], ""),
+        ("walk", [0], ""),
+        ("1.966 2.000 2.033", [0, 1, 2], f"the numbers in the names do not rise by whole steps: {EVEN}"),
+        ("1 2 20240101", [0, 1, 2], f"the numbers in the names do not rise by whole steps: {EVEN}"),
+        ("1 2 end", [0, 1, 2], f"not every name has a number: {EVEN}"),
+    ],
+)
+def test_numbers_that_are_left_out_in_the_names_of_pictures_are_gaps(names, places, note):
+    found = images.places_of([Path(f"{name}.png") for name in names.split()])
+    assert found == (places, [note] if note else [])
+
+
+@pytest.mark.parametrize("fps", [10.0, 30.0])
+def test_pictures_state_their_gaps_and_an_assumed_rate(tmp_path, fps):
+    found = []
+    list(pictures(tmp_path, replace(offline(), finished=found.append), 0, 1, 2, 5, fps=fps))
+    (gap,) = found[0].timing.gaps
+    assert (gap.missing, gap.after_s) == (2, pytest.approx(5 / fps))
+    assumed = ("pictures have no times: 30/s assumed, unless `fps` of the rig file states it",)
+    assert found[0].notes == (assumed if fps == 30.0 else ())
 
 
 def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_path):

@@ -96,8 +96,8 @@ def test_error_names_a_file_that_is_not_a_manifest(folder: Path, text: str, word
 
 
 def test_unreadable_files_are_refused(folder: Path) -> None:
-    (folder / "m.csv").write_bytes(b"ab\xff\xfe")
-    with pytest.raises(UserError, match=r"m\.csv: not a CSV file: .* in position 2"):
+    (folder / "m.csv").write_bytes(b"ab\xff\x00")
+    with pytest.raises(UserError, match=r"m\.csv: not a CSV file: no text in UTF-8"):
         read_manifest(folder / "m.csv")
     with pytest.raises(UserError, match=r"no\.csv: cannot be read: No such file"):
         read_manifest(folder / "no.csv")

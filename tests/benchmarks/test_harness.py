@@ -11,7 +11,6 @@ from benchmarks import __main__ as program
 from benchmarks.harness import cache, pages, results
 from benchmarks.harness.cache import Closure
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
-from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from zenocap.common.errors import UserError
 
@@ -51,7 +50,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(results, "FOLDER", place)
     monkeypatch.setattr(pages, "pages", lambda: [page])
     monkeypatch.setattr(program, "KINDS", _Table())
-    monkeypatch.setattr(program, "OUT", tmp_path)
     return place
 
 
@@ -339,9 +337,3 @@ def test_kinds_and_cases_are_listed_and_shown(folder: Path, capsys: pytest.Captu
     assert capsys.readouterr().out.splitlines() == ["doubled: Twice the size.", "    small", "    large"]
     assert program.main(["all", "--only", "large", "--seeds", "1"]) == 0
     assert "20.0" in capsys.readouterr().out
-
-
-def test_a_plot_is_drawn(tmp_path: Path) -> None:
-    rows = [row_of("small", 2.0), row_of("large", 20.0)]
-    plot(results.results_of(KIND, rows), rows, tmp_path / "plot.png")
-    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")

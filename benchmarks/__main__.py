@@ -7,7 +7,7 @@
     python -m benchmarks --pictures NAME ... [--folder docs]
 
 KIND may be `all`.  What needs the shared clips beside the checkout is skipped without them; the status is 1 where a named
-kind has then no case left.
+kind has then no case left, where a case fails, and where a limit of a case does not hold.
 """
 
 import argparse
@@ -119,6 +119,10 @@ def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
     if rows:
         shown = results.results_of(kind, rows)
         show(shown, rows, Console())
+        for row in rows:
+            if row.figures.get(results.HOLDS, [1.0])[-1] == 0.0:  # of the worst seed
+                failed = True
+                print(f"{kind.name}: {row.case}: a limit does not hold", file=sys.stderr)
         if options.publish:
             results.store(kind, rows)
     return not failed

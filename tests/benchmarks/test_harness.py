@@ -337,3 +337,18 @@ def test_kinds_and_cases_are_listed_and_shown(folder: Path, capsys: pytest.Captu
     assert capsys.readouterr().out.splitlines() == ["doubled: Twice the size.", "    small", "    large"]
     assert program.main(["all", "--only", "large", "--seeds", "1"]) == 0
     assert "20.0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("most", "status", "word"), [(22.0, 0, "yes"), (21.0, 1, "NO")])
+def test_a_limit_that_one_seed_breaks_is_named_and_fails(
+    most: float, status: int, word: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def limited(one: Case) -> Figures:
+        return doubled(one) | {"holds": doubled(one)["mm"] <= most}
+
+    kind = replace(KIND, run=limited, columns=(*KIND.columns, Quantity("holds", worst="low")), timed=True)
+    monkeypatch.setattr(_Table, "row", lambda _, name: kind)
+    assert program.main(["doubled", "--only", "large"]) == status
+    text, error = capsys.readouterr()
+    assert f" {word} " in text
+    assert error == ("doubled: large: a limit does not hold\n" if status else "")

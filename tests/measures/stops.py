@@ -7,7 +7,6 @@ service within three minutes).  The status is 1 where a limit is broken.
 """
 
 import argparse
-import math
 import os
 import signal
 import sys
@@ -28,7 +27,7 @@ from zenocap.common.messages import PROCESS
 RIG, SIZE, FPS = "stops", "160x120", 15.0
 SETTLED_S = 11.0  # after which a process that ends is started again at once
 STOPS = 20
-ALONE, LOADED = (2.0, 3.0), (5.0, math.inf)  # longest stop, and start again of a service, without and with load
+ALONE_S, LOADED_S, AGAIN_S = 2.0, 5.0, 3.0  # longest stop, without and with load, and start again of a service
 WORDS = {True: "yes", False: "NO"}
 
 
@@ -80,18 +79,17 @@ def _until(rig: RunningRig, condition: Callable[[], bool]) -> None:
         raise RuntimeError(f"the rig does not work: {rig.log_text()[-2000:]}")
 
 
-def table(found: Sequence[Stop], failed: int, limits: tuple[float, float]) -> tuple[list[str], bool]:
-    """Lines of the table, and whether all limits hold.  failed: starts.  limits: see `ALONE`."""
-    times = {"stop of the rig, s": ([one.stop_s for one in found], limits[0])}
+def table(found: Sequence[Stop], failed: int, longest_s: float) -> tuple[list[str], bool]:
+    """Lines of the table, and whether all limits hold.  failed: number of starts.  longest_s: that a stop may take."""
+    times = {"stop of the rig, s": ([one.stop_s for one in found], longest_s)}
     for name in SERVICES:
-        times[f"{name} again, s"] = [one.again_s for one in found if one.service == name], limits[1]
+        times[f"{name} again, s"] = [one.again_s for one in found if one.service == name], AGAIN_S
     counts = {"services killed at a stop": sum(one.hung for one in found), "starts that failed": failed}
     lines = ["| what | times | median | p99 | worst | limit | holds |", "|---|--:|--:|--:|--:|--:|---|"]
     for what, (values, limit) in times.items():
         if values:
-            cells = " | ".join(f"{each:.2f}" for each in (*np.percentile(values, (50, 99)), max(values)))
-            most = "" if math.isinf(limit) else f"{limit:.2f}"
-            lines.append(f"| {what} | {len(values)} | {cells} | {most} | {WORDS[max(values) <= limit]} |")
+            cells = " | ".join(f"{each:.2f}" for each in (*np.percentile(values, (50, 99)), max(values), limit))
+            lines.append(f"| {what} | {len(values)} | {cells} | {WORDS[max(values) <= limit]} |")
     lines += [f"| {what} |  |  |  | {count} | 0 | {WORDS[not count]} |" for what, count in counts.items()]
     return lines, not any(line.endswith(f"{WORDS[False]} |") for line in lines)
 
@@ -117,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"{one.hung} killed, status {one.status}, load {one.load:.1f}",
                 flush=True,
             )
-    lines, holds = table(found, failed, LOADED if chosen.load else ALONE)
+    lines, holds = table(found, failed, LOADED_S if chosen.load else ALONE_S)
     print("\n".join(lines))
     return 0 if holds else 1
 

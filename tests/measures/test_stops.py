@@ -3,7 +3,7 @@
 import pytest
 
 from tests.measures import stops
-from tests.measures.stops import ALONE, LOADED, Stop, table
+from tests.measures.stops import ALONE_S, LOADED_S, Stop, table
 
 
 def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, hung: int = 0) -> Stop:
@@ -11,20 +11,20 @@ def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, hu
 
 
 @pytest.mark.parametrize(
-    ("one", "failed", "limits", "broken"),
+    ("one", "failed", "longest_s", "broken"),
     [
-        (stop(), 0, ALONE, ""),
-        (stop(stop_s=2.1), 0, ALONE, "stop of the rig, s | 100 | 1.00 | 1.01 | 2.10 | 2.00"),
-        (stop(again_s=3.1), 0, ALONE, "tracker again, s | 51 | 1.00 | 2.05 | 3.10 | 3.00"),
-        (stop(again_s=30.0, stop_s=4.9), 0, LOADED, ""),
-        (stop(stop_s=5.1), 0, LOADED, "stop of the rig, s | 100 | 1.00 | 1.04 | 5.10 | 5.00"),
-        (stop(hung=1), 0, LOADED, "services killed at a stop |  |  |  | 1 | 0"),
-        (stop(), 2, ALONE, "starts that failed |  |  |  | 2 | 0"),
+        (stop(), 0, ALONE_S, ""),
+        (stop(stop_s=2.1), 0, ALONE_S, "stop of the rig, s | 100 | 1.00 | 1.01 | 2.10 | 2.00"),
+        (stop(again_s=3.1), 0, ALONE_S, "tracker again, s | 51 | 1.00 | 2.05 | 3.10 | 3.00"),
+        (stop(again_s=2.9, stop_s=4.9), 0, LOADED_S, ""),
+        (stop(stop_s=5.1), 0, LOADED_S, "stop of the rig, s | 100 | 1.00 | 1.04 | 5.10 | 5.00"),
+        (stop(hung=1), 0, LOADED_S, "services killed at a stop |  |  |  | 1 | 0"),
+        (stop(), 2, ALONE_S, "starts that failed |  |  |  | 2 | 0"),
     ],
 )
-def test_a_limit_that_is_broken_is_named(one: Stop, failed: int, limits: tuple[float, float], broken: str) -> None:
+def test_a_limit_that_is_broken_is_named(one: Stop, failed: int, longest_s: float, broken: str) -> None:
     found = [one, *(stop(name) for name in ["tracker"] * 50 + ["viewer 1"] * 49)]
-    lines, holds = table(found, failed, limits)
+    lines, holds = table(found, failed, longest_s)
     assert [line for line in lines if line.endswith("NO |")] == ([f"| {broken} | NO |"] if broken else [])
     assert holds is not bool(broken)
 

@@ -1,9 +1,9 @@
-"""Stops of a whole rig, and starts again of its services: `python -m tests.measures.stops [STOPS] [--load PROCESSES]`.
+"""Stops of a whole rig, and starts again of its services: `python -m tests.measures.stops [STOPS]`.
 
 A rig of three simulated cameras around a router is stopped with Ctrl-C, each time after one of its services was killed and
-has worked again.  Printed: a line for each stop, then a table: seconds of the stops, seconds from the end of a service to
-the first health of the next process, services that were killed because they hung, starts that failed (of the rig, or of the
-service within three minutes).  The status is 1 where a limit is broken.
+has worked again; --load N: beside N processes that never wait.  Printed: a line for each stop, then a table: seconds of the
+stops, seconds from the end of a service to the first health of the next process, services that were killed because they
+hung, starts that failed (of the rig, or of the service within three minutes).  The status is 1 where a limit is broken.
 """
 
 import argparse

@@ -1,13 +1,13 @@
 """Run kinds of benchmarks: print their tables, store and publish their figures.
 
-    python -m benchmarks KIND ... [--only TEXT ...] [--seeds N] [--jobs N] [--fresh] [--plot] [--publish]
+    python -m benchmarks KIND ... [--only TEXT ...] [--seeds N] [--jobs N] [--fresh] [--publish]
     python -m benchmarks --list
     python -m benchmarks --stale            # lists stored figures whose sources have changed since; measures nothing
     python -m benchmarks --publish          # only writes the pages again
     python -m benchmarks --pictures NAME ... [--folder docs]
 
 KIND may be `all`.  What needs the shared clips beside the checkout is skipped without them; the status is 1 where a named
-kind has then no case left.
+kind has then no case left, where a case fails, and where a limit of a case does not hold.
 """
 
 import argparse
@@ -22,7 +22,6 @@ from rich.console import Console
 from benchmarks.harness import pages, results
 from benchmarks.harness.cache import ROOT, source_digest
 from benchmarks.harness.case import Kind
-from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from benchmarks.harness.text import show
 from benchmarks.kinds import KINDS
@@ -30,7 +29,6 @@ from benchmarks.pictures import DRAWN
 from zenocap.common.errors import UserError
 from zenocap.common.table import attribute
 
-OUT = Path("build") / "benchmarks"
 FEWEST_SEEDS = 3  # of a figure that is published, unless nothing is random
 
 
@@ -74,7 +72,6 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--jobs", type=int, default=2, metavar="N", help="processes (default 2); timed kinds have one")
     found.add_argument("--fresh", action="store_true", help="run again what is kept for the same sources and inputs")
     found.add_argument("--small", action="store_true", help="only the smallest case, one seed: checks that a kind runs")
-    found.add_argument("--plot", action="store_true", help=f"draw {OUT}/KIND.png")
     found.add_argument("--publish", action="store_true", help="store the figures and write them into the pages")
     found.add_argument("--pictures", nargs="+", default=(), choices=DRAWN, help="draw pictures of the documentation")
     found.add_argument("--folder", type=Path, default=ROOT / "docs", help="of the pictures (default docs)")
@@ -122,8 +119,10 @@ def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:
     if rows:
         shown = results.results_of(kind, rows)
         show(shown, rows, Console())
-        if options.plot:
-            plot(shown, rows, OUT / f"{kind.name}.png")
+        for row in rows:
+            if row.figures.get(results.HOLDS, [1.0])[-1] == 0.0:  # of the worst seed
+                failed = True
+                print(f"{kind.name}: {row.case}: a limit does not hold", file=sys.stderr)
         if options.publish:
             results.store(kind, rows)
     return not failed

@@ -1,14 +1,17 @@
 """Attacks of the table in docs/machines.md and the tests of each.
 
-`python -m tests.test_attacks` runs them all.
+`python -m tests.test_attacks` runs them all, and prints what became of each, with the command that runs it alone.
 """
 
 import re
 import sys
 from collections.abc import Mapping
+from types import SimpleNamespace
+
+import pytest
 
 from tests.support.places import ROOT
-from tests.test_strangers import exists, run
+from tests.test_strangers import Outcomes, exists, run
 
 SECURED, ENDPOINT = "system/test_secured.py", "services/camera/test_endpoint.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first column
@@ -112,6 +115,27 @@ def test_each_row_of_the_table_has_its_tests() -> None:
     rows = re.findall(r"^\| (.*?) \|.*\n", table.partition("\n\n")[0] + "\n", re.MULTILINE)
     assert list(TESTS) == rows
     assert [test for tests in TESTS.values() for test in tests if not exists(test)] == []
+
+
+def test_each_row_is_printed_with_what_became_of_it_and_its_command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def main(arguments: list[str], plugins: list[Outcomes]) -> int:
+        assert arguments == ["-m", "", "tests/a.py::one", "tests/a.py::two", "tests/b.py"]
+        for name, when, outcome in [
+            ("a.py::one[0]", "call", "passed"), ("a.py::one[1]", "setup", "skipped"), ("a.py::two_three", "call", "failed"),
+            ("b.py::one", "setup", "passed"), ("b.py::one", "call", "failed"), ("b.py::one", "teardown", "passed"),
+        ]:  # fmt: skip
+            report = SimpleNamespace(nodeid=f"tests/{name}", when=when, outcome=outcome, passed=outcome == "passed")
+            plugins[0].pytest_runtest_logreport(report)
+        return 1
+
+    monkeypatch.setattr(pytest, "main", main)
+    assert run({"first": ("a.py::one", "a.py::two"), "second": ("a.py::one", "b.py")}) == 1
+    assert capsys.readouterr().out.splitlines()[2:] == [
+        "| first | not run, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/a.py::two` |",
+        "| second | failed, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/b.py` |",
+    ]
 
 
 if __name__ == "__main__":

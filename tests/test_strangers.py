@@ -1,6 +1,6 @@
 """Files and first steps of strangers that contradict themselves: each point and its tests.
 
-`python -m tests.test_strangers` runs them all.
+`python -m tests.test_strangers` runs them all, and prints what became of each, with the command that runs it alone.
 """
 
 import re
@@ -173,9 +173,32 @@ def exists(test: str) -> bool:
     return re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE) is not None
 
 
+class Outcomes:
+    """A plugin of pytest: what became of the tests."""
+
+    def __init__(self) -> None:
+        self._found: list[tuple[str, str]] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call" or not report.passed:
+            self._found.append((report.nodeid, report.outcome))
+
+    def of(self, test: str) -> set[str]:
+        """What became of a test with any parameters, or of those of a file."""
+        its = re.compile(rf"{re.escape(test)}(\[|::|$)")
+        return {outcome for name, outcome in self._found if its.match(name)} or {"not run"}
+
+
 def run(table: Mapping[str, tuple[str, ...]]) -> int:
-    """Run the tests of a table, of all tiers; the exit status."""
-    return pytest.main(["-m", "", *{f"tests/{test}": None for tests in table.values() for test in tests}])
+    """Run the tests of a table, of all tiers; print what became of each row, and its command.  Returns the exit status."""
+    rows = {row: [f"tests/{test}" for test in tests] for row, tests in table.items()}
+    outcomes = Outcomes()
+    status = pytest.main(["-m", "", *dict.fromkeys(test for tests in rows.values() for test in tests)], [outcomes])
+    print("| what | tests | command |\n|---|---|---|")
+    for row, tests in rows.items():
+        found = sorted(set.union(*map(outcomes.of, tests)))
+        print(f"| {row} | {', '.join(found)} | `python -m pytest -m '' {' '.join(tests)}` |")
+    return status
 
 
 @pytest.mark.parametrize("point", TESTS)

@@ -20,6 +20,7 @@ from tests.support.places import ROOT
 End = Callable[[], None]
 ORDER_PAUSE_S = (0.3, 1.5)  # between two random requests
 OBEYED_S = 1.2  # the log obeys one request a second
+ENDS_S = 20.0  # longest wait for the end of a service after SIGTERM: the launcher would kill it then
 FILLER = "filler"
 
 
@@ -43,6 +44,14 @@ class Injector:
             case "kill", service:
                 rig.kill(service)
                 return rig.start_router if service == ROUTER else lambda: None
+            case "terminate", service:
+                pid = rig.pid(service)
+                rig.kill(service, signal.SIGTERM)
+
+                def ended() -> None:
+                    rig.wait(lambda: rig.pid(service) != pid, ENDS_S)
+
+                return ended
             case "stop", service:
                 pid = rig.pid(service)
                 rig.signal(pid, signal.SIGSTOP)

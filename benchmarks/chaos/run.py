@@ -19,6 +19,7 @@ from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import content, dishonest
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
+from benchmarks.harness.results import HOLDS
 from tests.support.small_disk import mounted
 
 RIG, SIZE, FPS = "chaos", "160x120", 15.0
@@ -176,6 +177,7 @@ def run(one: Case) -> Figures:
         "not back": len(outcome.recoveries) - len(back),
         **({"poses back": median(back), "worst": max(back)} if back else {}),
         "violations": len(outcome.violations),
+        HOLDS: not outcome.violations,
         "load": max(found.load for found in outcome.recoveries) if outcome.recoveries else 0.0,
     }
 
@@ -191,6 +193,7 @@ CHAOS = Kind(
         Quantity("poses back", "s", 1, joined="median"),
         Quantity("worst", "s", 1),
         Quantity("violations", "", 0, joined="sum"),
+        Quantity(HOLDS, worst="low"),
         Quantity("load", "", 1),
     ),
     {f"{minutes} minutes": case("random", seconds=60.0 * minutes) for minutes in (2, 10, 120)}

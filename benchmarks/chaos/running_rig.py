@@ -137,13 +137,13 @@ class RunningRig:
             return self._router.pid if self._router is not None else None
         return next((pid for pid, name in self.children().items() if name == service), None)
 
-    def kill(self, service: str) -> None:
+    def kill(self, service: str, number: signal.Signals = signal.SIGKILL) -> None:
         pid = self.pid(service)
         if pid is None:
             return
         self.killed.add(pid)
         with suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, number)
         if service == ROUTER and self._router is not None:
             self._router.wait()
 

@@ -33,6 +33,7 @@ class FaultKind:
 
 KINDS = (
     FaultKind("kill", (*SERVICES, ROUTER), (0.0, 0.0), 3.0),
+    FaultKind("terminate", SERVICES, (0.0, 0.0), 2.0),  # SIGTERM of another program, after which a service ends in order
     FaultKind("stop", (*SERVICES, ROUTER), (0.5, 6.0), 3.0),
     FaultKind("cut", SERVICES, (0.5, 6.0), 2.0),  # its packets vanish
     FaultKind("disconnect", SERVICES, (0.5, 6.0), 1.0),  # its connections are closed, and refused
@@ -43,7 +44,7 @@ KINDS = (
     FaultKind("recordings", ("deleted", "moved"), (0.0, 0.0), 1.0),
     FaultKind("requests", ("record and stop",), (1.0, 5.0), 1.0),  # not "measure": the person then has to take the T-pose
 )
-OF_SERVICES = ("kill", "stop", "cut", "disconnect")
+OF_SERVICES = ("kill", "terminate", "stop", "cut", "disconnect")
 PAUSE_S = (0.5, 3.0)  # from the recovery to the next fault
 DOUBLE = 0.25  # probability that another fault begins together with a fault
 

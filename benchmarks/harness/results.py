@@ -15,6 +15,7 @@ from zenocap.common.runtime.service_info import processor
 
 FOLDER = ROOT / "benchmarks" / "results"
 WRITTEN = ("benchmarks/results", "docs", "README.md")  # by --publish and --pictures: no result depends on them
+HOLDS = "holds"  # column of 1 and 0: whether all limits of a case do; where they do not, the command fails
 
 
 class Heading(msgspec.Struct, frozen=True):

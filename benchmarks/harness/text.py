@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from benchmarks.harness.results import Heading, Results, Row
+from benchmarks.harness.results import HOLDS, Heading, Results, Row
 
 NONE = "–"
 WIDEST = 1000  # characters
@@ -17,6 +17,8 @@ def cell(row: Row, heading: Heading) -> str:
     values = row.figures.get(heading.name, [])
     if not values:
         return ""
+    if heading.name == HOLDS:
+        return "yes" if values[-1] else "NO"
     texts = [NONE if value is None else f"{value:.{heading.digits}f}" for value in values]
     worst = f" ({texts[1]})" if len(texts) > 1 and texts[1] != texts[0] else ""
     missing = row.missing.get(heading.name, 0)

@@ -3,6 +3,7 @@
 import itertools
 import os
 import random
+import re
 import socket
 import threading
 from collections.abc import Iterator
@@ -15,9 +16,12 @@ from benchmarks.chaos import invariants
 from benchmarks.chaos.gate import LinkGate
 from benchmarks.chaos.hostile import false_orders
 from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
+from benchmarks.chaos.outcome import RunOutcome
+from benchmarks.chaos.run import CHAOS, Run
 from benchmarks.chaos.running_rig import Seen
-from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, Round, schedule
+from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, VIEWERS, Fault, Round, schedule
 from benchmarks.chaos.takes import Content, missing_poses
+from benchmarks.harness.case import case
 from tests.support.built_messages import built
 from zenocap.common import codec
 from zenocap.common import messages as m
@@ -98,6 +102,20 @@ def test_a_service_that_nobody_killed_must_not_end() -> None:
     ended = Seen("viewer 1", 5, 0, ended_ns=S)
     assert invariants.unexpected_ends([ended], {5}) == []
     assert "viewer 1" in invariants.unexpected_ends([ended], set())[0]
+
+
+def test_poses_may_pause_while_a_service_that_makes_them_is_ended() -> None:
+    paused = [name for name in SERVICES if Fault("terminate", name, 0.0).disturbs_poses]
+    assert paused == [*VIEWERS, "integrator", "tracker"]
+
+
+@pytest.mark.parametrize("violations", [[], ["seed 0: viewer 1 ended by itself"]])
+def test_a_run_with_a_violation_names_it_and_does_not_hold(
+    violations: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Run, "run", lambda _, folder: RunOutcome(0, 1.0, violations=violations))
+    assert CHAOS.run(case("random"))["holds"] == (not violations)
+    assert re.findall("violation: (.*)", capsys.readouterr().out) == violations
 
 
 def test_growing_memory_and_open_files_are_found() -> None:

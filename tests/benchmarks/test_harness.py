@@ -11,7 +11,6 @@ from benchmarks import __main__ as program
 from benchmarks.harness import cache, pages, results
 from benchmarks.harness.cache import Closure
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
-from benchmarks.harness.plot import plot
 from benchmarks.harness.pool import runs
 from zenocap.common.errors import UserError
 
@@ -51,7 +50,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(results, "FOLDER", place)
     monkeypatch.setattr(pages, "pages", lambda: [page])
     monkeypatch.setattr(program, "KINDS", _Table())
-    monkeypatch.setattr(program, "OUT", tmp_path)
     return place
 
 
@@ -341,7 +339,16 @@ def test_kinds_and_cases_are_listed_and_shown(folder: Path, capsys: pytest.Captu
     assert "20.0" in capsys.readouterr().out
 
 
-def test_a_plot_is_drawn(tmp_path: Path) -> None:
-    rows = [row_of("small", 2.0), row_of("large", 20.0)]
-    plot(results.results_of(KIND, rows), rows, tmp_path / "plot.png")
-    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+@pytest.mark.parametrize(("most", "status", "word"), [(22.0, 0, "yes"), (21.0, 1, "NO")])
+def test_a_limit_that_one_seed_breaks_is_named_and_fails(
+    most: float, status: int, word: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def limited(one: Case) -> Figures:
+        return doubled(one) | {"holds": doubled(one)["mm"] <= most}
+
+    kind = replace(KIND, run=limited, columns=(*KIND.columns, Quantity("holds", worst="low")), timed=True)
+    monkeypatch.setattr(_Table, "row", lambda _, name: kind)
+    assert program.main(["doubled", "--only", "large"]) == status
+    text, error = capsys.readouterr()
+    assert f" {word} " in text
+    assert error == ("doubled: large: a limit does not hold\n" if status else "")

@@ -126,9 +126,9 @@ def parts_of(lines: Sequence[tuple[float, str]]) -> dict[str, float]:
 
 
 @contextmanager
-def beside(load: str | None) -> Iterator[None]:
-    """Meanwhile the other work runs, or one busy process a core, or nothing for None."""
-    count = (os.cpu_count() or 1) if load == BUSY else 0 if load is None else 1
+def beside(load: str | None, number: int = os.cpu_count() or 1) -> Iterator[None]:
+    """Meanwhile the other work runs, or `number` processes that never wait, one a core by default, or nothing for None."""
+    count = number if load == BUSY else 0 if load is None else 1
     command = [sys.executable, "-c", BUSY] if load == BUSY else ["bash", "-c", f"while true; do {load}; done"]
     log = ROOT / "build" / "minutes" / "beside.log"
     log.parent.mkdir(parents=True, exist_ok=True)

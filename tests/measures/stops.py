@@ -1,28 +1,34 @@
 """Stops of a whole rig, and starts again of its services: `python -m tests.measures.stops [STOPS]`.
 
 A rig of three simulated cameras around a router is stopped with Ctrl-C, each time after one of its services was killed and
-has worked again.  Printed: seconds of each stop, services that were killed because they hung, seconds from the end of a
-service to the first health of the next process, beside the load of the machine.
+has worked again; --load N: beside N processes that never wait.  Printed: a line for each stop, then a table: seconds of the
+stops, seconds from the end of a service to the first health of the next process, services that were killed because they
+hung, starts that failed (of the rig, or of the service within three minutes).  The status is 1 where a limit is broken.
 """
 
+import argparse
 import os
 import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
+
+import numpy as np
 
 from benchmarks.chaos.observer import Observer
 from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import SERVICES
+from tests.measures.minutes import BUSY, beside
 from zenocap.common.messages import PROCESS
 
 RIG, SIZE, FPS = "stops", "160x120", 15.0
 SETTLED_S = 11.0  # after which a process that ends is started again at once
 STOPS = 20
+ALONE_S, LOADED_S, AGAIN_S = 2.0, 5.0, 3.0  # longest stop, without and with load, and start again of a service
+WORDS = {True: "yes", False: "NO"}
 
 
 @dataclass(frozen=True)
@@ -41,16 +47,9 @@ class Stop:
     text: str
 
 
-def stops(count: int, folder: Path, settled_s: float = SETTLED_S) -> Iterator[Stop]:
-    """Starts and stops of a rig.  Raises RuntimeError when it does not start."""
-    for number in range(count):
-        place = folder / str(number)
-        place.mkdir()
-        yield stop_after(SERVICES[number % len(SERVICES)], place, settled_s)
-
-
-def stop_after(service: str, folder: Path, settled_s: float, ended_by: signal.Signals = signal.SIGKILL) -> Stop:
+def stop_after(service: str, folder: Path, settled_s: float = SETTLED_S, ended_by: signal.Signals = signal.SIGKILL) -> Stop:
     """Start a rig, end a service, and stop the rig when it works again.  Raises RuntimeError when it does not."""
+    folder.mkdir(exist_ok=True)
     with RunningRig(folder, folder / "takes", rig_file(folder, RIG, SIZE, FPS, 0)) as rig:
         observer = Observer(rig.endpoint, RIG, [], SERVICES)
         observer.start()
@@ -80,18 +79,46 @@ def _until(rig: RunningRig, condition: Callable[[], bool]) -> None:
         raise RuntimeError(f"the rig does not work: {rig.log_text()[-2000:]}")
 
 
-def main(count: int) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        found = []
-        for one in stops(count, Path(folder)):
+def table(found: Sequence[Stop], failed: int, longest_s: float) -> tuple[list[str], bool]:
+    """Lines of the table, and whether all limits hold.  failed: number of starts.  longest_s: that a stop may take."""
+    times = {"stop of the rig, s": ([one.stop_s for one in found], longest_s)}
+    for name in SERVICES:
+        times[f"{name} again, s"] = [one.again_s for one in found if one.service == name], AGAIN_S
+    counts = {"services killed at a stop": sum(one.hung for one in found), "starts that failed": failed}
+    lines = ["| what | times | median | p99 | worst | limit | holds |", "|---|--:|--:|--:|--:|--:|---|"]
+    for what, (values, limit) in times.items():
+        if values:
+            cells = " | ".join(f"{each:.2f}" for each in (*np.percentile(values, (50, 99)), max(values), limit))
+            lines.append(f"| {what} | {len(values)} | {cells} | {WORDS[max(values) <= limit]} |")
+    lines += [f"| {what} |  |  |  | {count} | 0 | {WORDS[not count]} |" for what, count in counts.items()]
+    return lines, not any(line.endswith(f"{WORDS[False]} |") for line in lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("stops", nargs="?", type=int, default=STOPS)
+    parser.add_argument("--load", type=int, default=0, help="processes that never wait, beside the rig (default: none)")
+    chosen = parser.parse_args(arguments)
+    found, failed = list[Stop](), 0
+    with tempfile.TemporaryDirectory() as folder, beside(BUSY if chosen.load else None, chosen.load):
+        for number in range(chosen.stops):
+            service = SERVICES[number % len(SERVICES)]
+            try:
+                one = stop_after(service, Path(folder) / str(number))
+            except RuntimeError as error:
+                failed += 1
+                print(f"{number + 1} of {chosen.stops}: {service}: {error}", flush=True)
+                continue
             found.append(one)
             print(
-                f"{one.service} again in {one.again_s:.1f} s, stop in {one.stop_s:.1f} s, load {one.load:.1f}", flush=True
+                f"{number + 1} of {chosen.stops}: {one.service} again in {one.again_s:.1f} s, stop in {one.stop_s:.1f} s, "
+                f"{one.hung} killed, status {one.status}, load {one.load:.1f}",
+                flush=True,
             )
-    seconds = [one.stop_s for one in found]
-    print(f"{len(found)} stops: median {median(seconds):.1f} s, longest {max(seconds):.1f} s")
-    print(f"services killed: {sum(one.hung for one in found)}; statuses {sorted({str(one.status) for one in found})}")
+    lines, holds = table(found, failed, LOADED_S if chosen.load else ALONE_S)
+    print("\n".join(lines))
+    return 0 if holds else 1
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else STOPS)
+    sys.exit(main())

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.measures.stops import stop_after, stops
+from benchmarks.chaos.schedule import INTEGRATOR, VIEWERS
+from tests.measures.stops import stop_after
 from tests.support.processes import children_of, ended, output_of, started, wait_until
 from zenocap.tools.record.launcher.shell import DONE, INTERRUPTED, LOSS
 
@@ -16,8 +17,7 @@ pytestmark = [
 
 
 def test_no_service_is_killed_at_the_stop_of_a_rig(tmp_path: Path) -> None:
-    found = list(stops(4, tmp_path, settled_s=0.0))
-    assert [one.service for one in found] == ["viewer 1", "viewer 2", "viewer 3", "integrator"]
+    found = [stop_after(service, tmp_path / service, 0.0) for service in (*VIEWERS, INTEGRATOR)]
     assert [one.hung for one in found] == [0] * 4
     assert {one.status for one in found} <= {DONE, LOSS}
     assert found[-1].status == LOSS  # of the killed integrator

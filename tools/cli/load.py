@@ -36,7 +36,7 @@ class LoadArguments:
         None, "Quantity to double until the load is no longer held; then the limit is found by bisection."
     )
     soak: float | None = option(
-        None, "Run a soak test: do memory, handles and latency stay flat?", metavar="MINUTES", min=0.1
+        None, "Run a soak test: do memory, handles, disk and latency stay flat?", metavar="MINUTES", min=0.1
     )
     output: Path = option(Path("load"), "Folder for JSON, CSV and PNG.", "-o", "--output", metavar="DIR")
     json: JsonOption = False

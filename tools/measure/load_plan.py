@@ -77,12 +77,8 @@ class Plan:
 
 def checked(plan: Plan) -> Plan:
     """Return the plan if it is possible.  Raises PlanError."""
-    for option, value, most in (
-        ("viewers", plan.viewers, MAX_VIEWERS),
-        ("rigs", plan.rigs, MAX_RIGS),
-        ("rate", plan.rate, MAX_RATE),
-    ):
-        if value > most:
+    for option, most in (("viewers", MAX_VIEWERS), ("rigs", MAX_RIGS), ("rate", MAX_RATE)):
+        if (value := getattr(plan, option)) > most:
             raise PlanError(f"--{option} {value:g}: allowed: to {most:g}")
     if plan.method == "two-view" and plan.viewers != 2:
         raise PlanError(

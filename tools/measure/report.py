@@ -75,7 +75,8 @@ def soak_json(soak: Soak) -> Json:
 def bucket_json(bucket: Bucket) -> Json:
     each = [{"rig": r, "service": s, "id": i, **vars(sample)} for (r, s, i), sample in bucket.samples.items()]
     shared = {"bytes": bucket.shared[0], "files": bucket.shared[1]}
-    return {"at_s": bucket.at_s, **figures_json(bucket.figures), "shared_memory": shared, "processes": each}
+    disk = {"takes": bucket.disk[0], "others": bucket.disk[1]}
+    return {"at_s": bucket.at_s, **figures_json(bucket.figures), "shared_memory": shared, "disk": disk, "processes": each}
 
 
 def csv_text(points: Sequence[Measurement]) -> str:
@@ -102,15 +103,15 @@ def csv_of_soak(soak: Soak) -> str:
     """CSV with a row per process of each bucket, and one without process for the bucket's figures."""
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(
-        ("at_s", "process", "memory_mb", "handles", "threads", "offered", "completed", "p50_ms", "p99_ms", "shared_mb")
-    )
+    head = ("at_s", "process", "memory_mb", "handles", "threads", "offered", "completed", "p50_ms", "p99_ms")
+    writer.writerow((*head, "shared_mb", "takes_mb"))
     for bucket in soak.buckets:
         at, found = f"{bucket.at_s:.1f}", bucket.figures
         latency = [_cell(found.latency_ms.get(name, "")) for name in ("p50", "p99")]
-        writer.writerow((at, "", "", "", "", found.offered, found.completed, *latency, _cell(bucket.shared[0] / 1e6)))
+        stored = (_cell(bucket.shared[0] / 1e6), _cell(bucket.disk[0] / 1e6))
+        writer.writerow((at, "", "", "", "", found.offered, found.completed, *latency, *stored))
         for key, one in sorted(bucket.samples.items()):
-            writer.writerow((at, title(key), _cell(one.memory_bytes / 1e6), one.handles, one.threads, "", "", "", "", ""))
+            writer.writerow((at, title(key), _cell(one.memory_bytes / 1e6), one.handles, one.threads, *[""] * 6))
     return text.getvalue()
 
 

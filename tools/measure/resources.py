@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -78,16 +79,12 @@ def cores() -> int:
     return psutil.cpu_count() or 1
 
 
-def shared_memory() -> tuple[int, int]:
-    """Bytes and files in shared memory; 0 and 0 where there is no such folder."""
-    if not SHARED_MEMORY.is_dir():
-        return 0, 0
+def stored(folder: Path, pattern: str) -> tuple[int, int]:
+    """Bytes and number of files in a folder; 0 and 0 where it does not exist."""
     sizes = []
-    for path in SHARED_MEMORY.iterdir():
-        try:
+    for path in folder.glob(pattern):
+        with suppress(OSError):  # removed meanwhile
             sizes.append(path.stat().st_size)
-        except OSError:  # removed meanwhile
-            continue
     return sum(sizes), len(sizes)
 
 

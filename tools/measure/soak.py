@@ -1,10 +1,11 @@
-"""Soak test: viewers are killed for hours; memory, handles and latency stay flat."""
+"""Soak test: viewers are killed for hours; memory, handles, disk and latency stay flat."""
 
 import os
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from zenocap.tools.measure.latency import DueWindow, Figures, figures
 from zenocap.tools.measure.load_plan import LoadError, Plan
 from zenocap.tools.measure.load_processes import Deployment, LoadProcesses
 from zenocap.tools.measure.measurement import ReportProgress, receive, running
-from zenocap.tools.measure.resources import ITSELF, ProcessKey, ProcessSample, sample, shared_memory, title
+from zenocap.tools.measure.resources import ITSELF, SHARED_MEMORY, ProcessKey, ProcessSample, sample, stored, title
 from zenocap.tools.measure.subscriber import LoadSubscriber
 
 BUCKET_S = 10.0
@@ -24,12 +25,13 @@ FLAT_SHARE, FLAT_BYTES, FLAT_MS = 0.05, 4 << 20, 2.0  # increase that is flat: s
 
 @dataclass(frozen=True)
 class Bucket:
-    """Some seconds of a soak.  at_s: their end, since the start.  shared: bytes and files in shared memory."""
+    """Seconds of a soak up to `at_s`.  shared: bytes and files in shared memory.  disk: bytes of takes, and of others."""
 
     at_s: float
     figures: Figures
     samples: Mapping[ProcessKey, ProcessSample]
     shared: tuple[int, int]
+    disk: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ class Soak:
 
 @dataclass
 class _SoakState:
+    takes: Path
     buckets: list[Bucket] = field(default_factory=list)
     restarts: list[Restart] = field(default_factory=list)
     killed_ns: int | None = None
@@ -86,7 +89,7 @@ def soak(
 
     Returns the measurements up to an interruption or failure.  Raises LoadError and BusError when it cannot start.
     """
-    state, failure, dropped = _SoakState(), None, 0
+    state, failure, dropped = _SoakState(deployment.takes), None, 0
     with running(plan, deployment, stopped, report) as (processes, subscriber, epoch_ns):
         subscriber.receive_for(plan.settle_s)
         started_ns, started_s = subscriber.now_ns, time.monotonic()
@@ -124,7 +127,9 @@ def _bucket(
     subscriber.receive_for(ARRIVAL_S)
     samples = sample({**processes.pids(), ITSELF: os.getpid()})
     found = figures(subscriber.arrivals, window, plan.rig_names, plan.viewers)
-    state.buckets.append(Bucket((window.end_ns - started_ns) / 1e9, found, samples, shared_memory()))
+    takes, everything = (stored(state.takes, pattern)[0] for pattern in ("**/*.mcap", "**/*"))
+    disk, shared = (takes, everything - takes), stored(SHARED_MEMORY, "*")
+    state.buckets.append(Bucket((window.end_ns - started_ns) / 1e9, found, samples, shared, disk))
     _note_recovery(plan, subscriber, state)
     subscriber.discard(window.end_ns - int(HISTORY_S * 1e9))
     return window
@@ -143,7 +148,7 @@ def _note_recovery(plan: Plan, subscriber: LoadSubscriber, state: _SoakState) ->
 
 
 def trends(buckets: Sequence[Bucket], restarted: set[str]) -> tuple[Trend, ...]:
-    """Trends of memory, handles and threads of processes that ran all the time, shared memory, and latency.
+    """Trends of memory, handles and threads of processes that ran all the time, shared memory, disk and latency.
 
     The medians of the fifth after settling and of the last fifth are compared.  restarted: titles to leave out.
     """
@@ -153,14 +158,17 @@ def trends(buckets: Sequence[Bucket], restarted: set[str]) -> tuple[Trend, ...]:
     series: defaultdict[tuple[ProcessKey, str], list[float]] = defaultdict(list)
     for bucket in buckets:
         for key, one in bucket.samples.items():
-            series[key, "memory"].append(one.memory_bytes)
-            series[key, "handles"].append(one.handles)
-            series[key, "threads"].append(one.threads)
+            for what, value in (("memory", one.memory_bytes), ("handles", one.handles), ("threads", one.threads)):
+                series[key, what].append(value)
     for (key, what), values in sorted(series.items()):
         if title(key) not in restarted:
             slack = FLAT_BYTES if what == "memory" else 1.0
             found.append(_trend(f"{title(key)}: {what}", "bytes" if what == "memory" else "", values, slack))
     found.append(_trend("shared memory", "bytes", [bucket.shared[0] for bucket in buckets], FLAT_BYTES))
+    takes, others = np.transpose([bucket.disk for bucket in buckets])
+    fifth = len(buckets) // 5
+    found.append(_trend("disk without takes: growth", "bytes", (others - others[0]).tolist(), FLAT_BYTES))
+    found.append(_trend("takes of a fifth of the time", "bytes", (takes[fifth:] - takes[:-fifth]).tolist(), FLAT_BYTES))
     for name in ("p50", "p99"):
         latencies = [bucket.figures.latency_ms[name] for bucket in buckets if name in bucket.figures.latency_ms]
         if len(latencies) >= 5:

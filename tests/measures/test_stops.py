@@ -1,0 +1,45 @@
+"""Table of stops: a limit that is broken has a word, and decides the status."""
+
+import pytest
+
+from tests.measures import stops
+from tests.measures.stops import ALONE_S, LOADED_S, Stop, table
+
+
+def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, hung: int = 0) -> Stop:
+    return Stop(service, again_s, stop_s, hung, 0, 1.0, "")
+
+
+@pytest.mark.parametrize(
+    ("one", "failed", "longest_s", "broken"),
+    [
+        (stop(), 0, ALONE_S, ""),
+        (stop(stop_s=2.1), 0, ALONE_S, "stop of the rig, s | 100 | 1.00 | 1.01 | 2.10 | 2.00"),
+        (stop(again_s=3.1), 0, ALONE_S, "tracker again, s | 51 | 1.00 | 2.05 | 3.10 | 3.00"),
+        (stop(again_s=2.9, stop_s=4.9), 0, LOADED_S, ""),
+        (stop(stop_s=5.1), 0, LOADED_S, "stop of the rig, s | 100 | 1.00 | 1.04 | 5.10 | 5.00"),
+        (stop(hung=1), 0, LOADED_S, "services killed at a stop |  |  |  | 1 | 0"),
+        (stop(), 2, ALONE_S, "starts that failed |  |  |  | 2 | 0"),
+    ],
+)
+def test_a_limit_that_is_broken_is_named(one: Stop, failed: int, longest_s: float, broken: str) -> None:
+    found = [one, *(stop(name) for name in ["tracker"] * 50 + ["viewer 1"] * 49)]
+    lines, holds = table(found, failed, longest_s)
+    assert [line for line in lines if line.endswith("NO |")] == ([f"| {broken} | NO |"] if broken else [])
+    assert holds is not bool(broken)
+
+
+def test_a_start_that_fails_is_counted_and_the_others_go_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def after(service: str, _: object) -> Stop:
+        if service == "viewer 2":
+            raise RuntimeError("the rig does not work")
+        return stop(service)
+
+    monkeypatch.setattr(stops, "stop_after", after)
+    assert stops.main(["3"]) == 1
+    text = capsys.readouterr().out
+    assert "2 of 3: viewer 2: the rig does not work\n3 of 3: viewer 3 again in 1.0 s" in text
+    assert "| stop of the rig, s | 2 | 1.00 | 1.00 | 1.00 | 2.00 | yes |" in text
+    assert "| starts that failed |  |  |  | 1 | 0 | NO |" in text

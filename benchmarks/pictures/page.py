@@ -37,7 +37,7 @@ def draw(folder: Path) -> None:
     """Write page-measure.png, page.png and page-live-sizes.jpg of a demo."""
     with tempfile.TemporaryDirectory() as place:
         (port,) = free_ports(1)
-        rig = written_demo(Path(place), f"[animator.page]\nport = {port}\n", method="auto")
+        rig = written_demo(Path(place), f"[animator.page]\nport = {port}\n", method="both")
         with served(["up", str(rig)], port) as (browser, address):
             page = browser.new_page(viewport=SIZE, color_scheme="dark")
             page.goto(address)

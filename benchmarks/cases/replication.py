@@ -29,6 +29,8 @@ PEOPLE = (122, 123, 125)  # adults, 1.60 to 1.73 m; of a seed each
 T_POSE, TRUE_POSE = "T-pose", "true pose"
 HEADING = 0.0  # of the T-pose: ten parts have no feet, which would show where the front is
 FEWER = 100  # test frames of what the paper does not have; a third of the time
+MAIN = ((T_POSE, 0), (TRUE_POSE, 0), (TRUE_POSE, FEWER))  # starts and numbers of test frames, 0 for the paper's
+OTHER = ((T_POSE, FEWER), (TRUE_POSE, FEWER))  # of the other force law
 UNFAMILIAR = {"walking": "boxing", "jogging": "boxing", "boxing": "walking"}  # motion of the prior's training frames
 CAUSES: Mapping[str, Mapping[str, Value]] = {  # what may cause the error of the hybrid method
     "4 × points": {"points": 4 * POINTS},
@@ -107,18 +109,17 @@ def inputs(one: Case) -> tuple[str, ...]:
 
 
 def _cases() -> dict[str, Case]:
-    """The paper's table; then 100 test frames of the other force law and start, other numbers of regions, causes of the
-    error and a prior of another motion."""
+    """The paper's table, from both starts; then 100 test frames of the other force law, other numbers of regions, causes of
+    the error and a prior of another motion."""
     found: dict[str, Case] = {}
     for method in METHODS:
         laws: tuple[ForceLaw | None, ...] = LAWS if method != "particle-filter" else (None,)
-        for law, start in product(laws, (T_POSE, TRUE_POSE)):
-            main = law != LAWS[1] and start == T_POSE
-            for motion in MOTIONS:
-                options: dict[str, Value] = {"method": method, "start": start, "tested": 0 if main else FEWER}
+        for law, motion in product(laws, MOTIONS):
+            for start, tested in OTHER if law == LAWS[1] else MAIN:
+                options: dict[str, Value] = {"method": method, "start": start, "tested": tested}
                 if law is not None:
                     options["law"] = law
-                name = f"{method}{'' if law is None else f', {law}'}, {start}, {'all' if main else FEWER} frames, {motion}"
+                name = f"{method}{'' if law is None else f', {law}'}, {start}, {tested or 'all'} frames, {motion}"
                 found[name] = case(motion, **options)
     regions: dict[str, Mapping[str, Value]] = {f"M = {count}": {"regions": count} for count in COUNTS if count != REGIONS}
     causes = [("hybrid", *row) for row in (regions | dict(CAUSES)).items()] + [

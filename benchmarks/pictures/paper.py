@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases.paper import METHODS, PAPER_RMSE_MM, angle_curves
-from benchmarks.cases.replication import FEWER, LAWS, PEOPLE, REPLICATION, T_POSE, TRUE_POSE, clip_of, tracked
+from benchmarks.cases.replication import FEWER, LAWS, PEOPLE, REPLICATION, TRUE_POSE, clip_of, tracked
 from benchmarks.harness.case import Case
 from benchmarks.harness.results import load_all
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, prior_of
@@ -129,7 +129,7 @@ def _errors_by_frame(path: Path) -> None:
 def _name(method: str, motion: str) -> str:
     """Name of a case of the paper's table."""
     law = f", {LAWS[0]}" if method != "particle-filter" else ""
-    return f"{method}{law}, {T_POSE}, all frames, {motion}"
+    return f"{method}{law}, {TRUE_POSE}, all frames, {motion}"
 
 
 def _case(method: str, motion: str) -> Case:

@@ -63,10 +63,13 @@ def _joined(before: Sender, after: Sender, *, continued: bool) -> Sender:
     last = next(reversed(lives), None)
     if last is not None and after.lives and last not in after.lives:
         lives[last] = structs.replace(lives[last], tail=less(before.seen, lives[last].last.seen))
+    # Seen before and without a report since: sent by the next process, unless the one before it had not ended.
+    loose = before.seen if last is None else less(before.seen, lives[last].last.seen) if lives[last].last.ended else {}
     for process, life in after.lives.items():
         one = lives.get(process)
         if one is None:
-            missing, unlogged = ((life.missing, life.unlogged), ()) if continued else ((life.missing,), (life.unlogged,))
+            between = less(life.unlogged, loose)
+            missing, unlogged = ((life.missing, between), ()) if continued else ((life.missing,), (between,))
             lives[process] = structs.replace(life, missing=summed(missing), unlogged=summed(unlogged))
             continue
         gap = less(less(life.first.sent, one.last.sent), less(life.first.seen, one.last.seen))

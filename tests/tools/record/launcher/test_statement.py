@@ -322,6 +322,7 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
+@example([("record",), ("send", VIEWER, 4), ("close_log",), ("record",), ("second",)], True)
 @example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
 @example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)
 @given(st.lists(FAULTS, max_size=25), st.booleans())

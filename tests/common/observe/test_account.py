@@ -12,7 +12,7 @@ from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Counters, Envelope
 from zenocap.common.messages import ENDED, PROCESS, Phase
 from zenocap.common.observe.account import MAX_LIVES, MAX_SERVICES, METADATA, Account, Line, read_account
-from zenocap.common.observe.several_logs import completed, ended, joined
+from zenocap.common.observe.several_logs import OneLog, completed, ended, joined
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.parts import PartLimits, Parts
 from zenocap.common.recording.reader import TakeReader
@@ -176,10 +176,10 @@ def test_what_is_sent_between_two_logs_is_unlogged_or_missing() -> None:
 
 def test_healths_beside_the_logs_say_what_was_sent_after_them() -> None:
     log = account(health(1, 0), pose(1), health(2, 1), pose(2.5))
-    reports = account(health(1, 0), health(2, 1), health(3, 4, ended=True))
-    assert poses(completed(log, reports, continued=False)) == Line(4, 2, 0, 2, ())
-    assert poses(completed(log, reports, continued=True)) == Line(4, 2, 2, 0, ())
-    alone = completed(Account(), reports, continued=True)
+    logs, reports = [OneLog(SECOND, log, log)], account(health(1, 0), health(2, 1), health(3, 4, ended=True))
+    assert poses(completed(logs, reports, continued=False)) == Line(4, 2, 0, 2, ())
+    assert poses(completed(logs, reports, continued=True)) == Line(4, 2, 2, 0, ())
+    alone = completed((), reports, continued=True)
     assert poses(alone) == Line(4, 0, 4, 0, ())
 
 

@@ -1,8 +1,11 @@
-"""Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
+"""Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged.
+
+The laws are in `common/observe/several_logs`.
+"""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
 
@@ -10,7 +13,7 @@ from msgspec import structs
 
 from zenocap.common.messages import SENT
 from zenocap.common.observe.account import Account, Line, Span
-from zenocap.common.observe.several_logs import completed, joined
+from zenocap.common.observe.several_logs import OneLog, completed, joined
 from zenocap.common.observe.view import RigView, ServiceView
 from zenocap.common.recording.take_account import Place, TakeAccount
 from zenocap.common.rig.services import ServiceKey, title
@@ -143,7 +146,7 @@ def statement(
     def missing(account: Account) -> int:
         return sum(line.missing for (service, _), line in account.lines().items() if service in services)
 
-    account, shares = Account(), list[TakeShare]()
+    account, logs, shares = Account(), list[OneLog](), list[TakeShare]()
     lost_before = Counter[Place]()  # after takes that were not resumed
     resumed, idle = True, Counter[Place]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
@@ -158,24 +161,33 @@ def statement(
         between = max(0, missing(all) - missing(account) - own) + sum(idle.values())
         shares.append(TakeShare(take, own + refused, gap, between))
         account = all
+        logs.append(OneLog(take.start_ns, take.account, all))
         end = next_process(take, reports) if ended_with_its_integrator(take) else None
         resumed, idle = end is None or end[0] not in unresumed, Counter[Place]()
         if end is not None and not resumed:
-            idle = _lost_until(account, take, unresumed[end[0]], services)
+            idle = _lost_until(logs, unresumed[end[0]], services)
             lost_before += idle
-    last, gaps = takes[-1].account if takes else None, any(one.gap is not None for one in shares)
-    account = completed(account, reports, continued=not whole and resumed, last=last, between=gaps and not lost_before)
+    gaps = any(one.gap is not None for one in shares)
+    account = completed(logs, reports, continued=not whole and resumed, between=gaps and not lost_before)
     lines = {place: _with_lost(line, lost_before[place]) for place, line in account.lines().items() if place[0] in services}
     refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
-    return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))
+    found = Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped)
+    return replace(found, takes=tuple(_within(shares, found.lost)))
 
 
-def _lost_until(
-    account: Account, take: TakeAccount, restarted: Account, services: Collection[ServiceKey]
-) -> Counter[Place]:
+def _within(shares: Sequence[TakeShare], lost: int) -> Iterator[TakeShare]:
+    """The takes, with no more between them than is lost: what a killed process sent after its last health may be there."""
+    lost -= sum(one.lost for one in shares)
+    for one in shares:
+        before = max(0, min(one.lost_before, lost))
+        lost -= before
+        yield replace(one, lost_before=before)
+
+
+def _lost_until(logs: Sequence[OneLog], restarted: Account, services: Collection[ServiceKey]) -> Counter[Place]:
     """Messages that are not in the last take of an account and were sent before its integrator was started again."""
-    before, found = account.lines(), completed(account, restarted, continued=True, last=take.account, between=True).lines()
-    return Counter({
+    before, found = logs[-1].all.lines(), completed(logs, restarted, continued=True, between=True).lines()
+    return +Counter({
         place: line.missing - (before[place].missing if place in before else 0)
         for place, line in found.items() if place[0] in services
     })  # fmt: skip

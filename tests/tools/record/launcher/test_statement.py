@@ -34,7 +34,7 @@ from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.health import Meter
-from zenocap.common.topics import HEALTH, SILHOUETTE, TOPICS, topic_of
+from zenocap.common.topics import HEALTH, SILHOUETTE, TOPICS, service_at, topic_of
 from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
 from zenocap.tools.record.launcher.statement import Statement, frame_lines, statement
 
@@ -77,6 +77,7 @@ class World:
     sent: dict[tuple[Place, str, bytes], int] = field(default_factory=dict)
     frames: int = 0
     lose: int = 0
+    loses: ServiceKey | None = None  # of which service the network loses messages; None: of all
     full: bool = False
     slow: bool = False  # whether logs end before they have written all that they received
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
@@ -118,7 +119,7 @@ class World:
         deliver = self.log_bus.deliver
 
         def lossy(key: str, data: bytes) -> None:
-            if self.lose:
+            if self.lose and (self.loses is None or self.loses == service_at(key)):
                 self.lose -= 1
             else:
                 deliver(key, data)
@@ -274,6 +275,7 @@ def happens(world: World, fault: tuple) -> None:
     match name:
         case "lose":
             world.lose += values[0]
+            world.loses = values[1] if values[1:] else None
         case "step":
             world.second()  # it is not set twice between two healths: then no one knows of the time between
             world.clock.advance(values[0])
@@ -321,11 +323,18 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
     return world, found
 
 
+AGAIN = [("kill", VIEWER), ("start", VIEWER), ("send", VIEWER, 1)]
+
+
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @example([("kill", INTEGRATOR), ("start", INTEGRATOR), ("second",), ("send", VIEWER, 4), ("kill", INTEGRATOR)], False)
 @example([("record",), ("close_log",), ("record",)], True)
 @example([("step", -HOUR), ("full",), ("close_log",), ("record",), ("send", VIEWER, 1), ("second",)], False)
 @example([("record",), ("send", VIEWER, 4), ("close_log",), ("record",), ("second",)], True)
+@example([("send", VIEWER, 9), ("second",), ("record",), ("send", VIEWER, 4), ("close_log",), ("kill", VIEWER)], True)
+@example([("second",), ("lose", 6), ("send", VIEWER, 4), ("second",), ("send", VIEWER, 4), ("kill", VIEWER)], False)
+@example([("kill", INTEGRATOR), ("lose", 1), ("start", INTEGRATOR), ("lose", 1), *AGAIN], False)
+@example([("send", VIEWER, 1), ("stop", INTEGRATOR), *AGAIN, ("start", INTEGRATOR), ("step", -HOUR)], False)
 @example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
 @example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)
 @given(st.lists(FAULTS, max_size=25), st.booleans())
@@ -335,6 +344,7 @@ def test_every_message_is_in_a_take_or_in_a_term_or_in_a_span(faults: list[tuple
 
 RESTARTS = st.one_of(
     st.tuples(st.just("send"), SERVICE, st.integers(1, 3)),
+    st.tuples(st.just("lose"), st.integers(1, 3), st.just(VIEWER)),
     st.tuples(st.sampled_from(["second", "drain"])),
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
 )
@@ -342,6 +352,8 @@ RESTARTS = st.one_of(
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
+@example([("lose", 2, VIEWER)])
+@example([("second",), ("lose", 9, VIEWER), *AGAIN, ("stop", VIEWER), *AGAIN, ("second",)])
 @given(st.lists(RESTARTS, max_size=25))
 def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
     """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written".
@@ -409,6 +421,14 @@ def test_a_take_of_another_run_of_the_same_rig_is_none_of_this_one(tmp_path: Pat
     assert [[one.take.path for one in world.found().takes] for world in worlds] == [world.created for world in worlds]
 
 
+def test_what_a_short_log_has_hides_nothing_that_was_sent_before_it() -> None:
+    """Of a viewer that was killed after it, four of these nine were in no term."""
+    short = [("send", VIEWER, 9), ("second",), ("record",), ("send", VIEWER, 4), ("close_log",), ("kill", VIEWER)]
+    line = check(short, on_request=True)[1].lines[VIEWER, "sighting"]
+    assert (line.seen, line.missing, line.unlogged) == (4, 0, 9)
+    assert line.unknown == ((START_NS + SECOND + 13_000_000, START_NS + SECOND + 17_000_000),)
+
+
 def test_what_a_slow_disk_leaves_at_the_end_of_the_log_is_lost() -> None:
     """It was "sent while no take was written", with exit status 0."""
     found = check([("send", VIEWER, 5), ("second",), ("slow",), ("send", VIEWER, 8)])[1]
@@ -461,9 +481,9 @@ def test_what_is_sent_after_a_restart_that_was_to_record_nothing_is_not_lost() -
     """Of a run without a log, whose user had begun one: all until the end of the run was lost."""
     found = check([*KILLED, *IDLE], on_request=True)[1]
     assert found.lines[VIEWER, "sighting"] == Line(119, 4, 5, 110, ())
-    assert (found.lost, found.complete) == (5, False)
+    assert (found.lost, found.complete) == (6, False)  # and the health that counts them
     (line,) = found.take_text()
-    assert ": 5 lost, and an unknown number in 0.0 s; cut: " in line.replace("messages, ", ": ")
+    assert ": 6 lost, and an unknown number in 0.0 s; cut: " in line.replace("messages, ", ": ")
 
 
 def test_nor_is_what_is_sent_until_the_user_records_again() -> None:
@@ -471,7 +491,7 @@ def test_nor_is_what_is_sent_until_the_user_records_again() -> None:
     found = check([*KILLED, *IDLE, *again], on_request=True)[1]
     assert found.lines[VIEWER, "sighting"] == Line(151, 6, 5, 140, ())
     first, second = found.takes
-    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 5, 0)
+    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 6, 0)  # and the health
     assert second.gap is not None
     assert second.gap[1] - second.gap[0] < 2 * SECOND
 

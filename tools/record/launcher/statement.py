@@ -11,14 +11,10 @@ from types import MappingProxyType
 
 from msgspec import structs
 
-from zenocap.common.messages import SENT
 from zenocap.common.observe.account import Account, Line, Span
 from zenocap.common.observe.several_logs import OneLog, completed, joined
-from zenocap.common.observe.view import RigView, ServiceView
 from zenocap.common.recording.take_account import Place, TakeAccount
 from zenocap.common.rig.services import ServiceKey, title
-from zenocap.common.runtime.frame_rate import CAPTURED, DROPPED, PROCESSED, SKIPPED
-from zenocap.common.topics import Topic
 from zenocap.tools.record.launcher.run_takes import ended_with_its_integrator, next_process
 
 MOST_LINES = 20  # of topics with losses, and of spans
@@ -120,17 +116,13 @@ class Statement:
         """Lines for display; none when no service reported what it sends."""
         if not self.lines:
             return
-        yield f"messages: {self.sent} sent = {_added(self.terms)}"
+        yield f"messages: {self.sent} sent = {added(self.terms)}"
         yield from _shortened(
             f"  {topic} of {title(service)}: {line.sent} sent, {lost} of them lost"
             for (service, topic), line in self.lines.items()
             if (lost := line.missing + self.refused.get((service, topic), 0))
         )
-        yield from _shortened(
-            f"not counted: what {title(service)} sent from {_clock(begin)} to {_clock(end)}, after its last report"
-            for service, spans in self.unknown.items()
-            for begin, end in spans
-        )
+        yield from unknown_lines("sent", self.unknown)
 
 
 def statement(
@@ -199,39 +191,16 @@ def _with_lost(line: Line, count: int) -> Line:
     return structs.replace(line, missing=line.missing + count, unlogged=line.unlogged - count)
 
 
-def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
-    """What became of the frames that all viewers' sources gave.  topic: of the message that is sent with every frame."""
-    all = {title(key): one for key, one in view.services.items() if key[0] == "viewer"}
-    # One of an earlier release does not say what its source gave.
-    uncounted = {name: one for name, one in all.items() if one.total(PROCESSED) and not _has_count(one, CAPTURED)}
-    viewers = [one for name, one in all.items() if name not in uncounted]
-
-    def total(name: str) -> int:
-        return sum(one.total(name) for one in viewers)
-
-    captured, processed = total(CAPTURED), total(PROCESSED)
-    terms = {"processed": processed, "failed": total("failed_frames"), "dropped": total(DROPPED)}
-    terms["skipped under overload"] = total(SKIPPED)
-    uses = {"sent": total(SENT + topic.name), "for the background": total("learning_frames")}
-    uses["not sendable"] = total("unsendable")
-    if captured or any(terms.values()):
-        yield f"frames: {_equation(captured, 'captured', terms)}; {_equation(processed, 'processed', uses)}"
-    for name, one in uncounted.items():
-        yield f"frames of {name}: {one.total(PROCESSED)} processed of an unknown number: its release does not count them"
+def unknown_lines(what: str, unknown: Mapping[ServiceKey, Sequence[Span]]) -> Iterator[str]:
+    """Lines on times without a count.  what: services did then."""
+    yield from _shortened(
+        f"not counted: what {title(service)} {what} from {_clock(begin)} to {_clock(end)}, after its last report"
+        for service, spans in unknown.items()
+        for begin, end in spans
+    )
 
 
-def _has_count(one: ServiceView, name: str) -> bool:
-    """Whether the present process of a service and those before have a count."""
-    return one.health is not None and name in one.health.counts and (not one.past or name in one.past)
-
-
-def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
-    """A count and its parts, with a further one for what they do not explain."""
-    rest = whole - sum(terms.values())
-    return f"{whole} {name} = {_added({**terms, 'not accounted for': rest} if rest else terms)}"
-
-
-def _added(terms: Mapping[str, int]) -> str:
+def added(terms: Mapping[str, int]) -> str:
     return " + ".join(f"{count} {name}" for name, count in terms.items())
 
 

@@ -34,9 +34,10 @@ from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.health import Meter
-from zenocap.common.topics import HEALTH, SILHOUETTE, TOPICS, service_at, topic_of
+from zenocap.common.topics import HEALTH, SIGHTING, SILHOUETTE, TOPICS, service_at, topic_of
+from zenocap.tools.record.launcher.frame_statement import FrameStatement, frames_of
 from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
-from zenocap.tools.record.launcher.statement import Statement, frame_lines, statement
+from zenocap.tools.record.launcher.statement import Statement, statement
 
 SECOND = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND
@@ -45,6 +46,7 @@ SERVICES = (VIEWER, INTEGRATOR)
 QUEUED = 24  # messages in the queue of a log
 SETUP = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(demo_rig("two-view"))))
 PART_BYTES = 6000
+FATES = ("dropped_frames", "skipped_frames", "failed_frames", "learning_frames")
 MOST = 20  # services besides those of the rig, and processes
 HOUR = 3600 * SECOND
 
@@ -75,7 +77,9 @@ class World:
     reports: Account = field(default_factory=lambda: Account(own=SERVICES))
     unresumed: Unresumed = field(default_factory=Unresumed)
     sent: dict[tuple[Place, str, bytes], int] = field(default_factory=dict)
-    frames: int = 0
+    number: int = 0  # of the last message
+    frames: list[tuple[str, int]] = field(default_factory=list)  # of the viewer: what became of each, and when
+    view: RigView = field(default_factory=lambda: RigView("studio"))
     lose: int = 0
     loses: ServiceKey | None = None  # of which service the network loses messages; None: of all
     full: bool = False
@@ -100,6 +104,7 @@ class World:
         bus = self.network.bus()
         bus.declare_alive(*key)
         self.processes[key] = Process(key, bus, Meter(*key))
+        self.processes[key].meter.counts.update({"captured_frames": 0} if key == VIEWER else {})
         if key == INTEGRATOR and not self.on_request:
             self.record()
         self.health(self.processes[key])
@@ -146,8 +151,21 @@ class World:
     def send(self, key: ServiceKey, count: int) -> None:
         process = self.processes.get(key)
         for _ in range(count if process else 0):
-            self.frames += 1
-            self.publish(process, sighting("1", self.frames) if key == VIEWER else bap(self.frames))
+            self.number += 1
+            self.publish(process, sighting("1", self.number) if key == VIEWER else bap(self.number))
+            if key == VIEWER:
+                self._frame(process, "sent")
+
+    def leave_out(self, fate: str, count: int) -> None:
+        """Frames of the viewer become no message."""
+        for _ in range(count if VIEWER in self.processes else 0):
+            self.clock.advance(1_000_000)
+            self._frame(self.processes[VIEWER], fate)
+
+    def _frame(self, process: Process, fate: str) -> None:
+        self.frames.append((fate, self.clock.now_ns()))
+        names = ("frames", *FATES[3:]) if fate == FATES[3] else ("frames",) if fate == "sent" else (fate,)
+        process.meter.counts.update(["captured_frames", *names])
 
     def strangers(self, count: int) -> None:
         """Another program sends healths of invented services."""
@@ -167,6 +185,7 @@ class World:
         """Let the launcher and the oracle receive."""
         while (event := self.launcher.receive()) is not None:
             if isinstance(event, Envelope | Alive):
+                self.view = observed(self.view, event, 0)
                 self.reports.add(event)
                 if self.on_request:
                     self.unresumed.note(event, self.reports)
@@ -265,6 +284,7 @@ FAULTS = st.one_of(
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
     st.tuples(st.just("lose"), st.integers(1, 6)),
     st.tuples(st.just("strangers"), st.just(MOST + 1)),
+    st.tuples(st.just("leave_out"), st.sampled_from(FATES), st.integers(1, 3)),
     st.tuples(st.just("step"), st.sampled_from([-HOUR, HOUR])),
     st.tuples(st.sampled_from(["full", "space", "slow", "delete", "record", "close_log"])),
 )
@@ -285,7 +305,7 @@ def happens(world: World, fault: tuple) -> None:
             world.slow = True
         case "delete":
             shutil.rmtree(world.folder, ignore_errors=True)
-        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log" | "strangers":
+        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log" | "strangers" | "leave_out":
             getattr(world, name)(*values)
         case _:
             raise NotImplementedError(fault)
@@ -320,6 +340,15 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
         assert len(times) - uncounted <= counted <= len(times), (place, line, len(times), uncounted)
         if not line.unknown:
             assert line.sent == count
+    frames = frames_of(world.view, world.reports, SERVICES, SIGHTING)
+    assert frames.captured == sum(frames.fates.values())
+    assert frames.fates["processed"] == sum(frames.uses.values())
+    said = [frames.fates[name] for name in ("dropped", "skipped under overload", "failed")]
+    spans = [span for its in frames.unknown.values() for span in its]
+    for fate, count in zip((*FATES, "sent"), (*said, frames.uses["for the background"], frames.uses["sent"]), strict=True):
+        times = [at_ns for one, at_ns in world.frames if one == fate]
+        uncounted = sum(any(begin <= time <= end for begin, end in spans) for time in times)
+        assert len(times) - uncounted <= count <= len(times), (fate, frames)
     return world, found
 
 
@@ -335,6 +364,7 @@ AGAIN = [("kill", VIEWER), ("start", VIEWER), ("send", VIEWER, 1)]
 @example([("second",), ("lose", 6), ("send", VIEWER, 4), ("second",), ("send", VIEWER, 4), ("kill", VIEWER)], False)
 @example([("kill", INTEGRATOR), ("lose", 1), ("start", INTEGRATOR), ("lose", 1), *AGAIN], False)
 @example([("send", VIEWER, 1), ("stop", INTEGRATOR), *AGAIN, ("start", INTEGRATOR), ("step", -HOUR)], False)
+@example([("second",), ("leave_out", "dropped_frames", 2), ("kill", VIEWER)], False)
 @example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
 @example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)
 @given(st.lists(FAULTS, max_size=25), st.booleans())
@@ -509,29 +539,47 @@ def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
     assert found.terms["dropped by the queue of the log"] == 33 + 2 - QUEUED
 
 
-def frames_of(processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0) -> list[str]:
-    """Lines on the frames of one viewer.  processes: by number, processed frames at each health.
+def frames_after(
+    processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0, killed: bool = False
+) -> FrameStatement:
+    """The frames of one viewer.  processes: by number, processed frames at each health.
 
     lost: frames of each process that are in no count.  unsent: processed ones of which no message was sent.
+    killed: whether no health is the last of its process.
     """
-    view = RigView("studio")
-    for process, reports in processes.items():
-        for frames in reports:
+    view, reports = RigView("studio"), Account()
+    for process, reports_of in processes.items():
+        for frames in reports_of:
             meter = Meter(*VIEWER, process=process)
             meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
             meter.counts["captured_frames"] = frames + 6 + lost
+            meter.counts.update({} if killed or frames != reports_of[-1] else {ENDED: 1})
             bus = Counters(0, {}, {}, sent={"silhouette": frames - 4 - unsent})
             health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
-            view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
-    return list(frame_lines(view, SILHOUETTE))
+            event = Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0)
+            view = observed(view, event, 0)
+            reports.add(event)
+    return frames_of(view, reports, [VIEWER], SILHOUETTE)
 
 
 def test_frames_are_processed_dropped_or_left_out() -> None:
-    assert frames_of({1: [10, 20], 2: [5]}) == [
+    found = frames_after({1: [10, 20], 2: [5]})
+    assert found.complete
+    assert list(found.text()) == [
         "frames: 37 captured = 25 processed + 2 failed + 4 dropped + 6 skipped under overload; "
         "25 processed = 17 sent + 8 for the background + 0 not sendable"
     ]  # the viewer was started again
-    assert list(frame_lines(RigView("studio"), SILHOUETTE)) == []
+    assert list(frames_of(RigView("studio"), Account(), [VIEWER], SILHOUETTE).text()) == []
+
+
+def test_what_a_killed_viewer_captured_last_is_unknown() -> None:
+    """They were in no term, without a word."""
+    found = frames_after({1: [10, 20], 2: [5]}, killed=True)
+    assert not found.complete
+    counted, *unknown = found.text()
+    assert counted.startswith("frames: 37 captured = ")
+    line = "not counted: what viewer 1 captured from 00:00:00.0 UTC to 00:00:00.0 UTC, after its last report"
+    assert unknown == [line, line]  # until the next process, and until the end
 
 
 def test_the_frames_of_a_viewer_of_an_earlier_release_are_unknown() -> None:
@@ -540,17 +588,20 @@ def test_the_frames_of_a_viewer_of_an_earlier_release_are_unknown() -> None:
     for id, counts in (("1", {"frames": 40, "skipped_frames": 3}), ("2", {"frames": 8, "captured_frames": 8})):
         health = built(Health, id=id, counts=counts | {"sent.silhouette": counts["frames"]})
         view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id=id), HEALTH, health, 0), 0)
-    counted, unknown = frame_lines(view, SILHOUETTE)
+    found = frames_of(view, Account(), [VIEWER, ("viewer", "2")], SILHOUETTE)
+    assert not found.complete
+    counted, unknown = found.text()
     assert counted.startswith("frames: 8 captured = 8 processed + 0 failed + 0 dropped + 0 skipped under overload; ")
     assert unknown == "frames of viewer 1: 40 processed of an unknown number: its release does not count them"
 
 
 def test_frames_that_are_in_no_count_are_a_term() -> None:
     """The number of captured frames was the sum of the others."""
-    assert frames_of({1: [10]}, lost=2) == [
+    found = frames_after({1: [10]}, lost=2)
+    assert not found.complete
+    assert list(found.text()) == [
         "frames: 18 captured = 10 processed + 1 failed + 2 dropped + 3 skipped under overload + 2 not accounted for; "
         "10 processed = 6 sent + 4 for the background + 0 not sendable"
     ]
-    assert frames_of({1: [10]}, unsent=1)[0].endswith(
-        "; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for"
-    )
+    (text,) = frames_after({1: [10]}, unsent=1).text()
+    assert text.endswith("; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for")

@@ -21,7 +21,7 @@ MAX_SERVICES = 256  # whose messages are counted, besides the rig's own; chosen 
 MAX_LIVES = 1024  # processes of each of its own services, and of all others together; chosen by hand
 MAX_STEPS = 256  # of the clock; chosen by hand
 FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
-HEALTH_NS = 1_000_000_000  # period of healths: the clock was set at most so long after the last event, and before the next
+HEALTH_NS = 1_100_000_000  # a clock is set at most so long after an event, and before the next: healths come each second
 STEP_NS = 100_000_000  # by which events of several threads are out of order, at most; chosen by hand
 COUNTED = {SENT + topic.name: topic.name for topic in TOPICS}
 

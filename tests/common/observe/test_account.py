@@ -138,7 +138,7 @@ SET_TWICE = (health(4000, 0), pose(4000), health(400, 2), pose(400), health(8000
             Line(3, 2, 1, 0, ((2 * SECOND, 8 * SECOND),)), id="and until the next process",
         ),
         pytest.param(
-            SET_BACK, Line(2, 2, 0, 0, ((100 * SECOND, 101 * SECOND + SECOND // 2), (19 * SECOND, 23 * SECOND))),
+            SET_BACK, Line(2, 2, 0, 0, ((100 * SECOND, 1016 * SECOND // 10), (189 * SECOND // 10, 23 * SECOND))),
             id="an unknown time is divided where the clock was set back, within a second",
         ),
         pytest.param(SET_TWICE, Line(3, 2, 1, 0, ()), id="a clock that is set ends no process"),

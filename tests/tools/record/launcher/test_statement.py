@@ -364,6 +364,7 @@ AGAIN = [("kill", VIEWER), ("start", VIEWER), ("send", VIEWER, 1)]
 @example([("second",), ("lose", 6), ("send", VIEWER, 4), ("second",), ("send", VIEWER, 4), ("kill", VIEWER)], False)
 @example([("kill", INTEGRATOR), ("lose", 1), ("start", INTEGRATOR), ("lose", 1), *AGAIN], False)
 @example([("send", VIEWER, 1), ("stop", INTEGRATOR), *AGAIN, ("start", INTEGRATOR), ("step", -HOUR)], False)
+@example([("step", -HOUR), ("lose", 3), ("send", VIEWER, 1), ("second",), *AGAIN[2:], ("kill", VIEWER)], False)
 @example([("second",), ("leave_out", "dropped_frames", 2), ("kill", VIEWER)], False)
 @example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
 @example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)

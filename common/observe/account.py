@@ -21,7 +21,7 @@ MAX_SERVICES = 256  # whose messages are counted, besides the rig's own; chosen 
 MAX_LIVES = 1024  # processes of each of its own services, and of all others together; chosen by hand
 MAX_STEPS = 256  # of the clock; chosen by hand
 FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
-HEALTH_NS = 1_000_000_000  # period of healths: the clock was set at most so long after the last event, and before the next
+HEALTH_NS = 1_100_000_000  # a clock is set at most so long after an event, and before the next: healths come each second
 STEP_NS = 100_000_000  # by which events of several threads are out of order, at most; chosen by hand
 COUNTED = {SENT + topic.name: topic.name for topic in TOPICS}
 
@@ -59,16 +59,16 @@ class Report(msgspec.Struct, frozen=True):
 class Life(msgspec.Struct):
     """One process.  missing, unlogged: of its messages, besides those missing between both reports.
 
-    gone_ns: log time of the end of its token, or 0.  tail: messages of the service seen after the last report, where no
-    other process follows in the same log.  unknown: times without a count; None: from the last report on.
+    off: of `unlogged`, those between both reports.  gone_ns: log time of the end of its token, or 0.
+    unknown: times without a count; None: from the last report on.
     """
 
     first: Report
     last: Report
     missing: Counts = {}
     unlogged: Counts = {}
+    off: Counts = {}
     gone_ns: int = 0
-    tail: Counts | None = None
     unknown: list[Span] | None = None
 
 
@@ -95,7 +95,7 @@ class Account:
         self.steps = list(steps)
         self._others = sum(len(one.lives) for service, one in self.senders.items() if service not in self.own)  # lives
         self._places: dict[str, tuple[ServiceKey, str]] = {}  # by key: the service, and the name of the topic
-        self.missing = sum(sum(_missing(life).values()) for one in self.senders.values() for life in one.lives.values())
+        self.missing = sum(sum(missing_of(life).values()) for one in self.senders.values() for life in one.lives.values())
         self.end_ns, self.dropped = end_ns, dropped
 
     def add(self, event: Envelope | Alive) -> None:
@@ -122,7 +122,10 @@ class Account:
 
     def _pass(self, at_ns: int) -> None:
         """Note the time of an event."""
-        if at_ns < self.end_ns - STEP_NS and len(self.steps) < MAX_STEPS:
+        if at_ns >= self.end_ns - STEP_NS:
+            self.end_ns = max(self.end_ns, at_ns)
+            return
+        if len(self.steps) < MAX_STEPS:
             self.steps.append((self.end_ns + HEALTH_NS, at_ns - HEALTH_NS))
         self.end_ns = at_ns
 
@@ -162,11 +165,11 @@ class Account:
         report = Report(at_ns, len(self.steps), sent, seen, ended)
         life = sender.lives.get(process)
         if life is not None:
-            before = sum(_missing(life).values())
+            before = sum(missing_of(life).values())
             life.last = report
             if at_ns > life.gone_ns:  # else it waited in the queue when the token went
                 life.gone_ns = 0
-            self.missing += sum(_missing(life).values()) - before
+            self.missing += sum(missing_of(life).values()) - before
         elif (len(sender.lives) if service in self.own else self._others) < MAX_LIVES:
             self._others += service not in self.own
             previous = next(reversed(sender.lives.values()), None)
@@ -179,8 +182,8 @@ class Account:
 
     def _lines(self, sender: Sender) -> dict[str, Line]:
         lives = list(sender.lives.values())
-        unknown = tuple(span for number in range(len(lives)) for span in self.unknown(lives, number))
-        missing, unlogged = summed(map(_missing, lives)), summed(life.unlogged for life in lives)
+        unknown = tuple(span for number in range(len(lives)) for span in self._unknown(lives, number))
+        missing, unlogged = summed(map(missing_of, lives)), summed(life.unlogged for life in lives)
         topics = sorted({HEALTH.name, *sender.seen, *missing, *unlogged}) if lives else []
         lines = {}
         for topic in topics:
@@ -188,19 +191,24 @@ class Account:
             lines[topic] = Line(seen + lost + off, seen, lost, off, unknown)
         return lines
 
-    def unknown(self, lives: list[Life], number: int) -> list[Span]:
+    def _unknown(self, lives: list[Life], number: int) -> list[Span]:
         """Times of which the counts of a process say nothing: after its last report, unless it ended with that."""
         life = lives[number]
         if life.unknown is not None:
             return life.unknown
         if life.last.ended:
             return []
-        step, until_ns = len(self.steps), life.gone_ns or self.end_ns
-        if number + 1 < len(lives):
-            step, until_ns = lives[number + 1].first.step, lives[number + 1].first.at_ns
-        steps = self.steps[life.last.step : step]
-        begins, ends = [life.last.at_ns, *(after for _, after in steps)], [*(before for before, _ in steps), until_ns]
-        return [(begin, max(begin, end)) for begin, end in zip(begins, ends, strict=True)]
+        return self.spans(life.last, lives[number + 1].first if number + 1 < len(lives) else self.end_of(life))
+
+    def end_of(self, life: Life) -> Report:
+        """The end of the last process of a service, as a report without counts."""
+        return Report(life.gone_ns or self.end_ns, len(self.steps), {}, {})
+
+    def spans(self, begin: Report, end: Report) -> list[Span]:
+        """The time between two reports, divided where the clock was set back."""
+        steps = self.steps[begin.step : end.step]
+        begins, ends = [begin.at_ns, *(after for _, after in steps)], [*(before for before, _ in steps), end.at_ns]
+        return [(begin_ns, max(begin_ns, end_ns)) for begin_ns, end_ns in zip(begins, ends, strict=True)]
 
 
 def read_account(metadata: Mapping[str, str]) -> Account | None:
@@ -222,10 +230,10 @@ def sender_of(topic: Topic, key: str) -> ServiceKey | None:
     return None if topic.queueing is Queueing.LATCHED else service_at(key)
 
 
-def _missing(life: Life) -> Counts:
+def missing_of(life: Life) -> Counts:
     """Messages of a process that were not seen although a log was on."""
     sent, seen = less(life.last.sent, life.first.sent), less(life.last.seen, life.first.seen)
-    return summed((life.missing, less(sent, seen)))
+    return summed((life.missing, less(less(sent, life.off), seen)))
 
 
 def less(counts: Counts, others: Counts) -> Counts:

@@ -1,28 +1,32 @@
 """Opening the take of a rig, with its metadata and attachments."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.recording import setup_file
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
 from zenocap.common.recording.setup_file import Parameters
-from zenocap.common.recording.writer import Attachment, Recording, no_conversion
+from zenocap.common.recording.writer import LOG, OPENED, Attachment, Recording, no_conversion
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.service_info import versions
 
 
-def new_parts(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, must_open: bool = True) -> Parts:
+def new_parts(
+    rig: Rig, path: Path, start_ns: int, parameters: Parameters, elapsed_ns: Callable[[], int], *, must_open: bool = True
+) -> Parts:
     """Open the take of a rig, in parts if the rig sets them.  parameters: of the services of the rig.
 
-    must_open, errors: see `Parts`.
+    elapsed_ns: of the machine's monotonic clock, for the order of takes.  must_open, errors: see `Parts`.
     """
     files = attachments(rig, parameters)
 
     def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
-        return _recording(rig, path, start_ns, files, part=part)
+        of_log = {LOG: {OPENED: str(elapsed_ns())}} | ({"part": part} if part else {})
+        return _recording(rig, path, start_ns, files, of_log=of_log)
 
     named_by_time = path.name.startswith(f"{rig.name}-")
     return Parts(
@@ -38,16 +42,16 @@ def new_recording(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *
 
 def _recording(
     rig: Rig, path: Path, start_ns: int, files: tuple[Attachment, ...], *, overwrite: bool = False,
-    part: Mapping[str, str] | None = None,
+    of_log: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
 ) -> Recording:  # fmt: skip
-    """part: metadata of one part of a take in parts."""
+    """of_log: further metadata."""
     about = {"name": rig.name, "method": rig.method, "digest": rig.digest}
     if rig.height_estimated:
         about["person_height"] = f"{rig.person_height:.2f} m, estimated"
     metadata = {"versions": versions(), "rig": about}
     return Recording(
-        path, rig=rig.name, start_ns=start_ns, metadata=metadata | ({"part": part} if part else {}), attachments=files,
-        overwrite=overwrite, own=services_of(rig),
+        path, rig=rig.name, start_ns=start_ns, metadata={**metadata, **of_log}, attachments=files, overwrite=overwrite,
+        own=services_of(rig),
         convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if rig.log.foxglove else no_conversion,
     )  # fmt: skip
 

@@ -1,18 +1,21 @@
 """Account of a take: messages sent by the rig, received by the log, and stored."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from mcap.records import Attachment
 
 from zenocap.common import codec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Health
 from zenocap.common.observe.account import METADATA, Account, read_account, sender_of
-from zenocap.common.recording.reader import TakeReader
+from zenocap.common.recording.reader import TakeReader, items_of
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.recording.summary import metadata_of, read_summary
+from zenocap.common.recording.writer import LOG, OPENED
 from zenocap.common.rig.services import ServiceKey, services_of
 from zenocap.common.topics import HEALTH, topic_at
 
@@ -24,11 +27,11 @@ Place = tuple[ServiceKey, str]  # service, and name of the topic
 class TakeAccount:
     """rig: name; "" of a file that was cut before it.  messages: in the file.
 
-    start_ns: log time of its first message; the time of its last change where there is none.
-
+    start_ns: log time of its first message; where there is none of the files at its beginning, else of its last change.
     refused: messages that the log received and that are not in the file.  take, previous: of a part, names of the first and
     of the earlier file; "" otherwise.  complete: whether the file was finished by its log.
-    command: that has written it; "" for the log of a rig.
+    command: that has written it; "" for the log of a rig.  opened_ns: when that opened it, on the monotonic clock of the
+    machine; 0 if that is unknown.
     """
 
     path: Path
@@ -41,6 +44,7 @@ class TakeAccount:
     previous: str = ""
     complete: bool = True
     command: str = ""
+    opened_ns: int = 0
 
 
 def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None) -> TakeAccount:
@@ -60,12 +64,7 @@ def take_account(path: Path, on_reading: Callable[[Path], None] = lambda _: None
         on_reading(path)
         return _scanned(path, complete=summary is not None)
     written = {summary.channels[id].topic: count for id, count in summary.counts.items() if id in summary.channels}
-    part = metadata.get("part", {})
-    return TakeAccount(
-        path, metadata.get("zenocap", {}).get("rig", ""), summary.start_ns or _changed_ns(path), summary.messages, account,
-        refused_of(account, written),
-        part.get("take", ""), part.get("previous", ""), command=_command(metadata),
-    )  # fmt: skip
+    return _taken(path, metadata, summary.start_ns, summary.messages, account, refused_of(account, written))
 
 
 def services_in(take: TakeReader) -> frozenset[ServiceKey]:
@@ -89,22 +88,28 @@ def _scanned(path: Path, *, complete: bool) -> TakeAccount:
             with suppress(codec.BadMessage):
                 health = codec.decode(recorded.data, Health)
         account.add_message(recorded.topic, recorded.log_ns, health)
-    part = take.metadata.get("part", {})
+    return _taken(path, take.metadata, first, count, account, Counter(), complete=complete)
+
+
+def _taken(
+    path: Path, metadata: Mapping[str, Mapping[str, str]], start_ns: int, messages: int, account: Account,
+    refused: Counter[Place], *, complete: bool = True,
+) -> TakeAccount:  # fmt: skip
+    part, opened = metadata.get("part", {}), metadata.get(LOG, {}).get(OPENED, "")
     return TakeAccount(
-        path, take.metadata.get("zenocap", {}).get("rig", ""), first or _changed_ns(path), count, account, Counter(),
-        part.get("take", ""), part.get("previous", ""), complete, _command(take.metadata),
+        path, metadata.get("zenocap", {}).get("rig", ""), start_ns or _opened_ns(path), messages, account, refused,
+        part.get("take", ""), part.get("previous", ""), complete,
+        next((command for name, command in COMMANDS.items() if name in metadata), ""),
+        int(opened) if opened.isdecimal() and len(opened) < 20 else 0,
     )  # fmt: skip
 
 
-def _command(metadata: Collection[str]) -> str:
-    return next((command for name, command in COMMANDS.items() if name in metadata), "")
-
-
-def _changed_ns(path: Path) -> int:
-    try:
-        return path.stat().st_mtime_ns
-    except OSError:  # it was removed meanwhile
-        return 0
+def _opened_ns(path: Path) -> int:
+    """Log time of the first file in a take; of one without, the time of its last change."""
+    with suppress(OSError, UserError):  # it was removed meanwhile
+        opened = (item.log_time for item in items_of(path) if isinstance(item, Attachment))
+        return next(opened, 0) or path.stat().st_mtime_ns
+    return 0
 
 
 def refused_of(account: Account, written: Mapping[str, int]) -> Counter[Place]:

@@ -28,6 +28,7 @@ logger = logging.getLogger(__name__)
 
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
+LOG, OPENED = "log", "opened_ns"  # metadata of the log of a rig: when it opened the file, on the machine's monotonic clock
 FAILURES = (OSError, zstandard.ZstdError, MemoryError)  # of a write
 FLUSH_NS = 1_000_000_000  # of receive times between writes to disk; chosen by hand
 

@@ -140,7 +140,7 @@ def run_integrator(
     clock, warn = RealClock(), partial(warn_of_others, OncePerSource(logging.getLogger(__name__)))
 
     def log(path: Path, *, must_open: bool) -> Log:
-        parts = new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open)
+        parts = new_parts(rig, path, clock.now_ns(), parameters, clock.elapsed_ns, must_open=must_open)
         return Log(bus.reader(), parts, whole_rig=True, own=services_of(rig))
 
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:

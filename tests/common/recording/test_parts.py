@@ -24,6 +24,7 @@ from zenocap.common.recording.channel_limits import MAX_UNKNOWN_KEYS
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
 from zenocap.common.recording.reader import Recorded, TakeReader
+from zenocap.common.recording.take_account import take_account
 from zenocap.common.recording.writer import Attachment, Recording, RecordingError, Statistics
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 
@@ -173,10 +174,11 @@ def test_a_rig_file_sets_the_limits_of_parts(tmp_path: Path) -> None:
     text = demo_rig_file("two-view").read_text().replace("demo-cal", f"{demo_rig_file('two-view').parent}/demo-cal")
     path = tmp_path / "rig.toml"
     path.write_text(f"{text}[log]\npart_mb = 0.5\npart_minutes = 1\n")
-    recording = new_parts(load_rig(path), take_path("demo", tmp_path, START_NS), START_NS, {})
+    recording = new_parts(load_rig(path), take_path("demo", tmp_path, START_NS), START_NS, {}, iter(range(7, 10)).__next__)
     recorded(recording, envelopes(3, 60 * S))
     found = read(tmp_path)
     assert [take.metadata["part"]["number"] for take, _ in found.values()] == ["1", "2", "3"]
+    assert [take_account(tmp_path / name).opened_ns for name in found] == [7, 8, 9]
     files = {"rig.toml", "demo-calibration.toml", "setup.json", "recognizer.postures"}
     assert all(take.attachments.keys() == files for take, _ in found.values())
     assert PartLimits.of(0.5, 1) == PartLimits(500_000, 60 * S)

@@ -8,7 +8,6 @@ from pathlib import Path
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.messages import PROCESS, Health
 from zenocap.common.observe.account import Account, Life, Sender
-from zenocap.common.observe.several_logs import began
 from zenocap.common.recording.take_account import TakeAccount, readable
 from zenocap.common.rig.services import MAIN, TIMEKEEPER
 
@@ -63,12 +62,9 @@ def new_takes(
     found = [readable(path, on_reading) for path in paths]
     read = [one for one in found if isinstance(one, TakeAccount)]
     takes = [one for one in read if is_own(one)]
-    takes.sort(key=lambda take: take.start_ns)
-    order = {take.path: began(take.account, reports, (TIMEKEEPER, MAIN)) for take in takes}
-    ordered = sorted((take for take in takes if order[take.path] is not None), key=lambda take: order[take.path] or ())
-    for take in takes:  # one without a health, by its time
-        if order[take.path] is None:
-            ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
+    ordered = sorted((take for take in takes if take.opened_ns), key=lambda take: take.opened_ns)
+    for take in sorted((take for take in takes if not take.opened_ns), key=lambda take: take.start_ns):
+        ordered.insert(sum(one.start_ns <= take.start_ns for one in ordered), take)
     of_commands = [one for one in read if one.command and one.rig == rig]
     return ordered, [one for one in found if isinstance(one, str)], of_commands
 

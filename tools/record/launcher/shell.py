@@ -32,11 +32,12 @@ from zenocap.tools.operate.warmup.processes import compile_parts
 from zenocap.tools.record.launcher.child_processes import ChildProcess, ChildProcesses, allow_files
 from zenocap.tools.record.launcher.display import plain_line, table
 from zenocap.tools.record.launcher.fork_server import fork_server
+from zenocap.tools.record.launcher.frame_statement import FrameStatement, frames_of
 from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.record.launcher.peer_mesh import peer_mesh
 from zenocap.tools.record.launcher.rig_status import RigStatus
 from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
-from zenocap.tools.record.launcher.statement import frame_lines, statement
+from zenocap.tools.record.launcher.statement import statement
 from zenocap.tools.service_arguments import arguments_of, words
 
 DONE, FAILED, LOSS, INTERRUPTED = 0, 1, 3, 130  # the last: of Ctrl-C before the rig has started, as of other programs
@@ -198,9 +199,10 @@ class Supervisor:
         if self._status.postures:
             counts = ", ".join(f"{label} {count}" for label, count in self._status.postures.items())
             self._print(f"postures: {counts}")
-        for line in frame_lines(self._status.services, self._frames):
+        frames = frames_of(self._status.services, self._reports, self._services, self._frames)
+        for line in frames.text():
             self._print(line)
-        incomplete = self._print_takes()
+        incomplete = self._print_takes(frames)
         broken = [child for child in failed if not (child is self._integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
@@ -232,8 +234,11 @@ class Supervisor:
         """Whether the integrator, which begins the take, was there."""
         return (TIMEKEEPER, MAIN) in self._status.services.services
 
-    def _print_takes(self) -> bool:
-        """Print the takes of this run and what became of all messages; returns whether some are lost, or not counted."""
+    def _print_takes(self, frames: FrameStatement) -> bool:
+        """Print the takes of this run and what became of all messages.
+
+        Returns whether some of them are lost, or some of them or of the frames not counted.
+        """
         takes, unreadable, of_commands = new_takes(
             self._folder, self._takes_before, self._bus.rig, self._reports, self._say_reading
         )
@@ -260,7 +265,7 @@ class Supervisor:
             longest = max(takes, key=lambda take: take.messages).path
             self._print(f"content: zenocap info {longest}")
             self._print(f"joint centres: zenocap export {longest} --to trc -o {longest.stem}.trc")
-        return not (found.complete and whole and all(one.complete for one in takes))
+        return not (found.complete and frames.complete and whole and all(one.complete for one in takes))
 
     def _say_reading(self, path: Path) -> None:
         with suppress(OSError):  # it was removed meanwhile

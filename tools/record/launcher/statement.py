@@ -1,21 +1,20 @@
-"""Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged."""
+"""Closing statement on a rig's messages: sent = in the takes + lost by cause + unlogged.
+
+The laws are in `common/observe/several_logs`.
+"""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
 
 from msgspec import structs
 
-from zenocap.common.messages import SENT
 from zenocap.common.observe.account import Account, Line, Span
-from zenocap.common.observe.several_logs import completed, joined
-from zenocap.common.observe.view import RigView, ServiceView
+from zenocap.common.observe.several_logs import OneLog, completed, joined
 from zenocap.common.recording.take_account import Place, TakeAccount
 from zenocap.common.rig.services import ServiceKey, title
-from zenocap.common.runtime.frame_rate import CAPTURED, DROPPED, PROCESSED, SKIPPED
-from zenocap.common.topics import Topic
 from zenocap.tools.record.launcher.run_takes import ended_with_its_integrator, next_process
 
 MOST_LINES = 20  # of topics with losses, and of spans
@@ -117,17 +116,13 @@ class Statement:
         """Lines for display; none when no service reported what it sends."""
         if not self.lines:
             return
-        yield f"messages: {self.sent} sent = {_added(self.terms)}"
+        yield f"messages: {self.sent} sent = {added(self.terms)}"
         yield from _shortened(
             f"  {topic} of {title(service)}: {line.sent} sent, {lost} of them lost"
             for (service, topic), line in self.lines.items()
             if (lost := line.missing + self.refused.get((service, topic), 0))
         )
-        yield from _shortened(
-            f"not counted: what {title(service)} sent from {_clock(begin)} to {_clock(end)}, after its last report"
-            for service, spans in self.unknown.items()
-            for begin, end in spans
-        )
+        yield from unknown_lines("sent", self.unknown)
 
 
 def statement(
@@ -143,7 +138,7 @@ def statement(
     def missing(account: Account) -> int:
         return sum(line.missing for (service, _), line in account.lines().items() if service in services)
 
-    account, shares = Account(), list[TakeShare]()
+    account, logs, shares = Account(), list[OneLog](), list[TakeShare]()
     lost_before = Counter[Place]()  # after takes that were not resumed
     resumed, idle = True, Counter[Place]()
     for take in takes:  # a later part continues the take, also when the file before it was removed
@@ -158,24 +153,33 @@ def statement(
         between = max(0, missing(all) - missing(account) - own) + sum(idle.values())
         shares.append(TakeShare(take, own + refused, gap, between))
         account = all
+        logs.append(OneLog(take.start_ns, take.account, all))
         end = next_process(take, reports) if ended_with_its_integrator(take) else None
         resumed, idle = end is None or end[0] not in unresumed, Counter[Place]()
         if end is not None and not resumed:
-            idle = _lost_until(account, take, unresumed[end[0]], services)
+            idle = _lost_until(logs, unresumed[end[0]], services)
             lost_before += idle
-    last, gaps = takes[-1].account if takes else None, any(one.gap is not None for one in shares)
-    account = completed(account, reports, continued=not whole and resumed, last=last, between=gaps and not lost_before)
+    gaps = any(one.gap is not None for one in shares)
+    account = completed(logs, reports, continued=not whole and resumed, between=gaps and not lost_before)
     lines = {place: _with_lost(line, lost_before[place]) for place, line in account.lines().items() if place[0] in services}
     refusals = {place: sum(take.refused[place] for take in takes) for place in lines}
-    return Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped, tuple(shares))
+    found = Statement(lines, {place: count for place, count in refusals.items() if count}, account.dropped)
+    return replace(found, takes=tuple(_within(shares, found.lost)))
 
 
-def _lost_until(
-    account: Account, take: TakeAccount, restarted: Account, services: Collection[ServiceKey]
-) -> Counter[Place]:
+def _within(shares: Sequence[TakeShare], lost: int) -> Iterator[TakeShare]:
+    """The takes, with no more between them than is lost: what a killed process sent after its last health may be there."""
+    lost -= sum(one.lost for one in shares)
+    for one in shares:
+        before = max(0, min(one.lost_before, lost))
+        lost -= before
+        yield replace(one, lost_before=before)
+
+
+def _lost_until(logs: Sequence[OneLog], restarted: Account, services: Collection[ServiceKey]) -> Counter[Place]:
     """Messages that are not in the last take of an account and were sent before its integrator was started again."""
-    before, found = account.lines(), completed(account, restarted, continued=True, last=take.account, between=True).lines()
-    return Counter({
+    before, found = logs[-1].all.lines(), completed(logs, restarted, continued=True, between=True).lines()
+    return +Counter({
         place: line.missing - (before[place].missing if place in before else 0)
         for place, line in found.items() if place[0] in services
     })  # fmt: skip
@@ -187,39 +191,16 @@ def _with_lost(line: Line, count: int) -> Line:
     return structs.replace(line, missing=line.missing + count, unlogged=line.unlogged - count)
 
 
-def frame_lines(view: RigView, topic: Topic) -> Iterator[str]:
-    """What became of the frames that all viewers' sources gave.  topic: of the message that is sent with every frame."""
-    all = {title(key): one for key, one in view.services.items() if key[0] == "viewer"}
-    # One of an earlier release does not say what its source gave.
-    uncounted = {name: one for name, one in all.items() if one.total(PROCESSED) and not _has_count(one, CAPTURED)}
-    viewers = [one for name, one in all.items() if name not in uncounted]
-
-    def total(name: str) -> int:
-        return sum(one.total(name) for one in viewers)
-
-    captured, processed = total(CAPTURED), total(PROCESSED)
-    terms = {"processed": processed, "failed": total("failed_frames"), "dropped": total(DROPPED)}
-    terms["skipped under overload"] = total(SKIPPED)
-    uses = {"sent": total(SENT + topic.name), "for the background": total("learning_frames")}
-    uses["not sendable"] = total("unsendable")
-    if captured or any(terms.values()):
-        yield f"frames: {_equation(captured, 'captured', terms)}; {_equation(processed, 'processed', uses)}"
-    for name, one in uncounted.items():
-        yield f"frames of {name}: {one.total(PROCESSED)} processed of an unknown number: its release does not count them"
+def unknown_lines(what: str, unknown: Mapping[ServiceKey, Sequence[Span]]) -> Iterator[str]:
+    """Lines on times without a count.  what: services did then."""
+    yield from _shortened(
+        f"not counted: what {title(service)} {what} from {_clock(begin)} to {_clock(end)}, after its last report"
+        for service, spans in unknown.items()
+        for begin, end in spans
+    )
 
 
-def _has_count(one: ServiceView, name: str) -> bool:
-    """Whether the present process of a service and those before have a count."""
-    return one.health is not None and name in one.health.counts and (not one.past or name in one.past)
-
-
-def _equation(whole: int, name: str, terms: Mapping[str, int]) -> str:
-    """A count and its parts, with a further one for what they do not explain."""
-    rest = whole - sum(terms.values())
-    return f"{whole} {name} = {_added({**terms, 'not accounted for': rest} if rest else terms)}"
-
-
-def _added(terms: Mapping[str, int]) -> str:
+def added(terms: Mapping[str, int]) -> str:
     return " + ".join(f"{count} {name}" for name, count in terms.items())
 
 

@@ -29,14 +29,15 @@ from zenocap.common.recording.parts import PartLimits, Parts, free_name
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE, recorded_rig, write_setup
 from zenocap.common.recording.take_account import Place, sender_of
-from zenocap.common.recording.writer import Attachment, Recording
+from zenocap.common.recording.writer import LOG, OPENED, Attachment, Recording
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.health import Meter
-from zenocap.common.topics import HEALTH, SILHOUETTE, TOPICS, topic_of
+from zenocap.common.topics import HEALTH, SIGHTING, SILHOUETTE, TOPICS, service_at, topic_of
+from zenocap.tools.record.launcher.frame_statement import FrameStatement, frames_of
 from zenocap.tools.record.launcher.run_takes import Unresumed, new_takes
-from zenocap.tools.record.launcher.statement import Statement, frame_lines, statement
+from zenocap.tools.record.launcher.statement import Statement, statement
 
 SECOND = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND
@@ -45,6 +46,7 @@ SERVICES = (VIEWER, INTEGRATOR)
 QUEUED = 24  # messages in the queue of a log
 SETUP = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(demo_rig("two-view"))))
 PART_BYTES = 6000
+FATES = ("dropped_frames", "skipped_frames", "failed_frames", "learning_frames")
 MOST = 20  # services besides those of the rig, and processes
 HOUR = 3600 * SECOND
 
@@ -75,8 +77,11 @@ class World:
     reports: Account = field(default_factory=lambda: Account(own=SERVICES))
     unresumed: Unresumed = field(default_factory=Unresumed)
     sent: dict[tuple[Place, str, bytes], int] = field(default_factory=dict)
-    frames: int = 0
+    number: int = 0  # of the last message
+    frames: list[tuple[str, int]] = field(default_factory=list)  # of the viewer: what became of each, and when
+    view: RigView = field(default_factory=lambda: RigView("studio"))
     lose: int = 0
+    loses: ServiceKey | None = None  # of which service the network loses messages; None: of all
     full: bool = False
     slow: bool = False  # whether logs end before they have written all that they received
     ends: list[Mapping[str, int]] = field(default_factory=list)  # final counts of logs that were closed
@@ -99,6 +104,7 @@ class World:
         bus = self.network.bus()
         bus.declare_alive(*key)
         self.processes[key] = Process(key, bus, Meter(*key))
+        self.processes[key].meter.counts.update({"captured_frames": 0} if key == VIEWER else {})
         if key == INTEGRATOR and not self.on_request:
             self.record()
         self.health(self.processes[key])
@@ -111,14 +117,14 @@ class World:
 
         def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
             self.created.append(path)
-            metadata = {"part": part} if part else {}
+            metadata = {LOG: {OPENED: str(len(self.created))}} | ({"part": part} if part else {})
             return Recording(path, rig="studio", start_ns=start_ns, metadata=metadata, attachments=(SETUP,))
 
         self.log_bus = self.network.bus()
         deliver = self.log_bus.deliver
 
         def lossy(key: str, data: bytes) -> None:
-            if self.lose:
+            if self.lose and (self.loses is None or self.loses == service_at(key)):
                 self.lose -= 1
             else:
                 deliver(key, data)
@@ -145,8 +151,21 @@ class World:
     def send(self, key: ServiceKey, count: int) -> None:
         process = self.processes.get(key)
         for _ in range(count if process else 0):
-            self.frames += 1
-            self.publish(process, sighting("1", self.frames) if key == VIEWER else bap(self.frames))
+            self.number += 1
+            self.publish(process, sighting("1", self.number) if key == VIEWER else bap(self.number))
+            if key == VIEWER:
+                self._frame(process, "sent")
+
+    def leave_out(self, fate: str, count: int) -> None:
+        """Frames of the viewer become no message."""
+        for _ in range(count if VIEWER in self.processes else 0):
+            self.clock.advance(1_000_000)
+            self._frame(self.processes[VIEWER], fate)
+
+    def _frame(self, process: Process, fate: str) -> None:
+        self.frames.append((fate, self.clock.now_ns()))
+        names = ("frames", *FATES[3:]) if fate == FATES[3] else ("frames",) if fate == "sent" else (fate,)
+        process.meter.counts.update(["captured_frames", *names])
 
     def strangers(self, count: int) -> None:
         """Another program sends healths of invented services."""
@@ -166,6 +185,7 @@ class World:
         """Let the launcher and the oracle receive."""
         while (event := self.launcher.receive()) is not None:
             if isinstance(event, Envelope | Alive):
+                self.view = observed(self.view, event, 0)
                 self.reports.add(event)
                 if self.on_request:
                     self.unresumed.note(event, self.reports)
@@ -217,7 +237,6 @@ class World:
                 path.unlink()
             for path, content in files.items():
                 path.write_bytes(content)
-                os.utime(path, ns=(self.clock.now_ns(),) * 2)
             self.log, self.ends = None, []
         process.bus.close()
         self.observe()
@@ -265,6 +284,7 @@ FAULTS = st.one_of(
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
     st.tuples(st.just("lose"), st.integers(1, 6)),
     st.tuples(st.just("strangers"), st.just(MOST + 1)),
+    st.tuples(st.just("leave_out"), st.sampled_from(FATES), st.integers(1, 3)),
     st.tuples(st.just("step"), st.sampled_from([-HOUR, HOUR])),
     st.tuples(st.sampled_from(["full", "space", "slow", "delete", "record", "close_log"])),
 )
@@ -275,7 +295,9 @@ def happens(world: World, fault: tuple) -> None:
     match name:
         case "lose":
             world.lose += values[0]
+            world.loses = values[1] if values[1:] else None
         case "step":
+            world.second()  # it is not set twice between two healths: then no one knows of the time between
             world.clock.advance(values[0])
         case "full" | "space":
             world.full = name == "full"
@@ -283,7 +305,7 @@ def happens(world: World, fault: tuple) -> None:
             world.slow = True
         case "delete":
             shutil.rmtree(world.folder, ignore_errors=True)
-        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log" | "strangers":
+        case "send" | "second" | "drain" | "kill" | "stop" | "start" | "record" | "close_log" | "strangers" | "leave_out":
             getattr(world, name)(*values)
         case _:
             raise NotImplementedError(fault)
@@ -308,7 +330,7 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
     named = [one.take.path for one in found.takes]
     assert sum(one.lost + one.lost_before for one in found.takes) + found.lost_outside == found.lost
     assert {*named} == exist
-    if not any(fault[0] in ("step", "delete") for fault in faults):
+    if ("delete",) not in faults:
         assert named == world.created
     for place, count in Counter(place for place, _, _ in world.sent).items():
         line = found.lines.get(place, Line(0, 0, 0, 0, found.unknown.get(place[0], ())))
@@ -318,10 +340,32 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
         assert len(times) - uncounted <= counted <= len(times), (place, line, len(times), uncounted)
         if not line.unknown:
             assert line.sent == count
+    frames = frames_of(world.view, world.reports, SERVICES, SIGHTING)
+    assert frames.captured == sum(frames.fates.values())
+    assert frames.fates["processed"] == sum(frames.uses.values())
+    said = [frames.fates[name] for name in ("dropped", "skipped under overload", "failed")]
+    spans = [span for its in frames.unknown.values() for span in its]
+    for fate, count in zip((*FATES, "sent"), (*said, frames.uses["for the background"], frames.uses["sent"]), strict=True):
+        times = [at_ns for one, at_ns in world.frames if one == fate]
+        uncounted = sum(any(begin <= time <= end for begin, end in spans) for time in times)
+        assert len(times) - uncounted <= count <= len(times), (fate, frames)
     return world, found
 
 
+AGAIN = [("kill", VIEWER), ("start", VIEWER), ("send", VIEWER, 1)]
+
+
 @settings(suppress_health_check=[HealthCheck.too_slow])
+@example([("kill", INTEGRATOR), ("start", INTEGRATOR), ("second",), ("send", VIEWER, 4), ("kill", INTEGRATOR)], False)
+@example([("record",), ("close_log",), ("record",)], True)
+@example([("step", -HOUR), ("full",), ("close_log",), ("record",), ("send", VIEWER, 1), ("second",)], False)
+@example([("record",), ("send", VIEWER, 4), ("close_log",), ("record",), ("second",)], True)
+@example([("send", VIEWER, 9), ("second",), ("record",), ("send", VIEWER, 4), ("close_log",), ("kill", VIEWER)], True)
+@example([("second",), ("lose", 6), ("send", VIEWER, 4), ("second",), ("send", VIEWER, 4), ("kill", VIEWER)], False)
+@example([("kill", INTEGRATOR), ("lose", 1), ("start", INTEGRATOR), ("lose", 1), *AGAIN], False)
+@example([("send", VIEWER, 1), ("stop", INTEGRATOR), *AGAIN, ("start", INTEGRATOR), ("step", -HOUR)], False)
+@example([("step", -HOUR), ("lose", 3), ("send", VIEWER, 1), ("second",), *AGAIN[2:], ("kill", VIEWER)], False)
+@example([("second",), ("leave_out", "dropped_frames", 2), ("kill", VIEWER)], False)
 @example([("slow",), ("send", VIEWER, 9), ("close_log",), ("send", VIEWER, 3), ("record",), ("second",)], False)
 @example([("second",), ("close_log",), ("record",), ("slow",), ("send", VIEWER, 9), ("stop", INTEGRATOR)], False)
 @given(st.lists(FAULTS, max_size=25), st.booleans())
@@ -331,6 +375,7 @@ def test_every_message_is_in_a_take_or_in_a_term_or_in_a_span(faults: list[tuple
 
 RESTARTS = st.one_of(
     st.tuples(st.just("send"), SERVICE, st.integers(1, 3)),
+    st.tuples(st.just("lose"), st.integers(1, 3), st.just(VIEWER)),
     st.tuples(st.sampled_from(["second", "drain"])),
     st.tuples(st.sampled_from(["kill", "stop", "start"]), SERVICE),
 )
@@ -338,6 +383,8 @@ RESTARTS = st.one_of(
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @example([("stop", INTEGRATOR), ("second",), ("kill", VIEWER), ("start", INTEGRATOR)])
+@example([("lose", 2, VIEWER)])
+@example([("second",), ("lose", 9, VIEWER), *AGAIN, ("stop", VIEWER), *AGAIN, ("second",)])
 @given(st.lists(RESTARTS, max_size=25))
 def test_where_no_user_stops_the_recording_what_is_in_no_take_is_lost(faults: list[tuple]) -> None:
     """A service manager that stopped the integrator was no loss: its messages were "sent while no take was written".
@@ -405,6 +452,14 @@ def test_a_take_of_another_run_of_the_same_rig_is_none_of_this_one(tmp_path: Pat
     assert [[one.take.path for one in world.found().takes] for world in worlds] == [world.created for world in worlds]
 
 
+def test_what_a_short_log_has_hides_nothing_that_was_sent_before_it() -> None:
+    """Of a viewer that was killed after it, four of these nine were in no term."""
+    short = [("send", VIEWER, 9), ("second",), ("record",), ("send", VIEWER, 4), ("close_log",), ("kill", VIEWER)]
+    line = check(short, on_request=True)[1].lines[VIEWER, "sighting"]
+    assert (line.seen, line.missing, line.unlogged) == (4, 0, 9)
+    assert line.unknown == ((START_NS + SECOND + 13_000_000, START_NS + SECOND + 17_000_000),)
+
+
 def test_what_a_slow_disk_leaves_at_the_end_of_the_log_is_lost() -> None:
     """It was "sent while no take was written", with exit status 0."""
     found = check([("send", VIEWER, 5), ("second",), ("slow",), ("send", VIEWER, 8)])[1]
@@ -457,9 +512,9 @@ def test_what_is_sent_after_a_restart_that_was_to_record_nothing_is_not_lost() -
     """Of a run without a log, whose user had begun one: all until the end of the run was lost."""
     found = check([*KILLED, *IDLE], on_request=True)[1]
     assert found.lines[VIEWER, "sighting"] == Line(119, 4, 5, 110, ())
-    assert (found.lost, found.complete) == (5, False)
+    assert (found.lost, found.complete) == (6, False)  # and the health that counts them
     (line,) = found.take_text()
-    assert ": 5 lost, and an unknown number in 0.0 s; cut: " in line.replace("messages, ", ": ")
+    assert ": 6 lost, and an unknown number in 0.0 s; cut: " in line.replace("messages, ", ": ")
 
 
 def test_nor_is_what_is_sent_until_the_user_records_again() -> None:
@@ -467,7 +522,7 @@ def test_nor_is_what_is_sent_until_the_user_records_again() -> None:
     found = check([*KILLED, *IDLE, *again], on_request=True)[1]
     assert found.lines[VIEWER, "sighting"] == Line(151, 6, 5, 140, ())
     first, second = found.takes
-    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 5, 0)
+    assert (first.lost, second.lost, second.lost_before, found.lost_outside) == (0, 0, 6, 0)  # and the health
     assert second.gap is not None
     assert second.gap[1] - second.gap[0] < 2 * SECOND
 
@@ -485,29 +540,47 @@ def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
     assert found.terms["dropped by the queue of the log"] == 33 + 2 - QUEUED
 
 
-def frames_of(processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0) -> list[str]:
-    """Lines on the frames of one viewer.  processes: by number, processed frames at each health.
+def frames_after(
+    processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0, killed: bool = False
+) -> FrameStatement:
+    """The frames of one viewer.  processes: by number, processed frames at each health.
 
     lost: frames of each process that are in no count.  unsent: processed ones of which no message was sent.
+    killed: whether no health is the last of its process.
     """
-    view = RigView("studio")
-    for process, reports in processes.items():
-        for frames in reports:
+    view, reports = RigView("studio"), Account()
+    for process, reports_of in processes.items():
+        for frames in reports_of:
             meter = Meter(*VIEWER, process=process)
             meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
             meter.counts["captured_frames"] = frames + 6 + lost
+            meter.counts.update({} if killed or frames != reports_of[-1] else {ENDED: 1})
             bus = Counters(0, {}, {}, sent={"silhouette": frames - 4 - unsent})
             health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
-            view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0), 0)
-    return list(frame_lines(view, SILHOUETTE))
+            event = Envelope(HEALTH.at("studio", service="viewer", id="1"), HEALTH, health, 0)
+            view = observed(view, event, 0)
+            reports.add(event)
+    return frames_of(view, reports, [VIEWER], SILHOUETTE)
 
 
 def test_frames_are_processed_dropped_or_left_out() -> None:
-    assert frames_of({1: [10, 20], 2: [5]}) == [
+    found = frames_after({1: [10, 20], 2: [5]})
+    assert found.complete
+    assert list(found.text()) == [
         "frames: 37 captured = 25 processed + 2 failed + 4 dropped + 6 skipped under overload; "
         "25 processed = 17 sent + 8 for the background + 0 not sendable"
     ]  # the viewer was started again
-    assert list(frame_lines(RigView("studio"), SILHOUETTE)) == []
+    assert list(frames_of(RigView("studio"), Account(), [VIEWER], SILHOUETTE).text()) == []
+
+
+def test_what_a_killed_viewer_captured_last_is_unknown() -> None:
+    """They were in no term, without a word."""
+    found = frames_after({1: [10, 20], 2: [5]}, killed=True)
+    assert not found.complete
+    counted, *unknown = found.text()
+    assert counted.startswith("frames: 37 captured = ")
+    line = "not counted: what viewer 1 captured from 00:00:00.0 UTC to 00:00:00.0 UTC, after its last report"
+    assert unknown == [line, line]  # until the next process, and until the end
 
 
 def test_the_frames_of_a_viewer_of_an_earlier_release_are_unknown() -> None:
@@ -516,17 +589,20 @@ def test_the_frames_of_a_viewer_of_an_earlier_release_are_unknown() -> None:
     for id, counts in (("1", {"frames": 40, "skipped_frames": 3}), ("2", {"frames": 8, "captured_frames": 8})):
         health = built(Health, id=id, counts=counts | {"sent.silhouette": counts["frames"]})
         view = observed(view, Envelope(HEALTH.at("studio", service="viewer", id=id), HEALTH, health, 0), 0)
-    counted, unknown = frame_lines(view, SILHOUETTE)
+    found = frames_of(view, Account(), [VIEWER, ("viewer", "2")], SILHOUETTE)
+    assert not found.complete
+    counted, unknown = found.text()
     assert counted.startswith("frames: 8 captured = 8 processed + 0 failed + 0 dropped + 0 skipped under overload; ")
     assert unknown == "frames of viewer 1: 40 processed of an unknown number: its release does not count them"
 
 
 def test_frames_that_are_in_no_count_are_a_term() -> None:
     """The number of captured frames was the sum of the others."""
-    assert frames_of({1: [10]}, lost=2) == [
+    found = frames_after({1: [10]}, lost=2)
+    assert not found.complete
+    assert list(found.text()) == [
         "frames: 18 captured = 10 processed + 1 failed + 2 dropped + 3 skipped under overload + 2 not accounted for; "
         "10 processed = 6 sent + 4 for the background + 0 not sendable"
     ]
-    assert frames_of({1: [10]}, unsent=1)[0].endswith(
-        "; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for"
-    )
+    (text,) = frames_after({1: [10]}, unsent=1).text()
+    assert text.endswith("; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for")

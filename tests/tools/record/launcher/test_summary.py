@@ -177,7 +177,7 @@ def test_the_loss_of_several_takes_is_said_once_and_they_are_in_order(take: Path
 
 def test_without_a_take_nothing_is_complete(take: Path) -> None:
     status, text = summary(take, DONE, health("integrator", "main"), write=lambda _: None, interrupted=True)
-    assert "takes: 0 lost, and an unknown number in" in text
+    assert "takes: 1 lost, and an unknown number in" in text
     assert status == LOSS
 
 

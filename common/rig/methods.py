@@ -80,7 +80,7 @@ IMAGE_FORCE = _with_tracker("image-force")
 PARTICLE_FILTER = _with_tracker("particle-filter")
 # Paper (added): both papers' systems at once, the tracker on the silhouettes of the two viewers.
 BOTH = replace(
-    HYBRID, name="both", views=TWO_VIEW.views, viewer=TWO_VIEW.viewer, sends=(*HYBRID.sends, *TWO_VIEW.sends),
+    HYBRID, name="both", views=TWO_VIEW.views, viewer=TWO_VIEW.viewer, sends=(*TWO_VIEW.sends, *HYBRID.sends),
     second_pass="possible", recomputes_viewers=True, viewer_warmup=TWO_VIEW.viewer_warmup, exchange=True, tracker="hybrid",
 )  # fmt: skip
 

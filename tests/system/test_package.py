@@ -93,5 +93,6 @@ def test_the_demo_runs_from_the_wheel_in_another_folder(built: Path, tmp_path: P
     with started(["demo", "--no-page"], folder, {"PYTHONPATH": ""}, [str(python), "-m", "zenocap"]) as demo:
         wait_until(lambda: all_run(folder), folder, COMPILED_S)
         assert ended(demo, signal.SIGINT) == 0, output_of(folder)
+        assert "not accounted for" not in output_of(folder)
     assert "first pose" in output_of(folder), output_of(folder)
     assert len(list((folder / "recordings").glob("demo-*.mcap"))) == 1

@@ -7,6 +7,7 @@ from zenocap.common.rig.rig import demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.services import SERVICES, services_of
 from zenocap.common.runtime.service import new_pose_service
 from zenocap.common.table import attribute
+from zenocap.common.topics import SIGHTING, SILHOUETTE
 from zenocap.services.viewer.shell import service_of
 
 
@@ -30,6 +31,7 @@ def test_a_row_names_what_exists(method: Method) -> None:
     assert method.poses.recoverable
     assert method.body.recoverable
     assert 2 <= method.views[0] <= method.views[1]
+    assert method.sends[0] is (SIGHTING if method.exchange else SILHOUETTE)  # sent also without a person in the picture
 
 
 def test_the_methods_with_a_tracker_are_named_in_errors() -> None:

@@ -78,7 +78,7 @@ def _camera(
 
 
 def _rotation(path: Path, name: str, extrinsics: Mapping[str, Floats]) -> Floats:
-    """R_name, which EasyMocap and Pose2Sim read, or Rot_name; a contradiction is said.  Raises UserError."""
+    """R_name, which EasyMocap and Pose2Sim read, or Rot_name; a contradiction is a note.  Raises UserError."""
     keys = [key for key in (f"R_{name}", f"Rot_{name}") if key in extrinsics]
     if not keys:
         raise Entry(path, "").missing(f"Rot_{name}", extrinsics)

@@ -147,7 +147,7 @@ def _binning(entry: Entry, element: ElementTree.Element, video: Floats) -> float
     """Pixels of the sensor in a pixel of the video, in a row.  video: left, top, right, bottom, px.
 
     A smaller part of the sensor is a crop, unless the resolution names a half, a third, ... of its height.  A video that
-    is higher than its resolution is said.  Raises UserError.
+    is higher than its resolution gives a note.  Raises UserError.
     """
     named = re.fullmatch(r"([1-9]\d*)p", element.get("video_resolution", ""))
     low, high = _numbers(entry, element, "intrinsic", ("sensorMinV", "sensorMaxV"), missing="0")

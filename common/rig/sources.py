@@ -61,7 +61,7 @@ class Source(ABC):
         return None
 
     def own_size(self) -> tuple[int, int] | None:
-        """(width, height) px of the images of files; None: unknown, or not readable, which is said when they are used."""
+        """(width, height) px of the images of files; None: unknown, or not readable, an error when they are used."""
         return None
 
 

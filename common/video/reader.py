@@ -33,12 +33,12 @@ PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
 MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, whose rate is its own, 25/s
-# From the beginning of a file to its first frame: from when on it is said, also in frame periods, as decoders delay by a
-# few; and from when on the times are those of a camera that ran long before.  Chosen by hand.
+# Seconds from the beginning of a file to its first frame that give a note, also in frame periods, as decoders delay by a
+# few; and from which on the times are those of a camera that ran long before.  Chosen by hand.
 LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
 FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
 CAPTURE_RATE = "com.android.capture.fps"
-OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that is said; chosen by hand
+OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that gives a note; by hand
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}

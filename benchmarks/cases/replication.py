@@ -7,6 +7,7 @@ from itertools import product
 from typing import cast
 
 import msgspec
+import numpy as np
 
 from benchmarks.cases.clips import POINTS
 from benchmarks.cases.paper import COLUMNS, METHODS, PAPER_RMSE_MM, angle_curves, angle_rmse_deg, with_true_angles
@@ -14,7 +15,7 @@ from benchmarks.harness.cache import content
 from benchmarks.harness.case import SHARED, Case, Figures, Kind, Quantity, Value, case
 from benchmarks.people.cylinders import COUNTS, MOTIONS, REGIONS, CylinderClip, cylinder_clip, prior_of, training_poses
 from benchmarks.people.films import motion_file
-from benchmarks.people.tracker import TrackedPath, errors, track_clip, trajectories
+from benchmarks.people.tracker import NAMES, TrackedPath, errors, offsets, track_clip, trajectories
 from tests.support.stored import stored
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.rig.tracker import ITERATIONS, PARTICLES, PRESETS, ForceLaw
@@ -37,9 +38,10 @@ CAUSES: Mapping[str, Mapping[str, Value]] = {  # what may cause the error of the
     "4 × steps": {"iterations": 4 * ITERATIONS["force-printed"]},
     "4 × particles": {"particles": 4 * PARTICLES["hybrid"]},
     "prior of the test frames": {"same": True},
+    "round ends": {"ends": "round"},
 }
-
-OF_FORCE = {name: CAUSES[name] for name in ("4 × points", "4 × steps")}  # of one particle without a prior
+OF_FORCE = {name: CAUSES[name] for name in ("4 × points", "4 × steps", "round ends")}  # of one particle without a prior
+WRISTS = [NAMES.index(name) for name in ("RWrist", "LWrist")]
 
 
 def run(one: Case) -> Figures:
@@ -47,7 +49,7 @@ def run(one: Case) -> Figures:
 
     Options: method, law, start (T-pose, then all frames; or true body and pose before the first test frame), tested
     (number of test frames, 0 for the paper's), trained (motion that trains the prior, "" for the tested one), same (whether
-    the test frames train it), regions, points, iterations, particles.
+    the test frames train it), ends, regions, points, iterations, particles.
     """
     motion, method = one.film, one.option("method", "hybrid")
     film, path = clip_of(one).film, tracked(one)
@@ -57,6 +59,8 @@ def run(one: Case) -> Figures:
         found["angles"] = angle_rmse_deg(angle_curves(trajectories(path, truth.rate, first), truth, first))
         found["true angles"] = errors(with_true_angles(path, truth), truth, first)["RMSE"]
         found["of the paper's"] = found["RMSE"] / found["paper"]
+        wrists = offsets(path, truth)[first:, WRISTS]
+        found["wrists"] = 1e3 * float(np.sqrt(np.nanmean((wrists**2).sum(axis=2))))
     if method == "hybrid":  # frames that differ in joint angles, which follow those of the root
         found["training"] = len({pose.angles[3:].tobytes() for pose in training_poses(*_training(one))})
     return found
@@ -85,10 +89,11 @@ def _tracked(one: Case) -> TrackedPath:
 def setup_of(one: Case, clip: CylinderClip) -> TrackerSetup:
     method, preset = cast(Method, one.option("method", "hybrid")), PRESETS["paper"]
     refinement = cast(Refinement, preset.refinements[method])
+    law, ends = one.option("law", LAWS[0]), one.option("ends", preset.filter.ends)
     options = Options(
         method=method, seed=one.seed, refinement=refinement, points=one.option("points", POINTS),
         particles=one.option("particles", PARTICLES[method]), iterations=one.option("iterations", ITERATIONS[refinement]),
-        filter=msgspec.structs.replace(preset.filter, force_law=one.option("law", LAWS[0])),
+        filter=msgspec.structs.replace(preset.filter, force_law=law, ends=ends),
         heading=HEADING if one.option("start", T_POSE) == T_POSE else None,
     )  # fmt: skip
     prior = prior_of(*_training(one), one.option("regions", REGIONS)) if method == "hybrid" else None
@@ -110,7 +115,7 @@ def inputs(one: Case) -> tuple[str, ...]:
 
 def _cases() -> dict[str, Case]:
     """The paper's table, from both starts; then 100 test frames of the other force law, other numbers of regions, causes of
-    the error and a prior of another motion."""
+    the error, among them the other ends, and a prior of another motion."""
     found: dict[str, Case] = {}
     for method in METHODS:
         laws: tuple[ForceLaw | None, ...] = LAWS if method != "particle-filter" else (None,)
@@ -140,7 +145,7 @@ REPLICATION = Kind(
     "of a file, or of half of a shorter one, the test frames are of the rest; too few are repeated. Training: frames that "
     "differ. All frames: the paper's number. Unfamiliar: a prior of boxing, for boxing of walking. M: regions, else 20.",
     run,
-    (*COLUMNS, Quantity("of the paper's", digits=1)),
+    (*COLUMNS, Quantity("of the paper's", digits=1), Quantity("wrists", "mm", 1)),
     _cases(),
     case("walking", method="image-force", start=TRUE_POSE, tested=20),
     rows="method, force, start, motion",

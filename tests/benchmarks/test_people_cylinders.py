@@ -90,13 +90,15 @@ def test_the_prior_is_of_other_frames_than_the_test(monkeypatch: pytest.MonkeyPa
     assert [replication.run(case("jogging", same=same))["training"] for same in (False, True)] == [30, 30]
 
 
-def test_the_person_faces_the_side_that_the_method_is_told() -> None:
-    """Ten parts have no feet: without it, the front of the T-pose is chance."""
+def test_the_person_faces_the_side_that_the_method_is_told_and_has_the_ends_of_the_case() -> None:
+    """Ten parts have no feet: without the side, the front of the T-pose is chance."""
     clip = Mock(film=Mock(cameras={}, frame_ns=1))
     first = cylinders._opening(BDP, Pose(np.array([0.3, 1.0, 0.0]), angles(navel_y=140.0)))[0]
     front = RootedPose.of(TEN_PARTS, BDP, first).rotation[:, 2]
     for name, one in REPLICATION.selected(["image-force"]).items():
-        assert setup_of(one, clip).options.heading == (HEADING if T_POSE in name else None)
+        options = setup_of(one, clip).options
+        assert options.heading == (HEADING if T_POSE in name else None)
+        assert options.filter.ends == ("round" if "round ends" in name else "flat")
     assert front == pytest.approx([np.sin(HEADING), 0.0, np.cos(HEADING)], abs=1e-6)
 
 

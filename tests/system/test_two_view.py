@@ -8,29 +8,37 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.demo_rigs import written_demo
 from tests.support.networks import arguments_of, is_whole, listens, mesh, options_of, wait_for
 from tests.support.processes import (
     PATIENCE_S,
+    all_run,
     both_contribute,
     children_of,
     ended,
     last_line,
+    messages_in,
     output_of,
     poses_in,
     recomputed_poses,
     run,
+    shows,
     started,
+    verified,
+    wait_for_frames,
     wait_until,
 )
-from tests.support.session_rigs import SessionRig
+from tests.support.session_rigs import START_S, SessionRig
+from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.rig.rig import demo_rig_file
+from zenocap.common.rig.rig import demo_rig_file, load_rig
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import UNIVERSAL_BAP
+from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP
+from zenocap.services.integrator.two_view.perspective import scaling_factor
 
 pytestmark = pytest.mark.core
 
@@ -47,6 +55,25 @@ def test_the_demo_runs_and_writes_a_take(two_view_rig: SessionRig, two_view_take
     assert "first pose" in text
     assert "viewer 1: 1" in text  # frames per second
     assert "Traceback" not in text
+
+
+@pytest.mark.nightly
+def test_the_tracker_runs_beside_the_exchange_and_the_take_of_both_verifies(tmp_path: Path) -> None:
+    with started(["demo"], tmp_path) as demo:
+        both = r"integrator: [\d.]+/s tracking\b.* tracker: [\d.]+/s tracking\b"
+        wait_until(lambda: shows(tmp_path, both) and all_run(tmp_path), tmp_path, START_S, [demo])
+        wait_for_frames(tmp_path, 60)
+        assert ended(demo, signal.SIGINT) == 0, output_of(tmp_path)
+    (take,) = (tmp_path / "recordings").glob("demo-*.mcap")
+    for topic, poses in ((UNIVERSAL_BAP, poses_in(take)), (TRACKER_POSE, messages_in(take, m.TrackerPose))):
+        assert verified(take).equal[topic.at("demo")] == len(poses) > 20
+    assert {bdp.viewer for bdp in messages_in(take, m.PartialBdp)} == {"1", "2"}
+    assert [bdp.ratio for bdp in messages_in(take, m.UniversalBdp)] == [pytest.approx(1.0, abs=0.1)]
+    cameras = {viewer.id: viewer.camera for viewer in load_rig(demo_rig_file("both")).viewers}
+    for one in [each for each in messages_in(take, m.Assignment) if each.tracking]:
+        assert {its.view for its in one.views.values()} == {"facade", "flank"}
+        factors = {id: scaling_factor(camera, np.array(one.position)) for id, camera in cameras.items()}
+        assert {id: its.scale for id, its in one.views.items()} == pytest.approx(factors)
 
 
 @pytest.mark.nightly

@@ -423,8 +423,7 @@ def test_equations_30_to_41(linear: bool, seed: int) -> None:
     scene, normals, frames = midpoints(rays), rays[6:9].T.astype(np.float64), frames_of(MODEL, pose)
     closest = [corresponding(frames, *one) for one in zip(scene, normals, strict=True)]
     square = np.mean([min((1 - NORMAL_MODULATION * cosine) * away, LIMIT_M) ** 2 for _, away, cosine, _ in closest])
-    near = pytest.approx(square, rel=1e-3)  # at the centre of curvature of an ellipse the nearest point is approximate
-    assert mean_modulated_square(MODEL, frames, rays, LIMIT_M, PRINTED) == near
+    assert mean_modulated_square(MODEL, frames, rays, LIMIT_M, PRINTED) == pytest.approx(square, rel=1e-3)  # ELLIPSE_STEPS
     expected = step_of_force(MODEL, pose, scene, closest, linear)
     refine_as_printed(MODEL, rays, FREE, linear, PRINTED, 1, pose)
     for found, wanted in zip(pose, expected, strict=True):

@@ -9,6 +9,7 @@ from tests.support.anatomies import each_anatomy
 from tests.support.tracker_scenes import (
     DOF,
     MODEL,
+    NO_RAYS,
     apart,
     average_model,
     carried_by,
@@ -150,6 +151,12 @@ def test_printed_force_reduces_the_misfit(seed: int) -> None:
     start = moved(true, np.random.default_rng(seed), 0.03, 0.05)
     after = refined("force-printed", rays, 100, start)
     assert misfit(MODEL, rays_alone(rays), 0.15, after) < 0.5 * misfit(MODEL, rays_alone(rays), 0.15, start)
+
+
+def test_without_a_scene_there_is_no_printed_force() -> None:
+    pose = upright(seed=1, spread=0.1)
+    for found, before in zip(refined("force-printed", NO_RAYS, 5, pose), pose, strict=True):
+        assert found == pytest.approx(before)
 
 
 @pytest.mark.nightly

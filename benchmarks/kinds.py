@@ -24,6 +24,7 @@ KINDS = Table(
         "postures": "benchmarks.cases.recognition.postures:POSTURES_KIND",
         "postures-paper": "benchmarks.cases.recognition.postures:AS_IN_THE_PAPER",
         "confusions": "benchmarks.cases.recognition.postures:CONFUSIONS",
+        "posture-ranges": "benchmarks.cases.recognition.postures:RANGES",
         "few-examples": "benchmarks.cases.recognition.postures:FEW",
         "stream": "benchmarks.cases.recognition.streams:STREAM",
         "real-motion": "benchmarks.cases.recognition.real:REAL",

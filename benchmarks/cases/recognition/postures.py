@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.cases.recognition.examples import posture_examples
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.people.films import size_of
-from zenocap.services.recognizer.features import DEFAULT
+from zenocap.services.recognizer.features import DEFAULT, NAMES
 from zenocap.services.recognizer.features import Kind as Features
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, Protocol, classifier_of, cross_validate
 from zenocap.services.recognizer.training.examples import (
@@ -29,6 +29,8 @@ TOPOLOGIES = ("left-right", "ergodic")  # 5.1: left-right; Fig. 15 has transitio
 NO_SMOOTHING = 1e-6  # the smallest floor: without it one unknown symbol makes every model impossible
 POSES = ("two-view", "hybrid", "truth")
 NUMBERS = (1, 2, 3, 5, 10)
+LIMBS = {f"{side} {limb}": NAMES.index(f"{side}_{joint}.x") for limb, joint in (("arm", "shoulder"), ("leg", "hip"))
+         for side in ("right", "left")}  # the first of two angles  # fmt: skip
 
 
 def run(one: Case) -> Figures:
@@ -66,6 +68,21 @@ def run_confusions(one: Case) -> Figures:
             counts[POSTURES.index(outcome.labels[answer.given])] += 1
     named = {str(number + 1): float(count) for number, count in counts.items() if count}
     return named | {"paper": PAPER[POSTURES.index(one.film)]}
+
+
+def run_ranges(one: Case) -> Figures:
+    """Range of each limb's angle that moves most in a posture, the film, 5th to 95th percentile: median of all takes.
+
+    Options: poses, people.
+    """
+    found: dict[str, float] = {}
+    for name, poses in (("", one.option("poses", "two-view-paper")), (", true", "truth")):
+        examples = posture_examples(poses, one.seed, PAPER_FEATURES, one.option("people", PEOPLE))
+        angles = [example.features[:, : len(NAMES)] for example in examples if example.label == one.film]
+        ranges = [np.diff(np.nanpercentile(rows, (5.0, 95.0), axis=0), axis=0)[0] for rows in angles]
+        median = np.degrees(np.median(ranges, axis=0))
+        found |= {limb + name: float(median[first : first + 2].max()) for limb, first in LIMBS.items()}
+    return found
 
 
 def run_few(one: Case) -> Figures:
@@ -123,8 +140,8 @@ AS_IN_THE_PAPER = Kind(
     run,
     RIGHT,
     {
-        f"variant {variant}, {topology}": case("postures", poses=poses, protocol="paper", topology=topology)
-        for variant, poses in (("paper", "two-view-paper"), ("improved", "two-view"))
+        f"{name}, {topology}": case("postures", poses=poses, protocol="paper", topology=topology)
+        for name, poses in (("variant paper", "two-view-paper"), ("variant improved", "two-view"), ("true angles", "truth"))
         for topology in TOPOLOGIES
     },
     case("postures", protocol="paper", topology="ergodic", people=2),
@@ -138,6 +155,17 @@ CONFUSIONS = Kind(
     (*(Quantity(str(number + 1), "", 0, "") for number in range(len(POSTURES))), Quantity("paper", "", 0, "")),
     {f"{number + 1} {posture}": case(posture) for number, posture in enumerate(POSTURES)},
     case(POSTURES[2], poses="truth", people=2),
+    seeds=1,
+    rows="performed",
+)
+RANGES = Kind(
+    "posture-ranges",
+    "Cause of the confusions: how far each limb moves in a posture, by variant `paper` and in truth: the larger range of its "
+    "two angles, shoulder or hip, 5th to 95th percentile of a take; median of the takes of one set of people.",
+    run_ranges,
+    tuple(Quantity(limb + name, "°", 0, "") for limb in LIMBS for name in ("", ", true")),
+    {name: case(one.film) for name, one in CONFUSIONS.cases.items()},
+    case(POSTURES[2], poses="truth", people=1),
     seeds=1,
     rows="performed",
 )

@@ -96,18 +96,17 @@ def viewer(
 
         if filming.assigned is not None:
             from zenocap.services.camera.saved import saved_rig
-            from zenocap.services.viewer.sources.source import check_working_size
+            from zenocap.services.viewer.sources.device import of_working_size
 
             one, id = saved_rig(filming.assigned, filming.films or Path())
-            check_working_size(one.viewer(id))
-            options, epoch_ns = arguments.options(), None
+            options, epoch_ns, opener = arguments.options(), None, of_working_size(one.viewer(id))
         else:
             assert rig is not None
             assert id is not None
             one = _with_own_camera(rig_at(rig, files=False), id, cameras)
-            options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
+            options, epoch_ns, opener = arguments.options(one, f"viewer-{id}"), filming.epoch_ns, None
         filmed = filming_of(one, id, filming.films, secured=options.security is not None, detect=detect_command)
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed))
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed, opener))
 
 
 def _discovering(

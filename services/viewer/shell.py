@@ -12,6 +12,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.services import services_of
 from zenocap.common.rig.sources import Background, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
@@ -128,7 +129,7 @@ def run_viewer(
         if keeper is not None:
             stack.callback(keeper.close)
         clock = RealClock()
-        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped))
+        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)))
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if viewer.source.live:
             epoch_ns = clock.now_ns()

@@ -13,8 +13,8 @@ from zenocap.common.messages import Message
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import REQUEST, Queueing, Topic, is_of
 
-MAX_QUEUED = 8192  # queued messages of ALL topics
-MAX_QUEUED_BYTES = 64 << 20  # of these, and of foreign keys of each LATEST or LATCHED topic; chosen by hand
+MAX_QUEUED = 8192  # queued messages of ALL topics, of own keys and of foreign ones
+MAX_QUEUED_BYTES = 64 << 20  # of both of these, and of foreign keys of each LATEST or LATCHED topic; chosen by hand
 MAX_KEYS = 256  # foreign keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
 INVALID_S = 0.1  # longest delay of `take` by a flood of invalid messages, beyond its own limit; chosen by hand
 MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
@@ -41,7 +41,7 @@ class _Mark:
 class Inbox:
     """Thread-safe queue.  A message of a LATEST or LATCHED topic replaces the queued one of its key, at its position.
 
-    rig, services: whose newest messages and last events always have a place, however many names others have invented.
+    rig, services: whose keys are own: foreign ones, however many others invent, displace none of their messages and events.
     """
 
     def __init__(self, logger: logging.Logger, rig: str = "", services: Collection[tuple[str, str]] = ()) -> None:
@@ -50,8 +50,8 @@ class Inbox:
         self._order: deque[_QueuedMessage | _Mark] = deque()
         self._latest: dict[str, _QueuedMessage] = {}
         self._keys, self._bytes = Counter[str](), Counter[str]()  # by topic, of foreign keys in _latest
-        self._fifo: deque[_QueuedMessage] = deque()
-        self._fifo_bytes = 0
+        self._fifos: dict[bool, deque[_QueuedMessage]] = {False: deque(), True: deque()}  # by whether they are foreign
+        self._fifo_bytes = Counter[bool]()
         self._events: deque[Alive | RoundTrip] = deque()
         self._marks = 0
         self._woken = False
@@ -63,8 +63,11 @@ class Inbox:
     @property
     def counters(self) -> Counters:
         with self._ready:
-            queued = len(self._events) + len(self._latest) + len(self._fifo)
-            return Counters(self._received, dict(self._rejected), dict(self._dropped), queued)
+            return Counters(self._received, dict(self._rejected), dict(self._dropped), len(self._events) + self._queued)
+
+    @property
+    def _queued(self) -> int:
+        return len(self._latest) + sum(map(len, self._fifos.values()))
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
@@ -170,15 +173,16 @@ class Inbox:
             self._order.append(queued)
 
     def _put_last(self, queued: _QueuedMessage, data: bytes) -> None:
+        fifo = self._fifos[queued.foreign]
         self._order.append(queued)
-        self._fifo.append(queued)
-        self._fifo_bytes += len(data)
-        while len(self._fifo) > MAX_QUEUED or self._fifo_bytes > MAX_QUEUED_BYTES:
-            oldest = self._fifo.popleft()
-            self._fifo_bytes -= len(oldest.data or b"")
+        fifo.append(queued)
+        self._fifo_bytes[queued.foreign] += len(data)
+        while len(fifo) > MAX_QUEUED or self._fifo_bytes[queued.foreign] > MAX_QUEUED_BYTES:
+            oldest = fifo.popleft()
+            self._fifo_bytes[queued.foreign] -= len(oldest.data or b"")
             oldest.data = None
             self._dropped["queue_full"] += 1
-        if len(self._order) > 2 * (MAX_QUEUED + len(self._latest)):  # mostly dropped ones, when no thread receives
+        if len(self._order) > 2 * (self._queued + self._marks):  # mostly dropped ones, when no thread receives
             self._order = deque(w for w in self._order if isinstance(w, _Mark) or w.data is not None)
 
     def _pop(self) -> tuple[_QueuedMessage, bytes] | _Mark | None:
@@ -196,8 +200,8 @@ class Inbox:
                     self._keys[queued.topic.name] -= 1
                     self._bytes[queued.topic.name] -= len(data)
             else:
-                self._fifo.popleft()
-                self._fifo_bytes -= len(data)
+                self._fifos[queued.foreign].popleft()
+                self._fifo_bytes[queued.foreign] -= len(data)
             return queued, data
         return None
 

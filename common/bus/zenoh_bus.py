@@ -286,7 +286,7 @@ class ZenohBus(Closable):
         rig = rig_of(expression) or "*"
         if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
             raise BusError(f"{expression}: matches no key of zenocap; allowed: such as zenocap/studio/**")
-        return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only)
+        return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only, own=self._own)
 
     def close(self) -> None:
         self._readers.remove(self._tally)

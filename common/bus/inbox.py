@@ -41,11 +41,11 @@ class _Mark:
 class Inbox:
     """Thread-safe queue.  A message of a LATEST or LATCHED topic replaces the queued one of its key, at its position.
 
-    rig, services: whose keys are own: foreign ones, however many others invent, displace none of their messages and events.
+    rig, own: its services: foreign keys, however many others invent, displace none of their messages and events.
     """
 
-    def __init__(self, logger: logging.Logger, rig: str = "", services: Collection[tuple[str, str]] = ()) -> None:
-        self._rig, self._services = rig, frozenset(services)
+    def __init__(self, logger: logging.Logger, rig: str = "", own: Collection[tuple[str, str]] = ()) -> None:
+        self._rig, self._own = rig, frozenset(own)
         self._ready = Condition()
         self._order: deque[_QueuedMessage | _Mark] = deque()
         self._latest: dict[str, _QueuedMessage] = {}
@@ -69,9 +69,13 @@ class Inbox:
     def _queued(self) -> int:
         return len(self._latest) + sum(map(len, self._fifos.values()))
 
+    def is_own(self, key: str) -> bool:
+        """Whether a key is of the rig's own services."""
+        return is_of(self._own, self._rig, key)
+
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        queued = _QueuedMessage(key, topic, data, received_ns, not is_of(self._services, self._rig, key))
+        queued = _QueuedMessage(key, topic, data, received_ns, not self.is_own(key))
         with self._ready:
             if every or topic.queueing is Queueing.ALL:
                 self._put_last(queued, data)
@@ -151,7 +155,7 @@ class Inbox:
                         return None
 
     def _is_foreign(self, event: Alive | RoundTrip) -> bool:
-        return isinstance(event, Alive) and (event.service, event.id) not in self._services
+        return isinstance(event, Alive) and (event.service, event.id) not in self._own
 
     def _put_latest(self, queued: _QueuedMessage, data: bytes) -> None:
         topic, waiting = queued.topic.name, self._latest.get(queued.key)

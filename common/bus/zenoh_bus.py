@@ -54,12 +54,12 @@ class ZenohBus(Closable):
     def __init__(
         self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None,
         only: zenoh.KeyExpr | None = None, certificate: Path | None = None, connect: Collection[str] = (),
-        services: Collection[tuple[str, str]] = (),
+        own: Collection[tuple[str, str]] = (),
     ) -> None:  # fmt: skip
         """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
 
         certificate: own one, whose expiry is counted.  connect: addresses of which one is to be reached.
-        services: of the rig, see `open`.
+        own: services of the rig, see `open`.
         """
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
@@ -67,8 +67,8 @@ class ZenohBus(Closable):
         self._owns_session = readers is None
         self._readers = readers or Readers()
         self._clock = clock
-        self._services = services
-        self._inbox = Inbox(logger, rig, services)
+        self._own = own
+        self._inbox = Inbox(logger, rig, own)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox, self._readers.changed)
         self._recovery = RecoveryStore(session, rig)
@@ -86,16 +86,16 @@ class ZenohBus(Closable):
     @classmethod
     def open(
         cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False,
-        services: Collection[tuple[str, str]] = (),
+        own: Collection[tuple[str, str]] = (),
     ) -> "ZenohBus":  # fmt: skip
-        """services: of the rig, by name and id: their messages are received whatever others send; see `Inbox`.
+        """own: services of the rig, by name and id: their messages are received whatever others send; see `Inbox`.
 
         Raises BusError as `open_session` does, and ValueError for a bad rig name.
         """
         checked_name("rig", rig)
         certificate = options.security.certificate if options.security else None
         session = open_session(options, stopped)
-        return cls(session, rig, clock, certificate=certificate, connect=options.connect, services=services)
+        return cls(session, rig, clock, certificate=certificate, connect=options.connect, own=own)
 
     @property
     def rig(self) -> str:
@@ -259,9 +259,7 @@ class ZenohBus(Closable):
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(
-            self._session, self._rig, self._clock, readers=self._readers, only=self._only, services=self._services
-        )
+        return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only, own=self._own)
 
     def reader_of(self, rig: str) -> "ZenohBus":
         """A reader of another rig on the same connection.  Raises ValueError for a bad name."""

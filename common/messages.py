@@ -598,4 +598,4 @@ class AssignReply(Message, frozen=True, tag="assign_reply"):
     rig: Name | None = None  # whose viewer has the camera
     viewer: Name | None = None
     restarts: Count = 0
-    previews: bool = False  # whether pictures may leave the machine
+    previews: bool = False  # whether small pictures may leave the machine

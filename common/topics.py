@@ -1,7 +1,7 @@
 """The table of keys: one row per topic.  No key string appears anywhere else."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, lru_cache
@@ -109,6 +109,21 @@ def service_at(key: str) -> tuple[str, str] | None:
         return None
     names = topic.names(key) or {}
     return key.split("/")[2], names.get("viewer", names.get("id", "main"))
+
+
+def is_of(services: Collection[tuple[str, str]], rig: str, key: str) -> bool:
+    """Whether a key is of these services of a rig, by name and id, or of a topic of the rig that has one key."""
+    topic = topic_at(key)
+    names = topic.names(key) if topic is not None else None
+    match names:
+        case {"rig": other} if other != rig:
+            return False
+        case {"viewer": id}:
+            return ("viewer", id) in services
+        case {"service": service, "id": id}:
+            return (service, id) in services
+        case _:
+            return names is not None
 
 
 @cache

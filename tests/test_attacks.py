@@ -54,7 +54,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     ),
     "copies of films": (
         f"{ENDPOINT}::test_pictures_stay_without_permission_to_read",
-        f"{ENDPOINT}::test_pictures_that_everybody_may_take_are_warned_of",
+        f"{ENDPOINT}::test_films_of_a_running_viewer_leave_its_machine_with_certificates_only",
+        "services/camera/test_host.py::test_films_leave_no_host_also_where_previews_may",
         "system/test_film_machines.py::test_pictures_stay_where_they_are_without_permission",
         "system/test_film_machines.py::test_messages_of_a_stranger_write_nothing_elsewhere",
         f"{SECURED}::test_only_the_operator_films_and_copies_pictures",
@@ -62,6 +63,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "a flood of messages of megabytes": (
         "common/bus/test_inbox.py::test_a_queue_is_limited_in_bytes",
         "common/bus/test_inbox.py::test_an_unread_queue_is_bounded",
+        "common/bus/test_inbox.py::test_messages_of_the_rig_are_delivered_whatever_others_send",
         "tools/record/launcher/test_statement.py::test_what_the_queue_drops_and_what_never_arrives_are_terms",
         "system/test_chaos.py::test_a_rig_survives_a_minute_of_chaos",
     ),

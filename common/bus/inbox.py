@@ -2,7 +2,7 @@
 
 import logging
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from threading import Condition
 from time import monotonic
@@ -11,23 +11,24 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Alive, Counters, Envelope, Received, RoundTrip
 from zenocap.common.messages import Message
 from zenocap.common.runtime.logs import OncePerSource
-from zenocap.common.topics import REQUEST, Queueing, Topic
+from zenocap.common.topics import REQUEST, Queueing, Topic, is_of
 
-MAX_QUEUED = 8192  # queued messages of ALL topics
-MAX_QUEUED_BYTES = 64 << 20  # of these, and of each LATEST or LATCHED topic; chosen by hand
-MAX_KEYS = 256  # keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
+MAX_QUEUED = 8192  # queued messages of ALL topics, of own keys and of foreign ones
+MAX_QUEUED_BYTES = 64 << 20  # of both of these, and of foreign keys of each LATEST or LATCHED topic; chosen by hand
+MAX_KEYS = 256  # foreign keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
 INVALID_S = 0.1  # longest delay of `take` by a flood of invalid messages, beyond its own limit; chosen by hand
 MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
 
 
 @dataclass(slots=True)
 class _QueuedMessage:
-    """A message in the queue; data is None after it was dropped or taken."""
+    """A message in the queue; data is None after it was dropped or taken.  foreign: its key is not the rig's own."""
 
     key: str
     topic: Topic
     data: bytes | None
     received_ns: int
+    foreign: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,15 +39,19 @@ class _Mark:
 
 
 class Inbox:
-    """Thread-safe queue.  A message of a LATEST or LATCHED topic replaces the queued one of its key, at its position."""
+    """Thread-safe queue.  A message of a LATEST or LATCHED topic replaces the queued one of its key, at its position.
 
-    def __init__(self, logger: logging.Logger) -> None:
+    rig, own: its services: foreign keys, however many others invent, displace none of their messages and events.
+    """
+
+    def __init__(self, logger: logging.Logger, rig: str = "", own: Collection[tuple[str, str]] = ()) -> None:
+        self._rig, self._own = rig, frozenset(own)
         self._ready = Condition()
         self._order: deque[_QueuedMessage | _Mark] = deque()
         self._latest: dict[str, _QueuedMessage] = {}
-        self._keys, self._bytes = Counter[str](), Counter[str]()  # by topic, in _latest
-        self._fifo: deque[_QueuedMessage] = deque()
-        self._fifo_bytes = 0
+        self._keys, self._bytes = Counter[str](), Counter[str]()  # by topic, of foreign keys in _latest
+        self._fifos: dict[bool, deque[_QueuedMessage]] = {False: deque(), True: deque()}  # by whether they are foreign
+        self._fifo_bytes = Counter[bool]()
         self._events: deque[Alive | RoundTrip] = deque()
         self._marks = 0
         self._woken = False
@@ -58,12 +63,19 @@ class Inbox:
     @property
     def counters(self) -> Counters:
         with self._ready:
-            queued = len(self._events) + len(self._latest) + len(self._fifo)
-            return Counters(self._received, dict(self._rejected), dict(self._dropped), queued)
+            return Counters(self._received, dict(self._rejected), dict(self._dropped), len(self._events) + self._queued)
+
+    @property
+    def _queued(self) -> int:
+        return len(self._latest) + sum(map(len, self._fifos.values()))
+
+    def is_own(self, key: str) -> bool:
+        """Whether a key is of the rig's own services."""
+        return is_of(self._own, self._rig, key)
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        queued = _QueuedMessage(key, topic, data, received_ns)
+        queued = _QueuedMessage(key, topic, data, received_ns, not self.is_own(key))
         with self._ready:
             if every or topic.queueing is Queueing.ALL:
                 self._put_last(queued, data)
@@ -74,7 +86,7 @@ class Inbox:
     def put_event(self, event: Alive | RoundTrip) -> None:
         with self._ready:
             if len(self._events) >= MAX_EVENTS:
-                self._events.popleft()
+                self._events.remove(next(filter(self._is_foreign, self._events), self._events[0]))
                 self._dropped["queue_full"] += 1
             self._events.append(event)
             self._ready.notify()
@@ -142,33 +154,39 @@ class Inbox:
                     if monotonic() > end_s + INVALID_S:
                         return None
 
+    def _is_foreign(self, event: Alive | RoundTrip) -> bool:
+        return isinstance(event, Alive) and (event.service, event.id) not in self._own
+
     def _put_latest(self, queued: _QueuedMessage, data: bytes) -> None:
         topic, waiting = queued.topic.name, self._latest.get(queued.key)
         size = self._bytes[topic] + len(data) - (0 if waiting is None else len(waiting.data or b""))
-        if waiting is None and self._keys[topic] >= MAX_KEYS:
-            self._dropped["too_many_keys"] += 1
-        elif size > MAX_QUEUED_BYTES:
-            self._dropped["queue_full"] += 1
-        elif waiting is not None:
+        if queued.foreign:
+            if waiting is None and self._keys[topic] >= MAX_KEYS:
+                self._dropped["too_many_keys"] += 1
+                return
+            if size > MAX_QUEUED_BYTES:
+                self._dropped["queue_full"] += 1
+                return
             self._bytes[topic] = size
+            self._keys[topic] += waiting is None
+        if waiting is not None:
             waiting.data, waiting.received_ns = data, queued.received_ns
             self._dropped["superseded"] += 1
         else:
-            self._bytes[topic] = size
-            self._keys[topic] += 1
             self._latest[queued.key] = queued
             self._order.append(queued)
 
     def _put_last(self, queued: _QueuedMessage, data: bytes) -> None:
+        fifo = self._fifos[queued.foreign]
         self._order.append(queued)
-        self._fifo.append(queued)
-        self._fifo_bytes += len(data)
-        while len(self._fifo) > MAX_QUEUED or self._fifo_bytes > MAX_QUEUED_BYTES:
-            oldest = self._fifo.popleft()
-            self._fifo_bytes -= len(oldest.data or b"")
+        fifo.append(queued)
+        self._fifo_bytes[queued.foreign] += len(data)
+        while len(fifo) > MAX_QUEUED or self._fifo_bytes[queued.foreign] > MAX_QUEUED_BYTES:
+            oldest = fifo.popleft()
+            self._fifo_bytes[queued.foreign] -= len(oldest.data or b"")
             oldest.data = None
             self._dropped["queue_full"] += 1
-        if len(self._order) > 2 * (MAX_QUEUED + len(self._latest)):  # mostly dropped ones, when no thread receives
+        if len(self._order) > 2 * (self._queued + self._marks):  # mostly dropped ones, when no thread receives
             self._order = deque(w for w in self._order if isinstance(w, _Mark) or w.data is not None)
 
     def _pop(self) -> tuple[_QueuedMessage, bytes] | _Mark | None:
@@ -182,11 +200,12 @@ class Inbox:
                 continue
             if self._latest.get(queued.key) is queued:
                 del self._latest[queued.key]
-                self._keys[queued.topic.name] -= 1
-                self._bytes[queued.topic.name] -= len(data)
+                if queued.foreign:
+                    self._keys[queued.topic.name] -= 1
+                    self._bytes[queued.topic.name] -= len(data)
             else:
-                self._fifo.popleft()
-                self._fifo_bytes -= len(data)
+                self._fifos[queued.foreign].popleft()
+                self._fifo_bytes[queued.foreign] -= len(data)
             return queued, data
         return None
 

@@ -54,10 +54,12 @@ class ZenohBus(Closable):
     def __init__(
         self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None,
         only: zenoh.KeyExpr | None = None, certificate: Path | None = None, connect: Collection[str] = (),
+        own: Collection[tuple[str, str]] = (),
     ) -> None:  # fmt: skip
         """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
 
         certificate: own one, whose expiry is counted.  connect: addresses of which one is to be reached.
+        own: services of the rig, see `open`.
         """
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
@@ -65,7 +67,8 @@ class ZenohBus(Closable):
         self._owns_session = readers is None
         self._readers = readers or Readers()
         self._clock = clock
-        self._inbox = Inbox(logger)
+        self._own = own
+        self._inbox = Inbox(logger, rig, own)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox, self._readers.changed)
         self._recovery = RecoveryStore(session, rig)
@@ -81,11 +84,18 @@ class ZenohBus(Closable):
         self._sent_in_all: Counter[str] = Counter()  # by name of the topic
 
     @classmethod
-    def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
-        """Raises BusError as `open_session` does, and ValueError for a bad rig name."""
+    def open(
+        cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False,
+        own: Collection[tuple[str, str]] = (),
+    ) -> "ZenohBus":  # fmt: skip
+        """own: services of the rig, by name and id: their messages are received whatever others send; see `Inbox`.
+
+        Raises BusError as `open_session` does, and ValueError for a bad rig name.
+        """
         checked_name("rig", rig)
         certificate = options.security.certificate if options.security else None
-        return cls(open_session(options, stopped), rig, clock, certificate=certificate, connect=options.connect)
+        session = open_session(options, stopped)
+        return cls(session, rig, clock, certificate=certificate, connect=options.connect, own=own)
 
     @property
     def rig(self) -> str:
@@ -249,7 +259,7 @@ class ZenohBus(Closable):
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only)
+        return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only, own=self._own)
 
     def reader_of(self, rig: str) -> "ZenohBus":
         """A reader of another rig on the same connection.  Raises ValueError for a bad name."""
@@ -274,7 +284,7 @@ class ZenohBus(Closable):
         rig = rig_of(expression) or "*"
         if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
             raise BusError(f"{expression}: matches no key of zenocap; allowed: such as zenocap/studio/**")
-        return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only)
+        return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only, own=self._own)
 
     def close(self) -> None:
         self._readers.remove(self._tally)

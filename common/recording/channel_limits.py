@@ -10,7 +10,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from zenocap.common.rig.services import ServiceKey
-from zenocap.common.topics import topic_at
+from zenocap.common.topics import is_of, topic_at
 
 logger = logging.getLogger(__name__)
 
@@ -33,26 +33,13 @@ class ChannelLimits:
             return True
         topic = topic_at(key)
         kind, limit = (topic.name, MAX_UNKNOWN_KEYS) if topic is not None else ("", MAX_CHANNELS)
-        if not self._is_own(key):
+        if not is_of(self._own, self._rig, key):
             if self._unknown[kind] >= limit:
                 self._log(kind, key, limit)
                 return False
             self._unknown[kind] += 1
         self._admitted.add(key)
         return True
-
-    def _is_own(self, key: str) -> bool:
-        topic = topic_at(key)
-        names = topic.names(key) if topic is not None else None
-        if topic is None or names is None or names["rig"] != self._rig:
-            return False
-        match names:
-            case {"viewer": id}:
-                return ("viewer", id) in self._own
-            case {"service": service, "id": id}:
-                return (service, id) in self._own
-            case _:  # the one key of a topic
-                return True
 
     def _log(self, kind: str, key: str, limit: int) -> None:
         if kind not in self._logged:

@@ -12,6 +12,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.live_smoothing import animator_smoothing
 from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.priority import lower_priority
 from zenocap.common.runtime.service import Event, Service, TopicSubscription, run
@@ -63,7 +64,7 @@ def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable
         lower_priority(logger)
     use_one_thread()
     clock = RealClock()
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+    with ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)) as bus:
         bus.serve_service_info(service_info(rig, "animator", ID, clock.now_ns()))
         bridge = PageBridge(rig, bus, clock, open_outputs(rig.animator, rig.name, clock))
         try:

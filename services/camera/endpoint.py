@@ -32,19 +32,13 @@ State = Literal["idle", "opening", "ready", "filming", "ended"]
 
 @dataclass(frozen=True)
 class Permission:
-    """Permissions by the one who started the program.  read: pictures may leave this machine."""
+    """Permissions of a camera.
+
+    read: films may leave this machine; with certificates only, for on an open network all receive the queries of who films.
+    """
 
     film: bool = False
     read: bool = False
-    film_advice: str = "film = true in the rig file"
-    read_advice: str = "certificates (zenocap certs), or --allow-fetch where the camera is"
-
-
-def may_read(allow_fetch: bool, *, secured: bool) -> bool:
-    """Whether pictures may leave this machine; without certificates it is logged who can take them then."""
-    if allow_fetch and not secured:
-        logger.warning("--allow-fetch without certificates: every program in this network can film here and take the films")
-    return allow_fetch or secured
 
 
 class _Refused(Exception):
@@ -138,7 +132,7 @@ class FilmEndpoint:
 
     def _obey(self, query: FilmQuery) -> bytes:
         if not self._permission.film:
-            raise _Refused(f"this camera may not be filmed: allowed with {self._permission.film_advice}")
+            raise _Refused("this camera may not be filmed: allowed with film = true in the rig file")
         if query.film is None:
             raise _Refused("film: a name is missing")
         if query.what == "open":
@@ -238,7 +232,7 @@ class FilmEndpoint:
     def _read(self, query: FilmQuery) -> bytes:
         corners = query.file == "corners"  # they are no pictures
         if not (corners or self._permission.read):
-            raise _Refused(f"pictures do not leave this machine: allowed with {self._permission.read_advice}")
+            raise _Refused("pictures do not leave this machine: allowed in a rig with certificates (zenocap certs)")
         if self._state != "ended" or self._files is None:
             raise _Refused("the film has not ended")
         if corners and (self._search is None or self._search.state != "found"):
@@ -273,11 +267,11 @@ class FilmEndpoint:
 
 
 def filming_of(
-    rig: Rig, id: str, folder: Path | None, *, may_read: bool, detect: Command | None = None
+    rig: Rig, id: str, folder: Path | None, *, secured: bool, detect: Command | None = None
 ) -> Callable[[Feed, Clock], FilmEndpoint]:
     """What begins the endpoint of a running viewer of a rig, with the images of that.
 
-    folder: of the films; None: FILMS beside the rig file.  may_read: see `Permission`.  detect: see `FilmEndpoint`.
+    folder: of the films; None: FILMS beside the rig file.  secured: whether with certificates.  detect: see `FilmEndpoint`.
     """
-    name, place, permission = rig.viewer(id).camera.name, folder or rig.base / FILMS, Permission(rig.film, may_read)
+    name, place, permission = rig.viewer(id).camera.name, folder or rig.base / FILMS, Permission(rig.film, secured)
     return lambda feed, clock: FilmEndpoint(feed, name, place, permission, clock, detect=detect)

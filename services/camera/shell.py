@@ -68,22 +68,24 @@ class CameraHostServer:
         machine: str,
         named: Mapping[str, LiveSource],
         folder: Path,
-        permission: Permission,
         clock: Clock,
         opener: Opener,
         found: Callable[[], Sequence[FoundCamera]] = found_cameras,
         viewers: Viewers | None = None,
         detect: Command | None = None,
+        *,
+        previews: bool = False,
     ) -> None:
         """named: cameras besides those of this machine.  folder: of the films.  opener: of a camera.
 
         found: raises UserError without cameras.
         viewers: of rigs, which are run with the cameras when they are assigned; None for none.  detect: see `FilmEndpoint`.
+        previews: whether these viewers may publish small pictures.
         """
         self._detect = detect
         self._session, self._machine, self._folder, self._viewers = session, machine, folder, viewers
         self.instance = secrets.token_hex(8)
-        self._permission, self._clock, self._found = permission, clock, found
+        self._previews, self._clock, self._found = previews, clock, found
         self._named, self._opener = named, opener
         self._offered: dict[str, OfferedCamera] = {}
         self._endpoints: dict[str, _Endpoints] = {}
@@ -105,13 +107,13 @@ class CameraHostServer:
         assigned: AssignedCamera | None = None
         servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []
         film = FilmEndpoint(
-            CameraFeed(source, self._opener), None, self._folder, self._permission, self._clock, self._machine,
+            CameraFeed(source, self._opener), None, self._folder, Permission(film=True), self._clock, self._machine,
             used_by=partial(self.used_by, id), detect=self._detect,
         )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(
                 source, self._viewers.folder / f"{id}.json", self._viewers.command, self._clock,
-                previews=self._permission.read, is_filmed=lambda: film.is_recording,
+                previews=self._previews, is_filmed=lambda: film.is_recording,
             )  # fmt: skip
             key = HOST_ASSIGN.format(machine=self._machine, camera=id)
             servers.append(self._session.serve(key, AssignQuery, assigned.answer, assigned.check))
@@ -152,7 +154,7 @@ def run_host(
     stopped: Callable[[], bool],
     opener: Opener,
     *,
-    allow_fetch: bool = False,
+    allow_preview: bool = False,
     command: Callable[[Path], Sequence[str]] | None = None,
     detect: Command | None = None,
 ) -> int:
@@ -160,6 +162,7 @@ def run_host(
 
     machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  opener: of a
     camera.  command: of the viewer of an assignment's file; None: no viewers are run.  detect: see `FilmEndpoint`.
+    allow_preview: whether these viewers may publish small pictures.
 
     Raises UserError.
     """
@@ -168,11 +171,12 @@ def run_host(
         raise UserError(f"--machine {name!r}: allowed: 1 to 64 letters, digits, '_', '-' and, not at first, '.'")
     viewers = None if command is None else Viewers(data_folder(name), command)
     cameras = dict(map(named_camera, named))
-    permission = Permission(film=True, read=allow_fetch, read_advice="--allow-fetch where the camera is")
     with ExitStack() as stack:
         session, clock = FilmSession.open(options, stopped), RealClock()
         stack.callback(session.close)
-        server = CameraHostServer(session, name, cameras, folder, permission, clock, opener, viewers=viewers, detect=detect)
+        server = CameraHostServer(
+            session, name, cameras, folder, clock, opener, viewers=viewers, detect=detect, previews=allow_preview
+        )
         stack.callback(server.close)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())

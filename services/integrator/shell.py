@@ -143,7 +143,7 @@ def run_integrator(
         parts = new_parts(rig, path, clock.now_ns(), parameters, clock.elapsed_ns, must_open=must_open)
         return Log(bus.reader(), parts, whole_rig=True, own=services_of(rig))
 
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+    with ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)) as bus:
         bus.serve_service_info(service_info(rig, "integrator", ID, clock.now_ns()))
         first = None if take is None else log(take, must_open=must_log)
         logs = LogControl(bus.reader(), lambda: log(take_path(rig.name, folder, clock.now_ns()), must_open=True), first)

@@ -18,6 +18,7 @@ from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, chec
 from zenocap.common.rig.commands import PostureCommand, check_postures, check_programs
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.rig.table_errors import TableError
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
@@ -154,7 +155,7 @@ def _run(
 ) -> int:
     clock = RealClock()
     commands: Sequence[PostureCommand] = rig.recognizer.commands if rig.recognizer is not None else ()
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+    with ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)) as bus:
         bus.serve_service_info(service_info(rig, "recognizer", ID, clock.now_ns()))
         runner = CommandRunner(rig.name, commands, bus.put, bus.wake, clock)
         try:

@@ -16,6 +16,7 @@ from zenocap.common.messages import TrackerPose
 from zenocap.common.recording.setup_file import PRIOR_FILE, RecordedRig, checked_attachment, recorded_rig
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
@@ -105,7 +106,7 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
     service = new_pose_service(method_of(rig.method), rig)
     with loading(stopped):
         service.load()
-    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+    with ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)) as bus:
         bus.serve_service_info(service_info(rig, "tracker", ID, clock.now_ns()))
         return run(service, bus, clock, stopped=stopped)
 

@@ -12,6 +12,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.services import services_of
 from zenocap.common.rig.sources import Background, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
@@ -27,6 +28,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
+from zenocap.services.viewer.sources.device import Opener
 from zenocap.services.viewer.sources.images import read_picture
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import fit_of
@@ -102,11 +104,12 @@ def run_viewer(
     stopped: Callable[[], bool],
     epoch_ns: int | None = None,
     filming: Filming | None = None,
+    opener: Opener | None = None,
 ) -> int:
     """Run until `stopped` or the end of a file; returns the exit status.
 
     epoch_ns: see `Playback`; None: agreed with the other viewers.  filming: begins what films the images of a camera or
-    stream; None: nothing does.
+    stream; None: nothing does.  opener: of these; None: that of the table of sources.
 
     Raises UserError, BusError, SourceError and ValueError before the first frame.
     """
@@ -126,7 +129,7 @@ def run_viewer(
         if keeper is not None:
             stack.callback(keeper.close)
         clock = RealClock()
-        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped))
+        bus = stack.enter_context(ZenohBus.open(options, rig.name, clock, stopped, services_of(rig)))
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if viewer.source.live:
             epoch_ns = clock.now_ns()
@@ -137,7 +140,7 @@ def run_viewer(
         choice = FrameChoice(rig.fps)
         rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)
-        frames = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
+        frames = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap, opener)
         if rate is not None and filming is not None:
             films = filming(tap, clock)
             stack.callback(films.close)

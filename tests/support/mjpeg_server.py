@@ -31,7 +31,7 @@ def time_in(image: np.ndarray) -> int:
 
 
 class MjpegServer(Closable):
-    """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  `cut` ends all connections."""
+    """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  opened: number of connections."""
 
     def __init__(
         self, size: tuple[int, int], fps: float, picture: Callable[[], np.ndarray] | None = None,
@@ -42,7 +42,7 @@ class MjpegServer(Closable):
         clock_s: time of each image by the camera's clock, which is sent (X-Timestamp).
         """
         self.user, self.clock_s = user, clock_s
-        self.size, self.fps, self.sent, self.open = size, fps, 0, True
+        self.size, self.fps, self.sent, self.opened, self.open = size, fps, 0, 0, True
         self.picture = picture or (lambda: with_time(self.size, time.monotonic_ns() // 1_000_000))
         outer = self
 
@@ -70,6 +70,7 @@ class MjpegServer(Closable):
             if request.headers["Authorization"] != f"Basic {token}":
                 request.send_error(401)
                 return
+        self.opened += 1
         request.send_response(200)
         request.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
         request.end_headers()

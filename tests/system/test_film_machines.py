@@ -33,6 +33,7 @@ from zenocap.common.topics import FILM, HOST_FILM
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.sources.tap import Tap
+from zenocap.tools.record.film.collect import collected
 from zenocap.tools.record.film.film import film
 from zenocap.tools.record.film.remote_film import cameras_of
 
@@ -60,7 +61,7 @@ def stack() -> Iterator[ExitStack]:
 class Machines:
     """Two processes `zenocap viewer --discover`, each with one of the cameras and a folder."""
 
-    def __init__(self, rig: Path, stack: ExitStack, *options: str) -> None:
+    def __init__(self, rig: Path, stack: ExitStack) -> None:
         self.endpoint = free_endpoint()
         self.network = ("-e", self.endpoint, "--no-multicast-scouting")
         sources = [viewer.source.url for viewer in load_rig(rig, files=False).viewers]
@@ -70,7 +71,7 @@ class Machines:
             folder.mkdir()
             place = ("-l", self.endpoint, "--no-multicast-scouting") if k == 0 else self.network
             camera = f"{NAMES[k]}={sources[k]}"
-            arguments = ["viewer", "--discover", "--machine", f"lab{k}", "--camera", camera, *options, *place]
+            arguments = ["viewer", "--discover", "--machine", f"lab{k}", "--camera", camera, *place]
             self.processes.append(stack.enter_context(started(arguments, folder)))
             wait_until(lambda folder=folder: "announces" in output_of(folder), folder)
 
@@ -87,15 +88,18 @@ def true_times(video: Path) -> np.ndarray:
     return np.array(times)
 
 
-def test_cameras_of_two_machines_begin_together_and_are_copied(rig: Path, stack: ExitStack) -> None:
-    machines = Machines(rig, stack, "--allow-fetch")
-    status, text = run(rig.parent, *WALK, "--seconds", str(FILM_S), "--fetch", *machines.network)
+def test_cameras_of_two_machines_begin_together_and_are_copied_by_the_printed_commands(rig: Path, stack: ExitStack) -> None:
+    machines = Machines(rig, stack)
+    status, text = run(rig.parent, *WALK, "--seconds", str(FILM_S), *machines.network)
     assert status == 0, text
     assert "filming 2 cameras; cam01 on lab0, cam02 on lab1" in text
-    assert "copied from lab1:" in text
+    for line in text.splitlines():
+        if line.startswith("  scp -- lab"):
+            source, target = line.split()[2:]
+            target = rig.parent / target
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source.partition(":")[2], target)
     videos = [rig.parent / "walk" / "videos" / f"{name}.mkv" for name in NAMES]
-    for k, video in enumerate(videos):
-        assert video.read_bytes() == machines.films(k)[0].read_bytes()
     times = [true_times(video) for video in videos]
     assert all(len(one) == pytest.approx(FILM_S * FPS, rel=0.15) for one in times)
     between_ms = (int(times[1][0]) - int(times[0][0]) + 2 ** (BITS - 1)) % 2**BITS - 2 ** (BITS - 1)
@@ -115,6 +119,7 @@ def test_pictures_stay_where_they_are_without_permission(rig: Path, stack: ExitS
     status, text = run(rig.parent, *WALK, "--seconds", "2", "--fetch", *machines.network)
     assert status == 1, text
     assert "cam01 on lab0: pictures do not leave that machine: allowed with --fetch: a rig with certificates" in text
+    assert "without --fetch the film is made, and the commands that copy it are printed" in text
     assert not any(machines.films(k) for k in range(2))
     status, text = run(rig.parent, *WALK, "--seconds", "2", *machines.network)
     assert status == 0, text
@@ -166,8 +171,8 @@ def test_a_board_is_searched_where_the_films_are_and_the_calibration_is_that_of_
 
 
 def test_a_machine_that_fails_is_named_and_the_other_goes_on(rig: Path, stack: ExitStack) -> None:
-    machines = Machines(rig, stack, "--allow-fetch")
-    filming = stack.enter_context(started([*WALK, "--seconds", "18", "--fetch", *machines.network], rig.parent))
+    machines = Machines(rig, stack)
+    filming = stack.enter_context(started([*WALK, "--seconds", "18", *machines.network], rig.parent))
     wait_until(lambda: bool(machines.films(0) and machines.films(1)), machines.folders[1])
     time.sleep(3.0)
     machines.processes[1].kill()
@@ -175,7 +180,7 @@ def test_a_machine_that_fails_is_named_and_the_other_goes_on(rig: Path, stack: E
     assert status == 3, text
     assert "cam02 on lab1: no answer for 10 s" in text
     assert "the others go on" in text
-    assert len(true_times(rig.parent / "walk" / "videos" / "cam01.mkv")) > 15 * FPS
+    assert len(true_times(machines.films(0)[0])) > 15 * FPS
     assert machines.films(1)  # what it had is there
 
 
@@ -215,15 +220,15 @@ class ShiftedClock(RealClock):
         return super().now_ns() + 7_000_000_000
 
 
-def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
-    """Viewer 1 has a clock that is 7 s ahead."""
+def test_differing_clocks_are_corrected_and_films_copied(rig: Path, tmp_path: Path) -> None:
+    """Viewer 1 has a clock that is 7 s ahead.  Its rig is taken for one with certificates."""
     endpoint, loaded = free_endpoint(), load_rig(rig, files=False)
     with ExitStack() as stack:
         session = stack.enter_context(open_session(listener(endpoint)))
         ended = False
         for viewer, clock in zip(loaded.viewers, (RealClock(), ShiftedClock()), strict=True):
             tap = Tap(SIZE, FPS)
-            camera = FilmEndpoint(tap, viewer.camera.name, tmp_path / viewer.id, Permission(film=True), clock, "lab")
+            camera = FilmEndpoint(tap, viewer.camera.name, tmp_path / viewer.id, Permission(True, read=True), clock, "lab")
             key = FILM.format(rig=loaded.name, viewer=viewer.id)
             server = QueryServer(session, key, FilmQuery, camera.answer, camera.check)
             stack.callback(server.undeclare)
@@ -241,9 +246,13 @@ def test_differing_clocks_are_corrected(rig: Path, tmp_path: Path) -> None:
                 assert own == []
                 filmed, reason = film([], tmp_path / "out", 2.0, lambda: False, print, remote=remote)
                 clocks = [camera.clock for camera in remote.cameras]
+                _, failures = collected(remote, tmp_path / "out", fetch=True, report=print)
         finally:
             ended = True
-    assert reason == ""
+    assert (reason, failures) == ("", [])
+    for viewer in loaded.viewers:
+        (video,) = (tmp_path / viewer.id).rglob("*.mkv")
+        assert (tmp_path / "out" / "videos" / video.name).read_bytes() == video.read_bytes()
     assert abs(filmed[0].first_ns - filmed[1].first_ns) < 60_000_000
     assert all(one.frames > 20 for one in filmed)
     assert abs(clocks[0].offset_ns) <= clocks[0].error_ns

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a bu
 
 
 class WaitingScene(Scene):
-    """Its person comes after all cameras were looked at for some seconds: a host looks at one image beforehand."""
+    """Its person comes some seconds after all cameras were opened, which is before their viewers take frames."""
 
     def picture(self, camera: int) -> Callable[[], np.ndarray]:
         looked: Counter[int] = self.__dict__.setdefault("looked", Counter())

@@ -67,9 +67,9 @@ def test_every_service_takes_the_arguments_of_services() -> None:
 
 def test_the_viewer_of_an_assignment_connects_where_its_host_does_and_to_it() -> None:
     host = ServiceArguments(["tcp/a:1"], listen=["tcp/0.0.0.0:7", "tcp/[::]:8"], mode="router")
-    line = _assigned_command(host, Path("films"), True, Path("a.json"))
+    line = _assigned_command(host, Path("films"), Path("a.json"))
     assert line[4:] == [
-        "viewer", "--assigned", "a.json", "--films", "films", "--allow-fetch", "--connect", "tcp/a:1",
+        "viewer", "--assigned", "a.json", "--films", "films", "--connect", "tcp/a:1",
         "--connect", "tcp/127.0.0.1:7", "--connect", "tcp/[::1]:8", "--mode", "client", "--with-parent",
     ]  # fmt: skip
 

@@ -44,7 +44,7 @@ class FilmArguments:
     fps: float = option(30.0, "Frames/s of NAME=SOURCE; a rig has its own.", min=1.0, max=240.0)
     force: bool = option(False, "Replace an earlier film in that folder.")
     fetch: bool = option(
-        False, "Copy the videos of other machines here; without it they stay there, and the output says where."
+        False, "With certificates: copy the videos of other machines here; else commands that copy them are printed."
     )
     square: OptionalSquareOption = None
 

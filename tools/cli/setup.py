@@ -48,9 +48,9 @@ def setup(folder: Folder, cameras: NamedCameras = None, *, given: SetupArguments
     for it and shows what came out; a step can be repeated. Ctrl-D leaves; the same command goes on where it was left,
     because each step leaves a file in the folder: cameras.toml, calibration.toml, rig.toml, recordings.
 
-    Cameras of other machines: run `zenocap viewer --discover` there, with --allow-fetch to calibrate them with a
-    person who walks. They are listed, and their source is discover:MACHINE/CAMERA. Zenoh options of the first step are kept
-    for the later ones and written into the rig file.
+    Cameras of other machines: run `zenocap viewer --discover` there. They are listed, and their source is
+    discover:MACHINE/CAMERA. Zenoh options of the first step are kept for the later ones and written into the rig file.
+    Films of a person who walks are copied by you, with the commands that are printed.
 
     Exit status 3 with --status: there are steps left.
 

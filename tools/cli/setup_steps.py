@@ -162,14 +162,19 @@ def _with_board(folder: Path, known: Cameras, new: Path) -> int:
 
 def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
     """Status of the calibration with a person."""
+    from zenocap.tools.setup.cameras.away import away_text
+
     lenses = _file("file with the lenses")
     height = typer.prompt("height of the person in shoes, m", type=float)
     typer.echo("Leave the scene empty for 3 s, then walk about in curves for half a minute; the film takes 40 s.")
     typer.prompt("Enter begins", default="", show_default=False)
     film = folder / "walk"
-    code = _film(film, known, "--seconds", "40", *["--fetch"] * bool(known.away))
+    code = _film(film, known, "--seconds", "40")
     if code not in (DONE, LOSS):
         return code
+    while text := away_text(film):
+        typer.echo(text)
+        typer.prompt("Enter goes on when they are copied", default="", show_default=False)
     (film / "clip.toml").write_text("empty_seconds = 2.0\n", encoding="utf-8")
     words = ["--height", f"{height:g}", "--lenses", lenses, "-o", str(new), "--force"]
     return _command("calibrate", "walk", str(film), *words)

@@ -41,6 +41,9 @@ class ViewerArguments:
         metavar="NAME=SOURCE",
     )
     machine: str | None = option(None, "With --discover: name of this machine; default: its host name.", metavar="NAME")
+    allow_preview: bool = option(
+        False, "With --discover: let rigs with `preview = true` show small pictures, to every program in the network."
+    )
 
     def check(self, rig: Path | None, assigned: Path | None) -> None:
         """Raises typer.BadParameter for arguments that exclude or need each other."""
@@ -49,6 +52,7 @@ class ViewerArguments:
             "--discover: allowed without RIG and --id": self.discover and (rig is not None or self.id is not None),
             "RIG and --id are missing: allowed: both, or --discover": not (self.discover or assigned or has_both),
             "--machine: allowed with --discover": self.machine and not self.discover,
+            "--allow-preview: allowed with --discover; a rig file has preview": self.allow_preview and not self.discover,
         }
         refuse(wrong)
 
@@ -60,7 +64,6 @@ class FilmingArguments:
     films: Path | None = option(
         None, "Folder of the films of `zenocap film`; default: films beside the rig file, or here.", metavar="FOLDER"
     )
-    allow_fetch: bool = option(False, "Without certificates: let every program in the network copy films from here.")
     epoch_ns: int | None = option(None, "", hidden=True)
     assigned: Path | None = option(None, "Saved assignment of a --discover process.", hidden=True)
 
@@ -81,48 +84,45 @@ def viewer(
 
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
-    discover, id, cameras = given.discover, given.id, given.camera or ()
+    id, cameras = given.id, given.camera or ()
     given.check(rig, filming.assigned)
-    with one_line_errors(), arguments.running("cameras" if discover else f"viewer {id}" if id else "viewer") as stopped:
-        if discover:
-            raise typer.Exit(_discovering(given.machine, cameras, filming, arguments, stopped))
-        from zenocap.services.camera.endpoint import filming_of, may_read
+    name = "cameras" if given.discover else f"viewer {id}" if id else "viewer"
+    with one_line_errors(), arguments.running(name) as stopped:
+        if given.discover:
+            raise typer.Exit(_discovering(given, filming, arguments, stopped))
+        from zenocap.services.camera.endpoint import filming_of
         from zenocap.services.viewer.shell import run_viewer
         from zenocap.tools.cli.calibrate.board_options import detect_command
 
         if filming.assigned is not None:
             from zenocap.services.camera.saved import saved_rig
-            from zenocap.services.viewer.sources.source import check_working_size
+            from zenocap.services.viewer.sources.device import of_working_size
 
             one, id = saved_rig(filming.assigned, filming.films or Path())
-            check_working_size(one.viewer(id))
-            options, epoch_ns = arguments.options(), None
+            options, epoch_ns, opener = arguments.options(), None, of_working_size(one.viewer(id))
         else:
             assert rig is not None
             assert id is not None
             one = _with_own_camera(rig_at(rig, files=False), id, cameras)
-            options, epoch_ns = arguments.options(one, f"viewer-{id}"), filming.epoch_ns
-        read = may_read(filming.allow_fetch, secured=options.security is not None)
-        filmed = filming_of(one, id, filming.films, may_read=read, detect=detect_command)
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed))
+            options, epoch_ns, opener = arguments.options(one, f"viewer-{id}"), filming.epoch_ns, None
+        filmed = filming_of(one, id, filming.films, secured=options.security is not None, detect=detect_command)
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filmed, opener))
 
 
 def _discovering(
-    machine: str | None, cameras: Sequence[str], filming: FilmingArguments, arguments: ServiceArguments,
-    stopped: Callable[[], bool],
-) -> int:  # fmt: skip
+    given: ViewerArguments, filming: FilmingArguments, arguments: ServiceArguments, stopped: Callable[[], bool]
+) -> int:
     """Announce the cameras of this machine, film with them, and run viewers for others; the exit status."""
-    from zenocap.services.camera.endpoint import may_read
     from zenocap.services.camera.parameters import FILMS
     from zenocap.services.camera.shell import run_host
     from zenocap.services.viewer.sources.source import images_of
     from zenocap.tools.cli.calibrate.board_options import detect_command
 
-    folder, read = filming.films or Path(FILMS), may_read(filming.allow_fetch, secured=False)
-    command, options = partial(_assigned_command, arguments, folder, read), arguments.options()
+    folder = filming.films or Path(FILMS)
     return run_host(
-        machine, cameras, folder, options, stopped, images_of, allow_fetch=read, command=command, detect=detect_command
-    )
+        given.machine, given.camera or (), folder, arguments.options(), stopped, images_of,
+        allow_preview=given.allow_preview, command=partial(_assigned_command, arguments, folder), detect=detect_command,
+    )  # fmt: skip
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
@@ -142,10 +142,9 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
     return replace(rig, viewers=tuple(viewer if one is own else one for one in rig.viewers))
 
 
-def _assigned_command(arguments: ServiceArguments, films: Path, allow_fetch: bool, file: Path) -> list[str]:
+def _assigned_command(arguments: ServiceArguments, films: Path, file: Path) -> list[str]:
     """Command of the viewer of a saved assignment: it connects where this process does, and to this process."""
     near = [one.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:") for one in arguments.listen or ()]
     connect, mode = [*(arguments.connect or ()), *near], "client" if arguments.mode == "router" else arguments.mode
     arguments = replace(arguments, mode=mode, connect=connect, listen=None, with_parent=True)
-    own = ["--assigned", str(file), "--films", str(films), *["--allow-fetch"] * allow_fetch]
-    return words(("viewer", MAIN), None, arguments, *own)
+    return words(("viewer", MAIN), None, arguments, "--assigned", str(file), "--films", str(films))

@@ -102,12 +102,11 @@ def run_recorder(
 
     For a single rig it runs as a service "recorder" that publishes its health.  Raises BusError and RecordingError.
     """
-    clock = RealClock()
-    with ZenohBus.open(options, selection.name, clock, stopped) as bus:
+    clock, own = RealClock(), services_of(selection.file) if selection.file else ()
+    with ZenohBus.open(options, selection.name, clock, stopped, own) as bus:
         listener = bus.listener(selection.expression)
         parts = _parts(selection, take, clock.now_ns(), id, limits)
         whole_rig = selection.rig is not None and selection.expression == EVERYTHING.format(rig=selection.name)
-        own = services_of(selection.file) if selection.file else ()
         log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS, own=own)
         show_ns = clock.elapsed_ns()
 

@@ -12,13 +12,20 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.common.errors import AccessDenied, OpenError, SourceError
+from zenocap.common.errors import AccessDenied, OpenError, SizeMismatch, SourceError
 from zenocap.common.rig.source_kinds import SOURCES
 from zenocap.common.rig.sources import Device, LiveSource, Stream
+from zenocap.common.rig.viewers import Viewer
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.table import attribute
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.parameters import EARLY_FRAME, RECONNECT_FIRST_S, RECONNECT_LONGEST_S, STREAM_TIMEOUT_MS
+from zenocap.services.viewer.parameters import (
+    EARLY_FRAME,
+    LETTERBOX,
+    RECONNECT_FIRST_S,
+    RECONNECT_LONGEST_S,
+    STREAM_TIMEOUT_MS,
+)
 from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
@@ -155,6 +162,30 @@ def camera_frames(
             index += 1
     finally:
         capture.release()
+
+
+def of_working_size(viewer: Viewer) -> Opener:
+    """Opener of a camera that is open already: its images are not smaller than the viewer's working size.
+
+    An assignment from the network chooses that size, by which tables and backgrounds take memory.  Raises SourceError.
+    """
+    assert isinstance(viewer.source, LiveSource)
+    source, (width, height), opener = viewer.source, viewer.camera.size, opener_of(viewer.source)
+    capture = _opened(source, viewer.calibrated_size, viewer.fps, opener)
+    if capture is None:
+        raise _open_error(source)
+    for _ in range(MOST_WAITING):
+        decoded, image = capture.retrieve()
+        if decoded or not capture.grab():
+            break
+    if not decoded:
+        raise _open_error(source)
+    down, across = np.shape(cast("Image", image))[:2]
+    if max(width / across, height / down) >= 1.0 + LETTERBOX:
+        allowed = f"at most that of the camera's own images, {across} x {down} px"
+        raise SizeMismatch(f"{source.title}: size = {[width, height]}: allowed: {allowed}")
+    held = [capture]
+    return lambda *how: held.pop() if held else opener(*how)
 
 
 class CaptureTimes:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import cast
 
-from zenocap.common.errors import OpenError, SizeMismatch
+from zenocap.common.errors import OpenError
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.source_kinds import SOURCES
@@ -14,9 +14,9 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.table import attribute
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.parameters import LETTERBOX, LONGEST_RUN_NS, RUNS_ON_NS
+from zenocap.services.viewer.parameters import LONGEST_RUN_NS, RUNS_ON_NS
 from zenocap.services.viewer.sources.camera_controls import CameraControls
-from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.device import Opener, camera_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.services.viewer.sources.stamps import SourceRate
@@ -25,17 +25,18 @@ from zenocap.services.viewer.sources.video import declared_frames, video_frames
 
 
 def open_source(
-    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: Tap | None = None
-) -> Iterator[Frame]:
+    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: Tap | None = None,
+    opener: Opener | None = None,
+) -> Iterator[Frame]:  # fmt: skip
     """Iterate over the viewer's frames at its working size and rate.
 
-    rate: measures that of a camera or stream.  film: is given all their images while a film is open.
+    rate: measures that of a camera or stream.  film: is given all their images while a film is open.  opener: of it.
 
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
     if isinstance(viewer.source, LiveSource):
         return camera_frames(
-            viewer.source, viewer.fps, viewer.calibrated_size, playback, fit=fit_of(viewer).named(viewer.source.title),
+            viewer.source, viewer.fps, viewer.calibrated_size, playback, opener, fit_of(viewer).named(viewer.source.title),
             controls=_controls(viewer.source, playback), rate=rate, film=film,
         )  # fmt: skip
     opened = cast("Callable[[Viewer, Playback], Iterator[Frame]]", attribute(SOURCES.row(viewer.source.kind).open))
@@ -82,23 +83,6 @@ def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterato
             size, fps = reader.size, reader.fps
         return video_frames(viewer.source, fps, Fit(size, size), playback)
     return open_source(viewer, playback)
-
-
-def check_working_size(viewer: Viewer) -> None:
-    """Raise SizeMismatch where a camera's own images are smaller than the working size; SourceError without an image.
-
-    An assignment from the network chooses that size, by which tables and backgrounds take memory.
-    """
-    assert isinstance(viewer.source, LiveSource)
-    playback, (width, height) = Playback(time.time_ns(), RealClock()), viewer.camera.size
-    frames = camera_frames(viewer.source, viewer.fps, viewer.calibrated_size, playback, fit=lambda image: image)
-    down, across = next(frames).image.shape[:2]
-    del frames  # gives the camera back
-    if max(width / across, height / down) >= 1.0 + LETTERBOX:
-        raise SizeMismatch(
-            f"{viewer.source.title}: size = {[width, height]}: allowed: at most that of the camera's own images, "
-            f"{across} x {down} px"
-        )
 
 
 def _controls(source: LiveSource, playback: Playback) -> CameraControls | None:

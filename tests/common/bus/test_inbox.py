@@ -50,8 +50,11 @@ def put_bap(inbox: Inbox, frame: int) -> None:
 
 def drain(inbox: Inbox) -> list[tuple[str, int]]:
     """Topic or viewer, and frame, of all queued messages."""
-    envelopes = iter(lambda: inbox.take(0.0), None)
-    return [(getattr(one.message, "viewer", one.topic.name), one.message.frame) for one in envelopes]
+    found = []
+    while not inbox.empty:
+        if (one := inbox.take(0.0)) is not None:  # None, too, after INVALID_S of invalid ones
+            found.append((getattr(one.message, "viewer", one.topic.name), one.message.frame))
+    return found
 
 
 def test_a_latest_topic_delivers_only_the_newest_message_of_each_key_and_all_with_every(inbox: Inbox) -> None:
@@ -117,6 +120,33 @@ def test_the_newest_messages_of_a_topic_are_limited_in_bytes(inbox: Inbox) -> No
     assert drain(inbox) == [("1", 4), ("2", 2)]
     put_sighting(inbox, "3", 5)
     assert drain(inbox) == [("3", 5)]
+
+
+@given(st.lists(st.tuples(st.sampled_from(["1", "2", *"abcdefgh"]), st.integers(1, 300)), max_size=40), st.booleans())
+def test_messages_of_the_rig_are_delivered_whatever_others_send(puts: list[tuple[str, int]], every: bool) -> None:
+    """Invented names had filled the queue, and then it refused newer messages of the rig's own."""
+    own = [(viewer, frame) for frame, (viewer, _) in enumerate(puts) if viewer in "12"]
+    appear = list(dict.fromkeys(viewer for viewer, _ in puts))
+    with pytest.MonkeyPatch.context() as limits:
+        limits.setattr(inbox_module, "MAX_QUEUED", 3)
+        limits.setattr(inbox_module, "MAX_QUEUED_BYTES", 4 * len(encode(sighting("1", 99))))
+        limits.setattr(inbox_module, "MAX_KEYS", 3)
+        limits.setattr(inbox_module, "MAX_EVENTS", 3)
+        inbox = Inbox(LOGGER, "r", [("viewer", "1"), ("viewer", "2")])
+        for viewer in appear:
+            inbox.put_event(Alive("viewer", viewer, True, 1))
+        for frame, (viewer, size) in enumerate(puts):
+            if viewer in "12":
+                put_sighting(inbox, viewer, frame, every=every)
+            else:
+                inbox.put(SIGHTING.at("r", viewer=viewer), SIGHTING, bytes(size), frame, every=every)
+        alive = [inbox.take(0.0).id for _ in appear[:3]]
+        assert [one for one in alive if one in "12"] == [one for one in appear if one in "12"]
+        found = drain(inbox)
+        assert found == own[-3:] if every else dict(found) == dict(own)
+    counters = inbox.counters
+    assert counters.rejected.get("invalid", 0) <= 3
+    assert len(puts + appear) == len(alive) + counters.received + sum((counters.rejected | counters.dropped).values())
 
 
 @limited(MAX_QUEUED=3, MAX_KEYS=2)

@@ -11,11 +11,12 @@ import pytest
 from tests.support.live_cameras import until
 from zenocap.common import codec
 from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
+from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.camera.board_search import Command
-from zenocap.services.camera.endpoint import FilmEndpoint, Permission, may_read
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission, filming_of
 from zenocap.services.camera.feeds import CameraFeed
 from zenocap.services.camera.parameters import FILM_LEASE_S, OPEN_S
 from zenocap.services.camera.recorder import Recorder
@@ -303,9 +304,7 @@ def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path, is_gone
     assert place.ask("open", "other", "run").refused == ""
 
 
-@pytest.mark.parametrize(
-    ("allow_fetch", "secured", "read", "warned"), [(0, 0, 0, 0), (0, 1, 1, 0), (1, 1, 1, 0), (1, 0, 1, 1)]
-)
-def test_pictures_that_everybody_may_take_are_warned_of(allow_fetch, secured, read, warned, caplog):
-    assert may_read(bool(allow_fetch), secured=bool(secured)) == bool(read)
-    assert ("every program in this network can film here and take the films" in caplog.text) == bool(warned)
+@pytest.mark.parametrize("secured", [False, True])
+def test_films_of_a_running_viewer_leave_its_machine_with_certificates_only(tmp_path, secured):
+    endpoint = filming_of(demo_rig(), demo_rig().viewers[0].id, tmp_path, secured=secured)(Camera(), ManualClock(S))
+    assert endpoint.answer(FilmQuery(frame=1, captured_ns=0, what="state", sender="me")).may_read == secured

@@ -17,9 +17,9 @@ from zenocap.common.rig.sources import Stream
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.v4l2.camera import Mode
 from zenocap.common.video.v4l2.listing import FoundCamera
-from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.camera.endpoint import FilmEndpoint
 from zenocap.services.camera.host_cameras import MOST_CAMERAS, named_camera
-from zenocap.services.camera.shell import CameraHostServer
+from zenocap.services.camera.shell import CameraHostServer, Viewers
 from zenocap.tools.setup.cameras.hosts import host_data, host_lines
 
 
@@ -29,11 +29,11 @@ def camera(number: int, modes: int = 60) -> FoundCamera:
     return FoundCamera(Path(f"/dev/video{number}"), source, f"Webcam \x1b[{number}" + "x" * 400, modes=all_modes)
 
 
-def host(folder: Path, found: list[FoundCamera], session: Mock) -> CameraHostServer:
+def host(folder: Path, found: list[FoundCamera], session: Mock, *, previews: bool = False) -> CameraHostServer:
     """A host on no network."""
-    named = {"cam01": Stream("rtsp://user:secret@1.2.3.4/s")}
-    clock, permission = ManualClock(5), Permission(film=True)
-    return CameraHostServer(session, "lab1", named, folder, permission, clock, lambda *_: iter(()), lambda: tuple(found))
+    named, viewers = {"cam01": Stream("rtsp://user:secret@1.2.3.4/s")}, Viewers(folder, lambda _: ["false"])
+    clock, opener = ManualClock(5), Mock()
+    return CameraHostServer(session, "lab1", named, folder, clock, opener, lambda: found, viewers, previews=previews)
 
 
 def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_path):
@@ -53,6 +53,17 @@ def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_pat
     assert "  there: /dev/v4l/by-id/usb-1-video-index0" in lines
     assert "  MJPG 640 x 480: 30, 15 frames/s" in lines
     assert host_data([server.announcement()])[1]["machine"] == "lab1"
+
+
+@pytest.mark.parametrize("previews", [False, True])
+def test_films_leave_no_host_also_where_previews_may(tmp_path, previews):
+    """A stranger's queryable received the queries of the one who films, with all that it took to read the film."""
+    session = Mock()
+    host(tmp_path, [], session, previews=previews)
+    assign, film = (call.args[2] for call in session.serve.call_args_list)
+    assert assign(AssignQuery(frame=1, captured_ns=0, what="state", rig="demo")).previews == previews
+    state = film(FilmQuery(frame=1, captured_ns=0, what="state", sender="me"))
+    assert (state.may_film, state.may_read) == (True, False)
 
 
 def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):

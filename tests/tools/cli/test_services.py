@@ -10,10 +10,11 @@ import typer
 from tests.common.rig.test_hosted import rig
 from tests.support.command import refused
 from tests.support.mjpeg_server import MjpegServer
+from tests.support.networks import free_endpoint, listens
+from tests.support.processes import ended, output_of, started, wait_until
 from zenocap.common.rig.hosted import assignment
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.services.camera.saved import SavedAssignment, saved_rig, write_saved
-from zenocap.services.viewer.sources.source import check_working_size
+from zenocap.services.camera.saved import SavedAssignment, write_saved
 from zenocap.tools.cli import services, up
 from zenocap.tools.cli.services import with_recognizer
 from zenocap.tools.record.launcher.shell import log_arguments
@@ -63,10 +64,20 @@ def test_takes_of_the_page_go_into_the_folder_of_the_run(
 def test_an_assignment_has_no_working_size_above_the_cameras_own(tmp_path: Path) -> None:
     """One of 6680 x 5010 px took gigabytes where the camera gives 640 x 480."""
     file, query = tmp_path / "cam.json", assignment(rig(tmp_path), "0", 5)
-    with MjpegServer((640, 480), 30.0) as camera:
-        write_saved(file, SavedAssignment(query=query, source=camera.url, previews=False))
-        check_working_size(saved_rig(file, tmp_path)[0].viewers[0])
     with MjpegServer((320, 240), 30.0) as camera:
         write_saved(file, SavedAssignment(query=query, source=camera.url, previews=False))
         error = refused("viewer", "--assigned", file, "--mode", "client", "--connect", "tcp/127.0.0.1:1")
     assert "size = [640, 480]: allowed: at most that of the camera's own images, 320 x 240 px" in error
+
+
+@pytest.mark.core
+def test_an_assigned_viewer_opens_its_camera_once(tmp_path: Path) -> None:
+    """It looked at one image, and then opened the camera again."""
+    file, query = tmp_path / "cam.json", assignment(rig(tmp_path), "0", 5)
+    with MjpegServer((640, 480), 30.0) as camera:
+        write_saved(file, SavedAssignment(query=query, source=camera.url, previews=False))
+        network = ("-l", free_endpoint(), "--no-multicast-scouting")
+        with started(["viewer", "--assigned", file, *network], tmp_path) as viewer:
+            wait_until(lambda: listens(network[1]) and camera.sent > 40, tmp_path)
+            assert ended(viewer) == 0, output_of(tmp_path)
+        assert camera.opened == 1, output_of(tmp_path)

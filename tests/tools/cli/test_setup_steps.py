@@ -13,6 +13,7 @@ from zenocap.common.camera.calibration_files import read_calibration, write_cali
 from zenocap.common.rig.rig import load_rig
 from zenocap.tools.cli import setup_steps
 from zenocap.tools.cli.options import DONE
+from zenocap.tools.setup.cameras.away import write_away
 from zenocap.tools.setup.network import Network
 from zenocap.tools.setup.state import CALIBRATION, RIG, Cameras, next_step, read_cameras, write_cameras
 
@@ -35,7 +36,7 @@ def take(folder: Path, _: Cameras) -> None:
         (setup_steps.calibrate, HERE, ["b", 35.0], ["calibrate board"]),
         (setup_steps.calibrate, AWAY, ["b", 35.0, ""], ["film", "calibrate board"]),
         (setup_steps.calibrate, HERE, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
-        (setup_steps.calibrate, AWAY, ["w", "lenses.toml", 1.75, ""], ["film", "calibrate walk"]),
+        (setup_steps.calibrate, AWAY, ["w", "lenses.toml", 1.75, "", ""], ["film", "calibrate walk"]),
         (setup_steps.calibrate, HERE, ["f", "lenses.toml"], ["calibrate convert"]),
         (take, HERE, [""], ["up"]),
     ],
@@ -45,16 +46,30 @@ def test_the_commands_of_a_step_are_parsed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     lines: list[tuple[str, ...]] = []
-    given = iter(answers)
+    given, video = iter(answers), Path("walk/videos/hall.mkv")
+
+    def command(*words: str) -> int:
+        if words[0] == "film" and known is AWAY:
+            write_away(Path("walk"), {"hall": ("hall", "/films/walk")})
+        lines.append(words)
+        return DONE
+
+    def prompt(text: str, **_: object) -> object:
+        if "copied" in text:  # by the one who is asked
+            video.parent.mkdir()
+            video.touch()
+        return next(given)
+
     monkeypatch.chdir(tmp_path)
     Path("lenses.toml").touch()
     for film in ("board", "walk"):
         Path(film).mkdir()
-    monkeypatch.setattr(setup_steps, "_command", lambda *words: lines.append(words) or DONE)
-    monkeypatch.setattr("typer.prompt", lambda *_, **__: next(given))
+    monkeypatch.setattr(setup_steps, "_command", command)
+    monkeypatch.setattr("typer.prompt", prompt)
     monkeypatch.setattr("typer.confirm", lambda *_, **__: True)
     step(tmp_path, known)
     assert list(given) == []
+    assert all("--fetch" not in words for words in lines)  # what is not secured leaves no machine by itself
     for words, command in zip(lines, commands, strict=True):
         assert " ".join(words).startswith(f"{command} ")
         parse(shlex.join(("zenocap", *words)))

@@ -40,7 +40,7 @@ def check_fetch(remote: RemoteFilm) -> None:
         if not camera.reply.may_read and camera.reply.host != socket.gethostname():
             raise UserError(
                 f"{camera.name} on {camera.host}: pictures do not leave that machine: allowed with --fetch: a rig with "
-                "certificates, or `zenocap viewer --allow-fetch` there"
+                "certificates (zenocap certs); without --fetch the film is made, and the commands that copy it are printed"
             )
 
 

@@ -302,7 +302,7 @@ def main() -> None:
                 attribute(method_of(method).viewer)
     for part in filter(is_compiled, sys.argv[3].split()):
         _load(part)
-    gc.freeze()  # a collection in each service would copy what they share: half a second of processor
+    gc.freeze()  # the first collection in each service would copy what they share: 37 MB and 0.08 s of processor
     arguments = serve(connection)
     if arguments is None:
         leave(0)

@@ -90,7 +90,7 @@ def run_rig(
     parts = ("silhouettes",) if "viewer" in names else ()
     with fork_server(names, parts, stopped) as start, ExitStack() as session, ExitStack() as stack:
         try:
-            bus = session.enter_context(ZenohBus.open(places[-1], rig.name, clock, stopped))
+            bus = session.enter_context(ZenohBus.open(places[-1], rig.name, clock, stopped, services))
         except BusError:
             if stopped():
                 return INTERRUPTED

@@ -50,13 +50,19 @@ def detect_commands(folder: Path, places: Places, options: str = "--square MM") 
 
 
 def require_copied(folder: Path, *, corners: bool = False) -> None:
-    """Raises UserError with the commands while videos of a film are still on other machines.
+    """Raises UserError with `away_text` while there is one."""
+    if text := away_text(folder, corners=corners):
+        raise UserError(text)
 
-    corners: whether the corners of a board, detected in a video, do in its place.
+
+def away_text(folder: Path, *, corners: bool = False) -> str:
+    """Which videos of a film are still on other machines, with the commands that copy them; empty without any.
+
+    corners: whether the corners of a board, detected in a video, do in its place.  Raises UserError.
     """
     path = folder / AWAY
     if not path.is_file():
-        return
+        return ""
     table = read_toml(path).get("away")
     places: dict[str, tuple[str, str]] = {}
     for name, value in table.items() if isinstance(table, dict) else ():
@@ -69,14 +75,15 @@ def require_copied(folder: Path, *, corners: bool = False) -> None:
     if corners:
         present |= {one.stem for place in (folder / CORNERS, folder) for one in place.glob(f"*{CORNERS_SUFFIX}")}
     missing = {name: place for name, place in places.items() if name not in present}
-    if missing:
-        places_text = ", ".join(f"{name} on {host}" for name, (host, _) in missing.items())
-        copy = "\n  ".join([_make(folder, "videos", "times"), *copy_commands(folder, missing)])
-        allowed = f"all videos in the folder; film with --fetch, or copy them:\n  {copy}"
-        if corners:
-            detect = "\n  ".join(detect_commands(folder, missing))
-            allowed = f"{allowed}\nor the corners of the board, detected there, in place of videos:\n  {detect}"
-        raise UserError(f"{folder}: videos still on the machines of their cameras: {places_text}: allowed: {allowed}")
+    if not missing:
+        return ""
+    places_text = ", ".join(f"{name} on {host}" for name, (host, _) in missing.items())
+    copy = "\n  ".join([_make(folder, "videos", "times"), *copy_commands(folder, missing)])
+    allowed = f"all videos in the folder; copy them (film --fetch does it in a rig with certificates):\n  {copy}"
+    if corners:
+        detect = "\n  ".join(detect_commands(folder, missing))
+        allowed = f"{allowed}\nor the corners of the board, detected there, in place of videos:\n  {detect}"
+    return f"{folder}: videos still on the machines of their cameras: {places_text}: allowed: {allowed}"
 
 
 def _make(folder: Path, *parts: str) -> str:

@@ -125,6 +125,36 @@ def test_a_signal_right_after_the_fork_ends_the_service(server: ForkServer) -> N
         assert router.wait(60.0) in (0, -signal.SIGTERM)
 
 
+SHARED = """
+import gc, os, socket, sys
+from pathlib import Path
+from zenocap.tools.record.launcher import fork_server
+
+def private_kb():
+    lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
+    return sum(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty"))
+
+def serve(connection):
+    if os.fork() == 0:
+        before = private_kb()
+        gc.collect()
+        print(private_kb() - before, flush=True)
+        os._exit(0)
+    os.wait()
+
+fork_server.serve, one = serve, socket.socketpair()[0]
+sys.argv[1:] = [str(one.detach()), "integrator", ""]
+fork_server.main()
+"""
+
+
+@pytest.mark.core
+def test_a_collection_in_a_service_copies_nothing_of_what_it_shares() -> None:
+    """It copied the objects of all imports."""
+    done = subprocess.run([sys.executable, "-c", SHARED], stdout=subprocess.PIPE, text=True, check=True, timeout=60.0)
+    assert int(done.stdout) < 5000
+
+
 @pytest.mark.nightly
 def test_services_and_server_end_with_a_launcher_that_is_killed() -> None:
     network = ("--mode", "peer", "--listen", ENDPOINT, "--no-multicast-scouting")

@@ -54,7 +54,7 @@ def test_the_commands_copy_videos_and_times(tmp_path: Path) -> None:
 
 def test_corners_do_in_place_of_videos_for_a_board_only(folder: Path) -> None:
     (folder / "videos" / "cam01.mkv").touch()
-    with pytest.raises(UserError, match="cam02 on lab2: allowed: all videos in the folder; film with --fetch") as caught:
+    with pytest.raises(UserError, match="cam02 on lab2: allowed: all videos in the folder; copy them") as caught:
         board_films([folder])
     text = str(caught.value)
     assert "or the corners of the board, detected there, in place of videos:\n" in text

@@ -88,13 +88,14 @@ def decode_record(kind: int, body: bytes) -> Header | Schema | Channel | Metadat
 
 def _attachment(body: bytes) -> Attachment:
     """Decode an attachment.  mcap's own reader takes an empty one for the end of the file and ignores the checksum."""
-    (expected,) = struct.unpack("<I", body[-4:])
-    if expected and zlib.crc32(memoryview(body)[:-4]) != expected:
-        raise BrokenRecord("its checksum is wrong")
     log_ns, create_ns = struct.unpack_from("<QQ", body)
     name, at = _text(body, 16)
     media_type, at = _text(body, at)
-    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : -4])
+    end = at + 8 + struct.unpack_from(LONG, body, at)[0]
+    (expected,) = struct.unpack_from("<I", body, end)
+    if expected and zlib.crc32(memoryview(body)[:end]) != expected:
+        raise BrokenRecord("its checksum is wrong")
+    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : end])
 
 
 def _text(body: bytes, at: int) -> tuple[str, int]:

@@ -17,6 +17,7 @@ METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 SAME_RATE = 0.02  # relative difference up to which two rates are equal, such as 29.97 and 30; chosen by hand
+APART = 1.5  # rows that either Frame# or Time alone leaves out, from which that is said; cameras jitter less; by hand
 ZEROS = "{} points are 0 0 0: taken as missing"
 
 
@@ -129,6 +130,9 @@ def frame_times(path: Path, numbers: Ints, times_s: Floats, rate: float) -> tupl
         rates = [1.0 / float(np.median(np.diff(times_s)))]  # of the rows, and of the numbers, which may leave some out
         if numbered:
             rates.append(float(numbers[-1] - numbers[0]) / float(times_s[-1] - times_s[0]))
+            steps, passed_s = np.diff(numbers), np.diff(times_s)
+            if np.abs(steps - passed_s * np.median(steps / passed_s)).max() > APART * np.median(steps):
+                warn_of_file(path, "Frame# and Time do not leave out the same rows: the times are used")
         if all(abs(own - rate) > SAME_RATE * own for own in rates):
             warn_of_file(path, f"DataRate = {rate:g}, but Time has {rates[0]:.5g} rows/s: these are used")
             rate = round(rates[0], 3)

@@ -204,10 +204,11 @@ class VideoFile(Source):
 
 @dataclass(frozen=True)
 class Images(Source):
-    """All files of `folder` that match `pattern`, in the order of their names."""
+    """All files of `folder` that match `pattern`, in the order of their names.  rated: whether the rig has their rate."""
 
     folder: Path
     pattern: str
+    rated: bool = False
 
     kind: ClassVar[str] = "images"
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from zenocap.common.arrays import LARGEST_PX, Image
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
-from zenocap.common.rig.sources import IMAGES_FPS, Images
+from zenocap.common.rig.sources import Images
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.frame_times import timing_of
 from zenocap.common.video.reader import VideoSummary
@@ -85,7 +85,7 @@ def image_frames(source: Images, fps: float, fit: Fit, playback: Playback) -> It
     if not paths:
         raise OpenError(f"{shown}: no file matches")
     places, notes = places_of(paths)
-    if fps == IMAGES_FPS:
+    if not source.rated:
         notes.insert(0, f"pictures have no times: {fps:g}/s assumed, unless `fps` of the rig file states it")
     first, begun = 0, False
     while True:

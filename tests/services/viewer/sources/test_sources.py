@@ -221,11 +221,11 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
         assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
 
 
-def pictures(folder: Path, playback: Playback, *numbers: int, fps: float = 10.0) -> Iterator[Frame]:
+def pictures(folder: Path, playback: Playback, *numbers: int, fps: float = 10.0, rated: bool = False) -> Iterator[Frame]:
     """Write pictures with the grey values of their numbers; return the frames of the folder."""
     for k in numbers:
         cv2.imwrite(str(folder / f"{k}.png"), grey_frames(k + 1)[k])
-    return image_frames(Images(folder, "*.png"), fps, FIT, playback)
+    return image_frames(Images(folder, "*.png", rated), fps, FIT, playback)
 
 
 def test_pictures_are_ordered_by_number_and_have_the_times_of_their_numbers(tmp_path):
@@ -253,14 +253,14 @@ def test_numbers_that_are_left_out_in_the_names_of_pictures_are_gaps(names, plac
     assert found == (places, [note] if note else [])
 
 
-@pytest.mark.parametrize("fps", [10.0, 30.0])
-def test_pictures_state_their_gaps_and_an_assumed_rate(tmp_path, fps):
+@pytest.mark.parametrize(("fps", "rated"), [(10.0, True), (30.0, True), (30.0, False)])
+def test_pictures_state_their_gaps_and_an_assumed_rate(tmp_path, fps, rated):
     found = []
-    list(pictures(tmp_path, replace(offline(), finished=found.append), 0, 1, 2, 5, fps=fps))
+    list(pictures(tmp_path, replace(offline(), finished=found.append), 0, 1, 2, 5, fps=fps, rated=rated))
     (gap,) = found[0].timing.gaps
     assert (gap.missing, gap.after_s) == (2, pytest.approx(5 / fps))
     assumed = ("pictures have no times: 30/s assumed, unless `fps` of the rig file states it",)
-    assert found[0].notes == (assumed if fps == 30.0 else ())
+    assert found[0].notes == (() if rated else assumed)
 
 
 def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_path):

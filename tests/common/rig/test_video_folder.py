@@ -41,7 +41,7 @@ def test_hidden_files_beside_the_videos_are_none(tmp_path: Path) -> None:
     assert [path.name for path in videos_in(tmp_path)] == ["cam01.mp4", "cam02.mp4"]
 
 
-@pytest.mark.parametrize("renamed", ["cam01.MP4", "Cam01.mp4", "CAM01.MTS"])
+@pytest.mark.parametrize("renamed", ["cam01.MP4", "Cam01.mp4", "CAM01.MTS", "cam01.h264"])
 @pytest.mark.parametrize("picture", ["cam01.PNG", "CAM01.jpg", "cam01.JPEG"])
 def test_capitals_in_the_names_of_files_do_not_count(tmp_path: Path, renamed: str, picture: str) -> None:
     """As action cameras and camcorders write them; a T-pose and a background were ignored without a word."""

@@ -159,7 +159,7 @@ def test_of_number_time_and_rate_the_time_decides(
 
 @pytest.mark.parametrize("column", [0, 1], ids=["numbers", "times"])
 @pytest.mark.parametrize(("left_out", "said"), [((0, 2), True), ((0, 1), False), ((2, 2), False)], ids=str)
-def test_rows_that_only_numbers_or_only_times_leave_out_are_said(
+def test_rows_that_only_numbers_or_only_times_leave_out_are_noted(
     path: Path, caplog: pytest.LogCaptureFixture, column: int, left_out: tuple[int, int], said: bool
 ) -> None:
     """As where two trials were joined; one row is that of a camera that jitters."""

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
-from tests.support.videos import QUARTER_TURN, grey_frames
+from tests.support.videos import UPRIGHT, grey_frames, with_orientation
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import _paired
@@ -184,7 +184,7 @@ def test_the_size_of_pictures_replaces_a_guess(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         path = tmp_path / name / "0.jpg"
         cv2.imwrite(str(path), np.zeros((656, 492, 3), np.uint8))
-        path.write_bytes(path.read_bytes().replace(b"\xff\xd8", b"\xff\xd8" + QUARTER_TURN, 1))
+        path.write_bytes(with_orientation(path.read_bytes(), UPRIGHT))
         viewers += f'[[viewer]]\nid = "{name}"\ncamera = "{name}"\nsource = "{name}/*.jpg"\n'
     file = rig_file(tmp_path, viewers)
     replaced(tmp_path / "calibration.toml", "fisheye = false", 'guessed = ["size"]')

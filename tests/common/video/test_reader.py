@@ -14,9 +14,9 @@ import pytest
 from av.stream import Disposition
 
 from tests.support.video_file import ask_for_turn, copied, write_video
-from tests.support.videos import GREY_STEP, QUARTER_TURN, grey_frames
+from tests.support.videos import GREY_STEP, UPRIGHT, grey_frames, with_orientation
 from zenocap.common.errors import EndedEarly, OpenError
-from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
+from zenocap.common.video.reader import MIRRORED, VideoFrame, VideoReader, VideoSummary
 from zenocap.tools.takes.take_videos import SeekableVideo
 
 
@@ -121,19 +121,28 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
         assert reader.size == expected.shape[1::-1]
 
 
-@pytest.mark.parametrize("suffix", ["mjpeg", "mkv"])
-def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(tmp_path: Path, suffix: str) -> None:
-    """PyAV raises a ValueError where it does not know a kind of side data; phones and cameras write EXIF data."""
+@pytest.mark.parametrize(("suffix", "order"), [("mjpeg", b"MM"), ("mkv", b"II")])
+@pytest.mark.parametrize(
+    ("orientation", "turn"),
+    [(UPRIGHT, cv2.ROTATE_90_CLOCKWISE), (2, None), (3, cv2.ROTATE_180), (4, None), (5, cv2.ROTATE_90_CLOCKWISE),
+     (7, cv2.ROTATE_90_COUNTERCLOCKWISE)],
+)  # fmt: skip
+def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(
+    tmp_path: Path, suffix: str, order: bytes, orientation: int, turn: int | None
+) -> None:
+    """And not mirrored, which is noted.  PyAV raises a ValueError where it does not know a kind of side data."""
     path, image = tmp_path / "a.mjpeg", np.zeros((48, 64, 3), np.uint8)
     image[:24, :32] = 250
     picture = cv2.imencode(".jpg", image)[1].tobytes()
-    path.write_bytes(5 * (picture[:2] + QUARTER_TURN + picture[2:]))
+    path.write_bytes(5 * with_orientation(picture, orientation, order))
     if suffix == "mkv":
         path = copied(path, tmp_path / "a.mkv")
-    frames, _ = read(path)
+    frames, summary = read(path)
     assert len(frames) == 5
-    assert np.abs(np.subtract(frames[0].image(), cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE), dtype=int)).mean() < 3
-    assert SeekableVideo(path).at(0.0) is not None
+    expected, found = image if turn is None else cv2.rotate(image, turn), frames[0].image()
+    assert np.abs(np.subtract(found, expected, dtype=int)).mean() < 3
+    np.testing.assert_array_equal(SeekableVideo(path).at(0.0), found)
+    assert (MIRRORED in summary.notes) is (orientation in (2, 4, 5, 7))
 
 
 def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:

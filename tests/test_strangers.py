@@ -12,10 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.opensim_models import hands_off
 from tests.support.places import CLIPS, ROOT, SHARED
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import FileNote, UserError
 from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.euler_solutions import continuous_euler
+from zenocap.common.formats.mot import read_mot, write_mot
+from zenocap.common.formats.opensim_coordinates import JOINTS, rotations_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.video.reader import VideoReader, VideoSummary
@@ -29,6 +33,8 @@ CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "equal Euler solutions: that inside the reader's ranges": (
         f"{FORMATS}/test_euler_solutions.py::test_a_walk_after_a_t_pose_is_written_inside_the_models_ranges_and_played_as_it_was",
+        f"{FORMATS}/test_euler_solutions.py::test_opensim_plays_a_walk_after_a_t_pose_as_it_was",
+        "test_strangers.py::test_the_arms_of_a_bug_report_are_written_inside_the_ranges_and_played_by_opensim",
     ),
     "number or time: time": (
         f"{FORMATS}/test_trc.py::test_of_number_time_and_rate_the_time_decides",
@@ -237,6 +243,25 @@ def test_a_film_of_a_bug_report_is_read_as_it_is_and_what_is_odd_is_said(
     assert found.damaged == 0
     if frames:
         assert (found.timing.frames, round(found.timing.rate, 1)) == (frames, rate)
+
+
+@needs_bugs
+def test_the_arms_of_a_bug_report_are_written_inside_the_ranges_and_played_by_opensim(tmp_path: Path) -> None:
+    path, rewritten = BUGS / "mot-arm-branch" / "walk_excerpt.mot", tmp_path / "a.mot"
+    mot = read_mot(path)
+    rotations, columns = rotations_of(mot, path)[0], dict(mot.columns)
+    for side in ("right", "left"):
+        ((triple,),) = JOINTS[f"{side}_shoulder"]
+        chosen = np.degrees(continuous_euler(triple.axes, rotations[f"{side}_shoulder"], triple.ranges, 1.0 / mot.rate))
+        for k, (name, (low, high)) in enumerate(zip(triple.names, triple.ranges_deg, strict=True)):
+            columns[name] = triple.signs[k] * chosen[:, k]
+            assert low <= columns[name].min() <= columns[name].max() <= high
+    write_mot(rewritten, mot.times_s, columns)
+    same, _ = rotations_of(read_mot(rewritten), rewritten)
+    np.testing.assert_allclose(same["left_shoulder"], rotations["left_shoulder"], atol=1e-6)
+    pytest.importorskip("opensim", reason="opensim is not installed: pip install opensim")
+    assert hands_off(path, tmp_path)[:, 1].min() > 0.5
+    assert hands_off(rewritten, tmp_path).max() < 0.01
 
 
 @needs_bugs

@@ -7,6 +7,7 @@ models' axes are oblique by a few degrees.  The signs were checked against trian
 Of equal angles those inside the ranges of Rajagopal 2016 are written, to which OpenSim clamps a coordinate.
 """
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
 from zenocap.common.body.rotations import euler_to_matrix
-from zenocap.common.errors import UserError
+from zenocap.common.errors import FileNote, UserError
 from zenocap.common.formats.euler_solutions import FREE, UPRIGHT, continuous_euler
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, write_mot
@@ -28,11 +29,15 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 # Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
 # beyond any hyperextension.
 NEGATIVE_KNEE_DEG = -20.0
-# Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  Its pelvis_rotation ends at 90 too: a
-# person turns farther, and the other solution lies upside down.
+# Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  pelvis_rotation is free: a person turns
+# farther than its range, and the other solution lies upside down.
 HIP_DEG = ((-30.0, 120.0), (-50.0, 30.0), (-40.0, 40.0))
 ARM_DEG = ((-90.0, 90.0), (-120.0, 90.0), (-90.0, 90.0))
 PELVIS_DEG = ((-90.0, 90.0), (-90.0, 90.0), FREE)
+ROOT_ENDS = {  # there, of the coordinates that a person leaves by walking or turning
+    "pelvis_rotation": (-90, 90, "degrees"), "pelvis_tx": (-5, 5, "m"), "pelvis_ty": (-1, 2, "m"),
+    "pelvis_tz": (-3, 3, "m"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -142,6 +147,15 @@ def coordinates_of(track: PoseTrack, axes: Axes = "opensim") -> tuple[Floats, di
     return track.times_s[rows], columns
 
 
+def warn_of_root(take: str, columns: Mapping[str, Floats]) -> None:
+    """Give a note for each of the coordinates that leaves its range of ROOT_ENDS."""
+    for name, (low, high, unit) in ROOT_ENDS.items():
+        lowest, highest = float(columns[name].min()), float(columns[name].max())
+        if lowest < low or highest > high:
+            text = f"{name} from {lowest:.4g} to {highest:.4g} {unit}, in Rajagopal's models clamped to {low} to {high}"
+            warnings.warn(f"{take}: {text}: set its `clamped` to false in the model", FileNote, stacklevel=2)
+
+
 def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:
     zero = np.zeros(len(mot.times_s))
     values = np.stack(
@@ -170,4 +184,6 @@ def export_mot(path: Path, request: ExportRequest) -> None:
         raise UserError(f"{path}: the person is lost in every frame: no row to write")
     notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
     notes += [] if request.measured else [f"Body: {request.sizes}.", ""]
-    write_mot(path, *coordinates_of(request.track, request.axes), notes)
+    times_s, columns = coordinates_of(request.track, request.axes)
+    warn_of_root(request.take, columns)
+    write_mot(path, times_s, columns, notes)

@@ -12,9 +12,10 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
 from zenocap.common.body.rotations import unit
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, file_notes
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, read_mot
-from zenocap.common.formats.opensim_coordinates import VERTEBRAE, coordinates_of, rotations_of
+from zenocap.common.formats.opensim_coordinates import VERTEBRAE, coordinates_of, export_mot, rotations_of
 from zenocap.common.formats.trajectories import Axes
 from zenocap.common.formats.trc import read_trc
 
@@ -65,6 +66,31 @@ def test_a_person_who_faces_x_of_opensim_has_no_pelvis_rotation() -> None:
     np.testing.assert_allclose(position, [2.0, 0.93, -1.0], atol=1e-9)  # the hips of this body are 2 cm below the navel
     _, found = coordinates_of(track, "y-up")
     assert found["pelvis_rotation"][0] == pytest.approx(-90.0, abs=1e-9)
+
+
+CLAMPED, FREED = "in Rajagopal's models clamped to", "set its `clamped` to false in the model"
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "to_m", "notes"),
+    [
+        (170.0, 1.0, [f"pelvis_rotation from 0 to 170 degrees, {CLAMPED} -90 to 90"]),
+        (800.0, 1.0, [f"pelvis_rotation from -360 to 440 degrees, {CLAMPED} -90 to 90"]),
+        (80.0, 4.0, [f"pelvis_tz from -4 to 0 m, {CLAMPED} -3 to 3"]),
+        (85.0, 2.9, []),
+    ],
+)
+def test_a_root_that_leaves_the_ranges_of_the_model_gives_a_note(
+    tmp_path: Path, turn_deg: float, to_m: float, notes: list[str]
+) -> None:
+    """A person who faces X of OpenSim turns to the left and goes there; the angle goes on beyond a full turn."""
+    angles = np.tile(posed(FOURTEEN_PARTS, {}), (61, 1))
+    angles[:, FOURTEEN_PARTS.index["navel.y"]] += np.radians(np.linspace(0.0, turn_deg, 61))
+    track = track_of_angles(FOURTEEN_PARTS, np.linspace([0.0, 0.95, 0.0], [to_m, 0.95, 0.0], 61), angles)
+    shown: list[str] = []
+    with file_notes(shown.append):
+        export_mot(tmp_path / "a.mot", ExportRequest(track, axes="opensim", take="walk.mcap"))
+    assert shown == [f"walk.mcap: {note}: {FREED}" for note in notes]
 
 
 def test_rows_without_pose_are_left_out_and_other_axes_an_error() -> None:

@@ -39,6 +39,8 @@ RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, w
 LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
 FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
 CAPTURE_RATE = "com.android.capture.fps"
+# In the XML of Sony's cameras, which FFmpeg does not read, at either end of a file: name, and bytes that are searched.
+SONY_RATE, SONY_BYTES = re.compile(rb'\b(captureFps)="([\d.]+)'), 1 << 20
 OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that gives a note; by hand
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
@@ -293,10 +295,11 @@ class VideoReader(Closable):
             yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
         elif self._bare:
             yield f"has no times: {self.fps:g} frames/s, as its headers state"
-        if (captured := self._capture_rate()) and abs(captured / self.fps - 1.0) > OTHER_RATE:
+        name, captured = self._capture_rate()
+        if captured and abs(captured / self.fps - 1.0) > OTHER_RATE:
             slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
             yield (
-                f"{CAPTURE_RATE} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
+                f"{name} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
                 f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
             )
         if self._trimmed:
@@ -320,13 +323,19 @@ class VideoReader(Closable):
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 
-    def _capture_rate(self) -> float:
-        """Frames/s at which a camera filmed, as slow motion and time lapses state; 0 where it is not stated."""
+    def _capture_rate(self) -> tuple[str, float]:
+        """Frames/s at which a camera filmed, as slow motion and time lapses state, and its name; 0 where none is stated."""
         tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
+        name, text = CAPTURE_RATE, tags.get(CAPTURE_RATE, "")
+        with suppress(OSError), self.path.open("rb") as file:
+            content = file.read(SONY_BYTES)
+            file.seek(max(SONY_BYTES, self.path.stat().st_size - SONY_BYTES))
+            if not text and (found := SONY_RATE.search(content + file.read())):
+                name, text = (one.decode() for one in found.groups())
         with suppress(ValueError):
-            if 0 < (rate := float(tags.get(CAPTURE_RATE, "0"))) < inf:
-                return rate
-        return 0.0
+            if 0 < (rate := float(text)) < inf:
+                return name, rate
+        return name, 0.0
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)

@@ -197,6 +197,17 @@ def test_slow_motion_and_time_lapses_are_said(tmp_path: Path, suffix: str, state
     assert summary.notes == ((f"com.android.capture.fps = {float(stated):g}/s {rates} {said}",) if said else ())
 
 
+@pytest.mark.parametrize("behind", [0, 3 << 20])
+@pytest.mark.parametrize(("stated", "notes"), [("119.88p", 1), ("29.97p", 0), ("1.2.3", 0)])
+def test_slow_motion_of_sonys_cameras_is_noted(tmp_path: Path, behind: int, stated: str, notes: int) -> None:
+    """Their XML is in a box that FFmpeg skips."""
+    path = write_video(tmp_path / "a.mp4", grey_frames(10))
+    xml = bytes(behind) + f'<VideoFrame videoCodec="AVC" captureFps="{stated}" formatFps="29.97p"/>'.encode()
+    path.write_bytes(path.read_bytes() + struct.pack(">I4s", 8 + len(xml), b"free") + xml)
+    rates = "captureFps = 119.88/s when it was filmed, its times have 30/s: they are used; as"
+    assert read(path)[1].notes == (f"{rates} slow motion it is 4 times slower",) * notes
+
+
 @pytest.mark.parametrize("suffix", ["ts", "h264"])
 def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(tmp_path: Path, suffix: str) -> None:
     whole = with_key_frames(tmp_path / f"whole.{suffix}")

@@ -2,6 +2,7 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from tests.support.places import CLIPS
 from zenocap.common import atomic_write as durable
 from zenocap.common.camera.anipose import anipose_texts
-from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
+from zenocap.common.camera.calibration_files import camera_named, read_calibration, unit_note, write_calibration
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.ros_camera_info import read_ros_info
@@ -420,15 +421,26 @@ VIDEO_720, NOT_HALF = 'video_resolution="720p"', 'right="959" bottom="499"'
             "translation = [0.0, 39.0, 205.0]",
             "camera 'left' is 209 m from the origin: is the file in centimetres or inches?",
         ),
-        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* 6.5 m high or more: is the file in feet?"),
+        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet, or another"),
+        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet, or another"),
+        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet, or another"),
     ],
-    ids=["centimetres", "inches", "feet"],
+    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras"],
 )
 def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, note):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD.replace("translation = [0.0, 1.0, 5.2]", change))
     with pytest.warns(FileNote, match=note):
         read_calibration(path)
+
+
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
+def test_only_in_feet_a_calibration_of_the_clips_is_questioned():
+    for path in sorted(CLIPS.glob("*/calibration.toml")):
+        cameras = list(read_calibration(path, "z" if path.parent.name.startswith("real") else "y").values())
+        assert unit_note(cameras) == "", path
+        feet = [replace(camera, translation=camera.translation / 0.3048) for camera in cameras]
+        assert "is the file in feet" in unit_note(feet), path
 
 
 def test_a_note_about_a_file_is_shown_once(tmp_path):

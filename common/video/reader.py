@@ -231,6 +231,7 @@ class VideoReader(Closable):
         if self._from_zero and not self._stream.frames and self._waiting:  # the duration is from time 0 on
             self.declared -= min(self.declared, round((self._waiting.pts or 0) * self._times.time_base * rate))
         self.turn, self._mirrored = display_turn(self._waiting, self._orientation) if self._waiting else (0, False)
+        self._interlaced = bool(self._waiting and self._waiting.interlaced_frame)
         self.size = self._size()
         if min(self.size) < MIN_PX:
             size_allowed = f"images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}"
@@ -313,6 +314,8 @@ class VideoReader(Closable):
                 f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
                 "times count from the first of them"
             )
+        if self._interlaced:
+            yield "states that its pictures are interlaced, of two moments each: deinterlace it, or film progressively"
         if self._mirrored:
             yield MIRRORED
         ratios = (self._stream.sample_aspect_ratio, self._stream.codec_context.sample_aspect_ratio)

@@ -292,6 +292,16 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
     assert summary.notes == ("asks for a mirrored picture: not mirrored, as cameras see it",)
 
 
+@pytest.mark.parametrize(
+    ("suffix", "codec", "options"),
+    [("mp4", "libx264", {"x264-params": "tff=1"}), ("mpg", "mpeg2video", {"flags": "+ildct+ilme"})],
+)
+def test_an_interlaced_film_is_noted(tmp_path: Path, suffix: str, codec: str, options: dict[str, str]) -> None:
+    """As camcorders film."""
+    (note,) = read(write_video(tmp_path / f"a.{suffix}", grey_frames(5), codec=codec, options=options))[1].notes
+    assert note.startswith("states that its pictures are interlaced, of two moments each")
+
+
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:
     path = write_video(tmp_path / "a.mkv", grey_frames(5), pixel_shape=Fraction(4, 3))
     assert read(path)[1].notes == ("its pixels are not square (4:3): used as stored, as in a calibration",)

@@ -185,7 +185,8 @@ def _unlz4(packed: memoryview, size: int) -> bytes:
 def _unzstd(packed: memoryview, size: int) -> bytes:
     """At most `size` + 1 bytes: the size declared in the compressed frame is not used."""
     try:
-        with zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK).stream_reader(packed) as stream:
+        decompressor = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK)
+        with decompressor.stream_reader(packed, read_across_frames=True) as stream:
             return stream.read(size + 1)
     except (zstandard.ZstdError, MemoryError) as error:
         raise BrokenChunk("a chunk that cannot be decompressed") from error

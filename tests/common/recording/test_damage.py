@@ -132,6 +132,7 @@ OWN, END, FOOTER = record(0x80, b"of another program"), record(15, bytes(4)), re
 FILE = bytes(24) + struct.pack("<Q4s", 4, b"file")  # an attachment, before its checksum
 MORE = record(9, FILE + struct.pack("<I", zlib.crc32(FILE)) + b"more")
 FIRST, MIXED = CHANNEL + NOTE, record(4, FIELDS + b"more") + OWN + NOTE + NOTE
+TWO = zstandard.compress(FIRST[:40]) + zstandard.compress(FIRST[40:])  # frames of Zstandard may follow each other
 VALID = {  # two notes
     "private records, one without content": (OWN, CHANNEL, OWN, record(0xFF, b""), NOTE, OWN, NOTE, END),
     "kinds of a later version": (record(0x10, b"later"), CHANNEL, NOTE, record(0x7F, bytes(40)), NOTE, END),
@@ -141,6 +142,7 @@ VALID = {  # two notes
     "an attachment with more fields": (CHANNEL, NOTE, MORE, NOTE, END),
     "a private record in the index": (CHANNEL, NOTE, NOTE, END, OWN),
     "messages behind a chunk": (chunk(FIRST, len(FIRST), b""), NOTE, END),
+    "a chunk of two Zstandard frames": (chunk(TWO, len(FIRST), crc=zlib.crc32(FIRST)), NOTE, END),
     "a private record in a chunk": (chunk(MIXED, len(MIXED), b"", zlib.crc32(MIXED)), END),
     "a chunk with more fields": (record(6, chunk(MIXED, len(MIXED), b"")[9:] + b"more"), END),
 }

@@ -335,9 +335,10 @@ def qualisys_camera(serial: str, attributes: str, video: str = 'right="1919" bot
         ('active="0" calibrated="false"', "not active"),
         ('active="1" calibrated="false"', "not calibrated"),
         ('active="1" calibrated="true" model="Oqus 300+" video_resolution=""', "a marker camera, without video"),
+        ('video_resolution="none"', "a marker camera, without video"),
         *(
             (f'active="1" model="{model}"', f"a marker camera by its model {model}, without video_resolution")
-            for model in ("Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
+            for model in ("ProReflex MCU 240", "Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
         ),
     ],
 )
@@ -351,6 +352,13 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     assert "the distortions are divided by 64" in texts[1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
     refused(path, alone, re.escape(f"camera 2 is {reason}: allowed: Qualisys calibration"))
+
+
+def test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read(tmp_path):
+    path, empty = tmp_path / "room.qca.txt", qualisys_camera("2", "", 'right="0" bottom="0"')
+    path.write_text(f"<calibration><cameras>{qualisys_camera('1', '')}{empty}</cameras></calibration>")
+    with pytest.warns(FileNote, match=r"camera 2 is without a part of its video \(fov_video\): left out"):
+        assert list(read_calibration(path, "z")) == ["1"]
 
 
 @pytest.mark.parametrize("model", ["Miqus Video", "Oqus 210c", "Miqus Hybrid", "Miqus VC1", "none", ""])
@@ -564,6 +572,8 @@ KALIBR = "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  intrinsics: [46
 CALIB_IO = (
     '{"Calibration": {"cameras": [{"model": {"polymorphic_id": 1, "polymorphic_name": "libCalib::CameraModelOpenCV"}}]}}'
 )
+COLMAP = "# Camera list with one line of data per camera:\n1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"
+METASHAPE = '<?xml version="1.0"?>\n<document version="1.5.0">\n  <chunk label="1"><sensors/></chunk></document>'
 VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" SENSOR_SIZE="4704 3456"/>\n</Cameras>'
 
 
@@ -575,6 +585,9 @@ VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" 
         ("calibration.json", CALIB_IO, "is calib.io's JSON, which is not read: allowed: .toml"),
         ("room.xcp", VICON, r"is Vicon's \.xcp, which is not read: allowed: .toml"),
         ("room.xml", VICON, r"is Vicon's \.xcp"),
+        ("cameras.txt", COLMAP, r"is COLMAP's cameras\.txt, without places, which is not read: allowed: \.toml"),
+        ("cameras.txt", COLMAP.partition("\n")[2], r"is COLMAP's cameras\.txt"),
+        ("cameras.xml", METASHAPE, "is the cameras of Agisoft Metashape, which is not read: allowed: .toml"),
     ],
 )
 def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name, content, text):

@@ -9,7 +9,7 @@ Of equal angles those inside the ranges of Rajagopal 2016 are written, to which 
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.errors import FileNote, UserError
-from zenocap.common.formats.euler_solutions import FREE, UPRIGHT, continuous_euler
+from zenocap.common.formats.euler_solutions import FREE, TURN, UPRIGHT, continuous_euler
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, write_mot
 from zenocap.common.formats.pose_track import PoseTrack
@@ -29,6 +29,7 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 # Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
 # beyond any hyperextension.
 NEGATIVE_KNEE_DEG = -20.0
+MANY = 8  # angles of limbs; that all of them stay below 3.1 degrees is not likely.  Chosen by hand.
 # Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  pelvis_rotation is free: a person turns
 # farther than its range, and the other solution lies upside down.
 HIP_DEG = ((-30.0, 120.0), (-50.0, 30.0), (-40.0, 40.0))
@@ -97,7 +98,7 @@ def rotations_of(mot: Mot, path: Path) -> tuple[dict[str, Floats], tuple[str, ..
     when no coordinate is known.
     """
     rotations: dict[str, Floats] = {}
-    notes = []
+    mot, notes = _in_its_unit(mot, path)
     for joint, alternatives in JOINTS.items():
         chain = next((chain for chain in alternatives if all(triple.names[0] in mot.columns for triple in chain)), None)
         if chain is None:
@@ -154,6 +155,17 @@ def warn_of_root(take: str, columns: Mapping[str, Floats]) -> None:
         if lowest < low or highest > high:
             text = f"{name} from {lowest:.4g} to {highest:.4g} {unit}, in Rajagopal's models clamped to {low} to {high}"
             warnings.warn(f"{take}: {text}: set its `clamped` to false in the model", FileNote, stacklevel=2)
+
+
+def _in_its_unit(mot: Mot, path: Path) -> tuple[Mot, list[str]]:
+    """The file in degrees where angles of limbs are beyond a full turn in radians, and notes, also on small degrees."""
+    limbs = [name for joint, rows in JOINTS.items() if joint != "pelvis" for triple in rows[0] for name in triple.names]
+    found = [float(np.abs(mot.columns[name]).max()) for name in limbs if name in mot.columns]
+    if not mot.in_degrees and found and max(found) > TURN:
+        return replace(mot, in_degrees=True), [f"inDegrees = no in {path.name}, but angles of {max(found):.0f}: degrees"]
+    if mot.in_degrees and len(found) >= MANY and 0.0 < max(found) < TURN / 2:
+        return mot, [f"inDegrees = yes in {path.name}, but no angle beyond {max(found):.2f}: are they radians?"]
+    return mot, []
 
 
 def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:

@@ -1,5 +1,6 @@
 """OpenSim's coordinates: round trips, and directions as from key points."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +125,25 @@ def test_coordinates_of_other_models_are_angles_with_notes(file, expected, notes
     for name, values in expected.items():
         np.testing.assert_allclose(clinical_angles(rotations)[name], values, atol=1e-9)
     assert notes is None or found_notes == notes
+
+
+@pytest.mark.parametrize(
+    ("in_degrees", "stated", "note"),
+    [
+        (True, False, r"inDegrees = no in angles\.mot, but angles of \d+: degrees"),
+        (False, True, r"inDegrees = yes in angles\.mot, but no angle beyond \d\.\d+: are they radians\?"),
+        (True, True, ""),
+        (False, False, ""),
+    ],
+)
+def test_a_unit_that_the_angles_contradict_gives_a_note(in_degrees: bool, stated: bool, note: str) -> None:
+    """Degrees beyond a full turn in radians are read as degrees."""
+    _, columns = coordinates_of(walking_person(FOURTEEN_PARTS, 20))
+    scaled = {name: column if in_degrees else np.radians(column) for name, column in columns.items()}
+    rotations, notes = rotations_of(mot(scaled, stated), PATH)
+    assert [bool(re.fullmatch(note, one)) for one in notes] == [True] * bool(note)
+    if not (stated and not in_degrees):
+        np.testing.assert_allclose(rotations["left_hip"], rotations_of(mot(columns), PATH)[0]["left_hip"], atol=1e-9)
 
 
 def test_a_file_without_a_known_coordinate_is_an_error() -> None:

@@ -123,6 +123,17 @@ def test_zeros_are_missing_points_and_said_once(path: Path, caplog: pytest.LogCa
     assert [record.getMessage() for record in caplog.records] == [f"{path}: 2 points are 0 0 0: taken as missing"]
 
 
+@pytest.mark.parametrize("number", ["9999.0", "-9999.9", "9999999"])
+def test_three_times_a_number_of_nines_is_a_missing_point(
+    path: Path, caplog: pytest.LogCaptureFixture, number: str
+) -> None:
+    lines = lines_of(path)
+    lines[6][2 + 3 * 5 : 5 + 3 * 5] = [number] * 3
+    assert np.isnan(read_trc(rewritten(path, lines)).points[0, 5]).all()
+    note = f"{path}: 1 points are three times {float(number):g}: taken as missing"
+    assert [record.getMessage() for record in caplog.records] == [note]
+
+
 def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert read_trc(path).names == NAMES

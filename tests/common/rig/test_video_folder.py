@@ -236,6 +236,10 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
         ("left right", "left_walk other", "left_walk other"),
         ("Left Right", "walk_right walk_left", "walk_left walk_right"),
         ("cam1 cam2", "cam1 walk_cam2", "cam1 walk_cam2"),
+        ("k\u00fcche flur", "flur_1 ku\u0308che", "ku\u0308che flur_1"),
+        ("ku\u0308che flur", "flur_1 k\u00fcche_1", "k\u00fcche_1 flur_1"),
+        ("1 2", "trial1_cam2 trial2_cam1", "trial2_cam1 trial1_cam2"),
+        ("1 2", "trial1_Camera-02 trial2_Camera-01", "trial2_Camera-01 trial1_Camera-02"),
     ],
 )
 def test_videos_belong_to_the_camera_whose_name_they_contain(cameras: str, videos: str, expected: str) -> None:

@@ -29,6 +29,8 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 # Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
 # beyond any hyperextension.
 NEGATIVE_KNEE_DEG = -20.0
+# Of a hip or an arm beyond its range: least angle, and share of the rows, that give a note.  By hand: a T-pose is short.
+BEYOND_DEG, LONG = 10.0, 0.05
 MANY = 8  # angles of limbs; that all of them stay below 3.1 degrees is not likely.  Chosen by hand.
 # Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  pelvis_rotation is free: a person turns
 # farther than its range, and the other solution lies upside down.
@@ -148,13 +150,21 @@ def coordinates_of(track: PoseTrack, axes: Axes = "opensim") -> tuple[Floats, di
     return track.times_s[rows], columns
 
 
-def warn_of_root(take: str, columns: Mapping[str, Floats]) -> None:
-    """Give a note for each of the coordinates that leaves its range of ROOT_ENDS."""
+def warn_of_ranges(take: str, columns: Mapping[str, Floats]) -> None:
+    """Give a note where the root, or hips and arms for long, are beyond the ranges to which OpenSim clamps."""
+    found = []
     for name, (low, high, unit) in ROOT_ENDS.items():
         lowest, highest = float(columns[name].min()), float(columns[name].max())
         if lowest < low or highest > high:
-            text = f"{name} from {lowest:.4g} to {highest:.4g} {unit}, in Rajagopal's models clamped to {low} to {high}"
-            warnings.warn(f"{take}: {text}: set its `clamped` to false in the model", FileNote, stacklevel=2)
+            found.append(f"{name} from {lowest:.4g} to {highest:.4g} {unit} ({low} to {high})")
+    for triple in (JOINTS[f"{side}_{joint}"][0][0] for side, *_ in SIDES for joint in ("hip", "shoulder")):
+        for name, (lower, upper) in zip(triple.names, triple.ranges_deg, strict=True):
+            share = float(np.mean((columns[name] < lower - BEYOND_DEG) | (columns[name] > upper + BEYOND_DEG)))
+            if share >= LONG:
+                found.append(f"{name} in {share:.0%} of the rows")
+    if found:
+        text = "beyond the ranges of Rajagopal's models, to which OpenSim clamps them"
+        warnings.warn(f"{take}: {text}: {', '.join(found)}: set their `clamped` to false", FileNote, stacklevel=2)
 
 
 def _in_its_unit(mot: Mot, path: Path) -> tuple[Mot, list[str]]:
@@ -197,5 +207,5 @@ def export_mot(path: Path, request: ExportRequest) -> None:
     notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
     notes += [] if request.measured else [f"Body: {request.sizes}.", ""]
     times_s, columns = coordinates_of(request.track, request.axes)
-    warn_of_root(request.take, columns)
+    warn_of_ranges(request.take, columns)
     write_mot(path, times_s, columns, notes)

@@ -69,29 +69,30 @@ def test_a_person_who_faces_x_of_opensim_has_no_pelvis_rotation() -> None:
     assert found["pelvis_rotation"][0] == pytest.approx(-90.0, abs=1e-9)
 
 
-CLAMPED, FREED = "in Rajagopal's models clamped to", "set its `clamped` to false in the model"
+BEYOND = "a.mcap: beyond the ranges of Rajagopal's models, to which OpenSim clamps them: {}: set their `clamped` to false"
 
 
 @pytest.mark.parametrize(
-    ("turn_deg", "to_m", "notes"),
+    ("turn_deg", "to_m", "raised_deg", "note"),
     [
-        (170.0, 1.0, [f"pelvis_rotation from 0 to 170 degrees, {CLAMPED} -90 to 90"]),
-        (800.0, 1.0, [f"pelvis_rotation from -360 to 440 degrees, {CLAMPED} -90 to 90"]),
-        (80.0, 4.0, [f"pelvis_tz from -4 to 0 m, {CLAMPED} -3 to 3"]),
-        (85.0, 2.9, []),
+        (170.0, 1.0, 80.0, "pelvis_rotation from 0 to 170 degrees (-90 to 90)"),
+        (800.0, 1.0, 80.0, "pelvis_rotation from -360 to 440 degrees (-90 to 90)"),
+        (80.0, 4.0, 80.0, "pelvis_tz from -4 to 0 m (-3 to 3)"),
+        (85.0, 2.9, 150.0, "arm_flex_r in 100% of the rows"),
+        (85.0, 2.9, 80.0, ""),
     ],
 )
-def test_a_root_that_leaves_the_ranges_of_the_model_gives_a_note(
-    tmp_path: Path, turn_deg: float, to_m: float, notes: list[str]
+def test_coordinates_that_leave_the_ranges_of_the_model_give_a_note(
+    tmp_path: Path, turn_deg: float, to_m: float, raised_deg: float, note: str
 ) -> None:
     """A person who faces X of OpenSim turns to the left and goes there; the angle goes on beyond a full turn."""
-    angles = np.tile(posed(FOURTEEN_PARTS, {}), (61, 1))
+    angles = np.tile(posed(FOURTEEN_PARTS, {"right_shoulder.x": raised_deg}), (61, 1))
     angles[:, FOURTEEN_PARTS.index["navel.y"]] += np.radians(np.linspace(0.0, turn_deg, 61))
     track = track_of_angles(FOURTEEN_PARTS, np.linspace([0.0, 0.95, 0.0], [to_m, 0.95, 0.0], 61), angles)
     shown: list[str] = []
     with file_notes(shown.append):
-        export_mot(tmp_path / "a.mot", ExportRequest(track, axes="opensim", take="walk.mcap"))
-    assert shown == [f"walk.mcap: {note}: {FREED}" for note in notes]
+        export_mot(tmp_path / "a.mot", ExportRequest(track, axes="opensim", take="a.mcap"))
+    assert shown == ([BEYOND.format(note)] if note else [])
 
 
 def test_rows_without_pose_are_left_out_and_other_axes_an_error() -> None:

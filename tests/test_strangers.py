@@ -1,4 +1,4 @@
-"""Files and first steps of strangers that contradict themselves: each point and its tests, and what was before.
+"""Contradictory files and first steps of strangers: tests of each point, and what it gave before.
 
 `python -m tests.test_strangers` runs them all, and prints what became of each, with the command that runs it alone.
 TRIAL is what the report of the trial has; SEARCHED are further inputs of each kind that were looked for afterwards.

@@ -1,4 +1,4 @@
-"""Small generic model of OpenSim 4, with the names of Rajagopal's model, and the motions that it plays."""
+"""Small generic model of OpenSim 4 with the names of Rajagopal's, and what OpenSim plays with it."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec

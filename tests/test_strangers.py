@@ -1,6 +1,7 @@
-"""Files and first steps of strangers that contradict themselves: each point and its tests.
+"""Contradictory files and first steps of strangers: tests of each point, and what it gave before.
 
 `python -m tests.test_strangers` runs them all, and prints what became of each, with the command that runs it alone.
+TRIAL is what the report of the trial has; SEARCHED are further inputs of each kind that were looked for afterwards.
 """
 
 import re
@@ -12,10 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.opensim_models import hands_off
 from tests.support.places import CLIPS, ROOT, SHARED
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import FileNote, UserError
 from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.euler_solutions import continuous_euler
+from zenocap.common.formats.mot import read_mot, write_mot
+from zenocap.common.formats.opensim_coordinates import JOINTS, rotations_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.video.reader import VideoReader, VideoSummary
@@ -29,6 +34,8 @@ CALIBRATIONS = "common/camera/test_calibration_files.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     "equal Euler solutions: that inside the reader's ranges": (
         f"{FORMATS}/test_euler_solutions.py::test_a_walk_after_a_t_pose_is_written_inside_the_models_ranges_and_played_as_it_was",
+        f"{FORMATS}/test_euler_solutions.py::test_opensim_plays_a_walk_after_a_t_pose_as_it_was",
+        "test_strangers.py::test_the_arms_of_a_bug_report_are_written_inside_the_ranges_and_played_by_opensim",
     ),
     "number or time: time": (
         f"{FORMATS}/test_trc.py::test_of_number_time_and_rate_the_time_decides",
@@ -166,6 +173,101 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     ),
 }
 
+TRIAL: Mapping[str, str] = {  # what each point gave, by the report
+    "equal Euler solutions: that inside the reader's ranges": "OpenSim played the left hand 726 mm off",
+    "number or time: time": "44 mm became 77 mm; a renumbered truth gave 2588 mm, with status 0",
+    "header against rows: refused, or noted": "394 mm, with status 0",
+    "missing data as zeros: missing, noted once": "44.2 mm became 81.0 mm, with status 0",
+    "time base and shape of films": "30/s read at 25/s; a trimmed film was damaged; a late one gave 1128 mm",
+    "vendors' modes and units": "a focal length twice too long; a camera 520 m away, with status 0",
+    "a guess is marked in what is written": "a guessed size of 1951 x 1057 px was written as a fact",
+    "valid containers": "LZ4 was damage; an empty recovered take was intact",
+    "names": "cam8 had the video of cam10",
+    "both colour schemes": "dark text on black",
+    "a terminal of 80 x 24": "the address was cut",
+    "the empty scene": "36 empty frames instead of 30: 66 % lost, no cause named",
+    "setup with another calibration": "a rig file that the next step refused",
+    "without T-pose": "45 of 74 frames without a pose, and the verdict good",
+    "Ctrl-C": "animator or recognizer killed after 8 s",
+}
+WHOLE_TURN = "test_euler_solutions.py::test_a_free_angle_grows_past_a_turn_and_begins_in_the_middle"
+COUNTS = (
+    f"{FORMATS}/test_mot.py::test_errors_name_line_column_value_and_what_is_allowed",
+    f"{FORMATS}/test_bvh_reader.py::test_errors_name_the_line",
+)
+RANGES = f"{FORMATS}/test_opensim_coordinates.py::test_coordinates_that_leave_the_ranges_of_the_model_give_a_note"
+FOLDER = "common/rig/test_video_folder.py"
+SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before, and its tests; none: it stays
+    "Euler: a person who turns beyond 90 degrees, in OpenSim": ("clamped without a note", (RANGES,)),
+    "Euler: a person 4 m beside the origin, in OpenSim": ("clamped without a note", (RANGES,)),
+    "Euler: an arm raised beyond the ranges of both solutions": ("clamped without a note", (RANGES,)),
+    "Euler: two full turns of the trunk": ("right: continuous", (f"{FORMATS}/{WHOLE_TURN}",)),
+    "number or time: rows that Frame# alone leaves out": (
+        "no note",
+        (f"{FORMATS}/test_trc.py::test_rows_that_only_numbers_or_only_times_leave_out_are_noted",),
+    ),
+    "number or time: pictures at 30/s by the rig file": (
+        "'30/s assumed'",
+        ("common/rig/test_rig.py::test_pictures_know_whether_the_rig_states_their_rate",),
+    ),
+    "header and rows: POINT:FRAMES that is no whole number": (
+        "'not a C3D file'",
+        (f"{FORMATS}/test_c3d_reader.py::test_a_number_of_rows_that_is_no_whole_number_is_read",),
+    ),
+    "header and rows: a .mot of degrees that states radians": (
+        "degrees as radians",
+        (f"{FORMATS}/test_opensim_coordinates.py::test_a_unit_that_the_angles_contradict_gives_a_note",),
+    ),
+    "header and rows: nRows of .mot, Frames of BVH": ("right: refused", COUNTS),
+    "missing data: three times 9999": (
+        "points, kilometres away",
+        (f"{FORMATS}/test_trc.py::test_three_times_a_number_of_nines_is_a_missing_point",),
+    ),
+    "films: JPEG pictures that ask for a mirror": (
+        "turned by 180 degrees; single pictures mirrored",
+        (
+            f"{FILMS}::test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for",
+            f"{PICTURES}::test_pictures_are_turned_as_their_exif_data_ask_for_and_not_mirrored_which_is_noted",
+        ),
+    ),
+    "films: slow motion of Sony's cameras": ("no note", (f"{FILMS}::test_slow_motion_of_sonys_cameras_is_noted",)),
+    "films: slow motion of Apple's telephones": ("right: their times are those of the capture", ()),
+    "films: interlaced": ("no note", (f"{FILMS}::test_an_interlaced_film_is_noted",)),
+    "films: a bare stream in a folder": (
+        "not used",
+        (f"{FOLDER}::test_capitals_in_the_names_of_files_do_not_count",),
+    ),
+    "units: feet, of low or near cameras": (
+        "no note",
+        (
+            f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
+            f"{CALIBRATIONS}::test_only_in_feet_a_calibration_of_the_clips_is_questioned",
+        ),
+    ),
+    "units: yards": ("as metres, which they nearly are", ()),
+    "vendors: a Qualisys camera without a part of its video": (
+        "the file was refused",
+        (f"{CALIBRATIONS}::test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read",),
+    ),
+    "vendors: Qualisys' ProReflex, and the resolution none": (
+        "read as cameras of video",
+        (f"{CALIBRATIONS}::test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said",),
+    ),
+    "containers: MCAP's attachments and footers with more fields; a chunk of two Zstandard frames": (
+        "damage",
+        (f"{DAMAGE}::test_what_later_versions_and_other_programs_may_write_is_no_damage",),
+    ),
+    "containers: a chunk of two LZ4 frames, as no writer is known to make": ("damage", ()),
+    "names: letters with accents of macOS; cameras 1 and 2 with films of trials": (
+        "refused; exchanged",
+        (f"{FOLDER}::test_videos_belong_to_the_camera_whose_name_they_contain",),
+    ),
+    "names: calibrations of COLMAP and Metashape": (
+        "'not XML'; 'no camera in it'",
+        (f"{CALIBRATIONS}::test_files_of_others_that_are_not_read_are_named_in_one_line",),
+    ),
+}
+
 
 def exists(test: str) -> bool:
     """Whether there is a test, FILE::NAME of the folder tests."""
@@ -189,21 +291,30 @@ class Outcomes:
         return {outcome for name, outcome in self._found if its.match(name)} or {"not run"}
 
 
-def run(table: Mapping[str, tuple[str, ...]]) -> int:
-    """Run the tests of a table, of all tiers; print what became of each row, and its command.  Returns the exit status."""
+def run(table: Mapping[str, tuple[str, ...]], before: Mapping[str, str] | None = None) -> int:
+    """Run the tests of a table, of all tiers; print what became of each row, and its command.  Returns the exit status.
+
+    before: by row, for a column of its own.
+    """
     rows = {row: [f"tests/{test}" for test in tests] for row, tests in table.items()}
     outcomes = Outcomes()
     status = pytest.main(["-m", "", *dict.fromkeys(test for tests in rows.values() for test in tests)], [outcomes])
-    print("| what | tests | command |\n|---|---|---|")
+    print(f"| what |{'' if before is None else ' before |'} tests | command |\n|{'---|' * (3 if before is None else 4)}")
     for row, tests in rows.items():
-        found = sorted(set.union(*map(outcomes.of, tests)))
-        print(f"| {row} | {', '.join(found)} | `python -m pytest -m '' {' '.join(tests)}` |")
+        found = ", ".join(sorted(set[str]().union(*map(outcomes.of, tests)))) or "none"
+        was = "" if before is None else f" {before.get(row, '')} |"
+        command = f"`python -m pytest -m '' {' '.join(tests)}`" if tests else ""
+        print(f"| {row} |{was} {found} | {command} |")
     return status
 
 
-@pytest.mark.parametrize("point", TESTS)
+@pytest.mark.parametrize("point", [*TESTS, *SEARCHED])
 def test_each_point_has_its_tests(point: str) -> None:
-    assert [test for test in TESTS[point] if not exists(test)] == []
+    assert [test for test in (TESTS.get(point) or SEARCHED[point][1]) if not exists(test)] == []
+
+
+def test_what_the_report_has_is_of_points_of_the_table() -> None:
+    assert set(TRIAL) - set(TESTS) == set()
 
 
 def film(name: str) -> VideoSummary:
@@ -237,6 +348,25 @@ def test_a_film_of_a_bug_report_is_read_as_it_is_and_what_is_odd_is_said(
     assert found.damaged == 0
     if frames:
         assert (found.timing.frames, round(found.timing.rate, 1)) == (frames, rate)
+
+
+@needs_bugs
+def test_the_arms_of_a_bug_report_are_written_inside_the_ranges_and_played_by_opensim(tmp_path: Path) -> None:
+    path, rewritten = BUGS / "mot-arm-branch" / "walk_excerpt.mot", tmp_path / "a.mot"
+    mot = read_mot(path)
+    rotations, columns = rotations_of(mot, path)[0], dict(mot.columns)
+    for side in ("right", "left"):
+        ((triple,),) = JOINTS[f"{side}_shoulder"]
+        chosen = np.degrees(continuous_euler(triple.axes, rotations[f"{side}_shoulder"], triple.ranges, 1.0 / mot.rate))
+        for k, (name, (low, high)) in enumerate(zip(triple.names, triple.ranges_deg, strict=True)):
+            columns[name] = triple.signs[k] * chosen[:, k]
+            assert low <= columns[name].min() <= columns[name].max() <= high
+    write_mot(rewritten, mot.times_s, columns)
+    same, _ = rotations_of(read_mot(rewritten), rewritten)
+    np.testing.assert_allclose(same["left_shoulder"], rotations["left_shoulder"], atol=1e-6)
+    pytest.importorskip("opensim", reason="opensim is not installed: pip install opensim")
+    assert hands_off(path, tmp_path)[:, 1].min() > 0.5
+    assert hands_off(rewritten, tmp_path).max() < 0.01
 
 
 @needs_bugs
@@ -299,4 +429,11 @@ def test_a_trc_of_a_bug_report_is_read_by_its_times_or_refused(
 
 
 if __name__ == "__main__":
-    sys.exit(run({"inputs of bug reports": ("test_strangers.py",), **TESTS}))
+    searched = {row: tests for row, (_, tests) in SEARCHED.items()}
+    in_trial = {row: f"in the trial: {text}" for row, text in TRIAL.items()}
+    sys.exit(
+        run(
+            {"inputs of bug reports": ("test_strangers.py",), **TESTS, **searched},
+            {**in_trial, **{row: gave for row, (gave, _) in SEARCHED.items()}},
+        )
+    )

@@ -16,10 +16,9 @@ from zenocap.common.errors import FileNote, UserError, did_you_mean
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 
 
-# Of cameras from the origin, the middle of a room, beyond which the unit is questioned.  Chosen by hand: rooms are a few
-# metres, halls 30; a camera 2 m high and 4 m away is 6.6 and 13 feet.
-FAR_M = 100.0
-FEET_M, HIGH_M = 8.0, 4.5  # of the nearest camera, and median height
+# Beyond which the unit is questioned: of cameras from the origin, the middle of a room, and of the point that they look at
+# from the floor.  Chosen by hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet.
+FAR_M, HIGH_M = 100.0, 1.8
 
 
 def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
@@ -47,13 +46,16 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     if not cameras:
         return ""
     farthest = max(cameras, key=lambda camera: float(np.linalg.norm(camera.centre)))
-    distance, places = float(np.linalg.norm(farthest.centre)), np.array([camera.centre for camera in cameras])
+    distance = float(np.linalg.norm(farthest.centre))
     where = f"camera {farthest.name!r} is {distance:.0f} m from the origin"
     if distance > FAR_M:
         return f"{where}: is the file in centimetres or inches? allowed: metres"
-    nearest, height = float(np.linalg.norm(places, axis=1).min()), float(np.median(places[:, 1]))
-    if nearest > FEET_M and height > HIGH_M:
-        return f"{where}, and half of them are {height:.1f} m high or more: is the file in feet? allowed: metres"
+    across = np.array([np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2]) for camera in cameras])
+    offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
+    height = float(np.linalg.lstsq(across.sum(axis=0), offset)[0][1])  # of the point nearest to all optical axes
+    if height > HIGH_M:
+        doubt = "is the file in feet, or another axis its vertical? allowed: metres"
+        return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
     return ""
 
 

@@ -78,6 +78,8 @@ NAMED_BYTES = 16_384  # of a file, in which its kind is looked for
 FOREIGN = {
     "Kalibr's camchain, without the floor": re.compile(rb"^cam0:\s*\n(?:[ \t]+.*\n)*?[ \t]+camera_model:", re.MULTILINE),
     "calib.io's JSON": re.compile(rb'^\s*\{.*"(?:polymorphic_name|polymorphic_id|Calibration)"', re.DOTALL),
+    "COLMAP's cameras.txt, without places": re.compile(rb"^# Camera list with|^\d+ [A-Z_]+ \d+ \d+ [\d.]+ [\d.]+"),
+    "the cameras of Agisoft Metashape": re.compile(rb"<document[^>]*>\s*<chunk\b"),
     "Vicon's .xcp": re.compile(rb"<Cameras[\s>].*<Camera\s[^>]*(?:DEVICEID|SENSOR_SIZE|USERID)", re.DOTALL),
 }
 

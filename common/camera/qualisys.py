@@ -21,7 +21,8 @@ from zenocap.common.errors import FileNote, UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
 FALSE = ("0", "false", "no")
-MARKER_MODEL = re.compile(r"(?:Oqus \d+|Miqus M\d|Arqus)\b(?!.*(?:video|hybrid))", re.IGNORECASE)  # not Oqus 210c
+MARKER_MODEL = re.compile(r"(?:ProReflex|Oqus \d+|Miqus M\d|Arqus)\b(?!.*(?:video|hybrid))", re.IGNORECASE)  # not Oqus 210c
+NO_VIDEO = ("", "none", "0", "0p")  # as its resolution
 SOURCE = "zenocap"  # of files that this module writes
 BINNED = 1.5  # height of the sensor to that of the video, from which its pixels are joined
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
@@ -65,9 +66,11 @@ def _unusable(element: ElementTree.Element) -> str:
         return "not active"
     if element.get("calibrated", "true").lower() in FALSE:
         return "not calibrated"
-    model = element.get("model", "")
+    model, part = element.get("model", ""), element.find("fov_video")
+    if part is not None and {part.get("right"), part.get("bottom")} <= {"0", "0.0"}:
+        return "without a part of its video (fov_video)"
     if "video_resolution" in element.attrib:
-        return "" if element.get("video_resolution") else "a marker camera, without video"
+        return "a marker camera, without video" if element.get("video_resolution", "").lower() in NO_VIDEO else ""
     return f"a marker camera by its model {model}, without video_resolution" if MARKER_MODEL.match(model) else ""
 
 

@@ -2,8 +2,10 @@
 
 import json
 import os
+import re
 import struct
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from math import prod
@@ -25,14 +27,18 @@ NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # paramete
 READING_BYTES, READING_SHARE = 2 << 30, 64
 BLOCK = 512  # bytes; a file ends with a whole one, or one more
 MAGIC, INTEL = 0x50, 84  # second byte of a C3D file; fourth byte of its parameters, the kind of processor
+# Number of the group; number of the group, offset of the next one, type 4 (of four bytes), dimensions, value, and length of
+# the description of the parameter.
+POINT = re.compile(rb"[\x05\xfb]([\x80-\xff])POINT", re.DOTALL)
+FRAMES = re.compile(rb"[\x06\xfa](.)FRAMES..(\x04(?:\0|\x01\x01))(.{4})(.)", re.DOTALL)
 
 
 def read_c3d(path: Path) -> Trajectories:
     """Read the labelled points of a C3D file, without angles, forces, moments and powers; missing points are NaN.
 
     Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  TRIAL:ACTUAL_START_FIELD is
-    the first frame where it agrees with the number of rows, as the header ends at 65535.  More rows than POINT:FRAMES are
-    not read: a warning.  Raises UserError.
+    the first frame where it agrees with the number of rows, as the header ends at 65535.  More rows than POINT:FRAMES, or
+    than 65535, are not read: a warning.  Raises UserError.
     """
     if find_spec("ezc3d") is None:
         raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'")
@@ -63,7 +69,7 @@ def read_c3d(path: Path) -> Trajectories:
     missing = (residuals[kept] < 0.0).T | zero
     if zeros := int(np.count_nonzero(zero & (residuals[kept] >= 0.0).T)):
         warn_of_file(path, ZEROS.format(zeros))
-    stated = {"POINT:LONG_FRAMES": long_frames}
+    stated = {"its parameters": long_frames}
     if intel and head[8:10] != b"\xff\xff":  # its end
         stated["the header"] = rows % (1 << 16)
     first = _first_frame(path, first, len(centres), trial)
@@ -104,8 +110,9 @@ def _header(path: Path) -> tuple[int, bool, bytes]:
 
 
 class _Content(NamedTuple):
-    """labels: of the points, and `other` ones.  trial: first and last frame number of TRIAL.  long_frames: number of rows.
+    """labels: of the points, and `other` ones.  trial: first and last frame number of TRIAL.
 
+    long_frames: number of rows of POINT:LONG_FRAMES, or of POINT:FRAMES where that is no whole number.
     points: (4, points, frames).  residuals: (points, frames).
     """
 
@@ -143,7 +150,9 @@ def main() -> None:
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # ezc3d writes warnings
         try:
-            file = ezc3d.c3d(sys.argv[1])
+            with tempfile.TemporaryDirectory() as folder:
+                readable, frames = _counted(Path(sys.argv[1]), Path(folder))
+                file = ezc3d.c3d(str(readable))
             point, first = file["parameters"]["POINT"], int(file["header"]["points"]["first_frame"])
             points = np.asarray(file["data"]["points"], dtype=np.float64)
             residuals = np.asarray(file["data"]["meta_points"]["residuals"], dtype=np.float64)[0]
@@ -152,12 +161,33 @@ def main() -> None:
             unit = " ".join(str(value) for value in _listed(point, "UNITS")[:1]).strip().lower()
             trial = [_field(file["parameters"].get("TRIAL", {}), f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
             rate = float(point["RATE"]["value"][0])
-            long_frames = next((int(value) for value in _numbers(point, "LONG_FRAMES")), None)
+            long_frames = next((int(value) for value in _numbers(point, "LONG_FRAMES")), frames)
         except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
             sys.exit(str(error).splitlines()[0] if str(error) else repr(error))
         out.write(f"{json.dumps((points.shape, labels, other, unit, rate, first, trial, long_frames))}\n".encode())
         out.write(points.tobytes())
         out.write(residuals.tobytes())
+
+
+def _counted(path: Path, folder: Path) -> tuple[Path, int | None]:
+    """The file, or where POINT:FRAMES is no whole number a copy in `folder` in which it is one; and that number, or None.
+
+    Long captures have it so, as more than 65535 have no room in two bytes.  ezc3d takes whole ones alone.
+    """
+    content = bytearray(path.read_bytes())
+    end = 512 * max(1, int.from_bytes(content[16:18], "little") - 1)
+    group, found = POINT.search(content, 512, end), FRAMES.search(content, 512, end)
+    if group is None or found is None or found[1][0] != 256 - group[1][0] or found[4][0] > 0xFD:
+        return path, None
+    (count,) = struct.unpack("<f", found[3])
+    if content[512 * max(content[0] - 1, 0) + 3] != INTEL or not 0.0 <= count < 1 << 31:
+        return path, None
+    whole = struct.pack("<H", min(int(count), 0xFFFF))
+    # Two bytes less: the description begins with two spaces.
+    content[found.start(2) : found.end()] = b"\x02" + found[2][1:] + whole + bytes([found[4][0] + 2]) + b"  "
+    copy = folder / path.name
+    copy.write_bytes(content)
+    return copy, int(count)
 
 
 def _first_frame(path: Path, header: int, rows: int, trial: Sequence[int | None]) -> int:

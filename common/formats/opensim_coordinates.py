@@ -7,8 +7,9 @@ models' axes are oblique by a few degrees.  The signs were checked against trian
 Of equal angles those inside the ranges of Rajagopal 2016 are written, to which OpenSim clamps a coordinate.
 """
 
+import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,8 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
 from zenocap.common.body.rotations import euler_to_matrix
-from zenocap.common.errors import UserError
-from zenocap.common.formats.euler_solutions import FREE, UPRIGHT, continuous_euler
+from zenocap.common.errors import FileNote, UserError
+from zenocap.common.formats.euler_solutions import FREE, TURN, UPRIGHT, continuous_euler
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, write_mot
 from zenocap.common.formats.pose_track import PoseTrack
@@ -28,11 +29,18 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 # Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
 # beyond any hyperextension.
 NEGATIVE_KNEE_DEG = -20.0
-# Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  Its pelvis_rotation ends at 90 too: a
-# person turns farther, and the other solution lies upside down.
+# Of a hip or an arm beyond its range: least angle, and share of the rows, that give a note.  By hand: a T-pose is short.
+BEYOND_DEG, LONG = 10.0, 0.05
+MANY = 8  # angles of limbs; that all of them stay below 3.1 degrees is not likely.  Chosen by hand.
+# Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  pelvis_rotation is free: a person turns
+# farther than its range, and the other solution lies upside down.
 HIP_DEG = ((-30.0, 120.0), (-50.0, 30.0), (-40.0, 40.0))
 ARM_DEG = ((-90.0, 90.0), (-120.0, 90.0), (-90.0, 90.0))
 PELVIS_DEG = ((-90.0, 90.0), (-90.0, 90.0), FREE)
+ROOT_ENDS = {  # there, of the coordinates that a person leaves by walking or turning
+    "pelvis_rotation": (-90, 90, "degrees"), "pelvis_tx": (-5, 5, "m"), "pelvis_ty": (-1, 2, "m"),
+    "pelvis_tz": (-3, 3, "m"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,7 @@ def rotations_of(mot: Mot, path: Path) -> tuple[dict[str, Floats], tuple[str, ..
     when no coordinate is known.
     """
     rotations: dict[str, Floats] = {}
-    notes = []
+    mot, notes = _in_its_unit(mot, path)
     for joint, alternatives in JOINTS.items():
         chain = next((chain for chain in alternatives if all(triple.names[0] in mot.columns for triple in chain)), None)
         if chain is None:
@@ -142,6 +150,34 @@ def coordinates_of(track: PoseTrack, axes: Axes = "opensim") -> tuple[Floats, di
     return track.times_s[rows], columns
 
 
+def warn_of_ranges(take: str, columns: Mapping[str, Floats]) -> None:
+    """Give a note where the root, or hips and arms for long, are beyond the ranges to which OpenSim clamps."""
+    found = []
+    for name, (low, high, unit) in ROOT_ENDS.items():
+        lowest, highest = float(columns[name].min()), float(columns[name].max())
+        if lowest < low or highest > high:
+            found.append(f"{name} from {lowest:.4g} to {highest:.4g} {unit} ({low} to {high})")
+    for triple in (JOINTS[f"{side}_{joint}"][0][0] for side, *_ in SIDES for joint in ("hip", "shoulder")):
+        for name, (lower, upper) in zip(triple.names, triple.ranges_deg, strict=True):
+            share = float(np.mean((columns[name] < lower - BEYOND_DEG) | (columns[name] > upper + BEYOND_DEG)))
+            if share >= LONG:
+                found.append(f"{name} in {share:.0%} of the rows")
+    if found:
+        text = "beyond the ranges of Rajagopal's models, to which OpenSim clamps them"
+        warnings.warn(f"{take}: {text}: {', '.join(found)}: set their `clamped` to false", FileNote, stacklevel=2)
+
+
+def _in_its_unit(mot: Mot, path: Path) -> tuple[Mot, list[str]]:
+    """The file in degrees where angles of limbs are beyond a full turn in radians, and notes, also on small degrees."""
+    limbs = [name for joint, rows in JOINTS.items() if joint != "pelvis" for triple in rows[0] for name in triple.names]
+    found = [float(np.abs(mot.columns[name]).max()) for name in limbs if name in mot.columns]
+    if not mot.in_degrees and found and max(found) > TURN:
+        return replace(mot, in_degrees=True), [f"inDegrees = no in {path.name}, but angles of {max(found):.0f}: degrees"]
+    if mot.in_degrees and len(found) >= MANY and 0.0 < max(found) < TURN / 2:
+        return mot, [f"inDegrees = yes in {path.name}, but no angle beyond {max(found):.2f}: are they radians?"]
+    return mot, []
+
+
 def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:
     zero = np.zeros(len(mot.times_s))
     values = np.stack(
@@ -170,4 +206,6 @@ def export_mot(path: Path, request: ExportRequest) -> None:
         raise UserError(f"{path}: the person is lost in every frame: no row to write")
     notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
     notes += [] if request.measured else [f"Body: {request.sizes}.", ""]
-    write_mot(path, *coordinates_of(request.track, request.axes), notes)
+    times_s, columns = coordinates_of(request.track, request.axes)
+    warn_of_ranges(request.take, columns)
+    write_mot(path, times_s, columns, notes)

@@ -17,7 +17,9 @@ METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 SAME_RATE = 0.02  # relative difference up to which two rates are equal, such as 29.97 and 30; chosen by hand
+APART = 1.5  # rows that either Frame# or Time alone leaves out, from which that is said; cameras jitter less; by hand
 ZEROS = "{} points are 0 0 0: taken as missing"
+NINES = [10**digits - 1 for digits in range(4, 9)]  # a point of three times one of them, of either sign, is missing too
 
 
 def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
@@ -50,8 +52,8 @@ def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit
 def read_trc(path: Path) -> Trajectories:
     """Read a TRC file in any of METRES' units; points are returned in metres.
 
-    A point of three zeros is missing.  Of DataRate and Time, and of Frame# and Time, the times decide; a contradiction is a
-    warning.  Raises UserError.
+    A point of three zeros, or of three equal numbers of nines, is missing.  Of DataRate and Time, and of Frame# and Time,
+    the times decide; a contradiction is a warning.  Raises UserError.
     """
     lines = read_text(path, "a TRC file").splitlines()
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
@@ -76,6 +78,10 @@ def read_trc(path: Path) -> Trajectories:
     if zeros := int(np.count_nonzero(missing := (points == 0.0).all(axis=2))):
         points[missing] = np.nan
         warn_of_file(path, ZEROS.format(zeros))
+    nines = (points == points[:, :, :1]).all(axis=2) & np.isin(np.trunc(np.abs(points[:, :, 0])), NINES)
+    if count := int(np.count_nonzero(nines)):
+        warn_of_file(path, f"{count} points are three times {points[nines][0, 0]:g}: taken as missing")
+        points[nines] = np.nan
     frames, times_s, order, rate = frame_times(path, rows[:, 0].astype(np.int64), rows[:, 1], rate)
     return Trajectories(names, frames, times_s, points[order] * METRES[unit], rate)
 
@@ -129,6 +135,9 @@ def frame_times(path: Path, numbers: Ints, times_s: Floats, rate: float) -> tupl
         rates = [1.0 / float(np.median(np.diff(times_s)))]  # of the rows, and of the numbers, which may leave some out
         if numbered:
             rates.append(float(numbers[-1] - numbers[0]) / float(times_s[-1] - times_s[0]))
+            steps, passed_s = np.diff(numbers), np.diff(times_s)
+            if np.abs(steps - passed_s * np.median(steps / passed_s)).max() > APART * np.median(steps):
+                warn_of_file(path, "Frame# and Time do not leave out the same rows: the times are used")
         if all(abs(own - rate) > SAME_RATE * own for own in rates):
             warn_of_file(path, f"DataRate = {rate:g}, but Time has {rates[0]:.5g} rows/s: these are used")
             rate = round(rates[0], 3)

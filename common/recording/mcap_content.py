@@ -88,13 +88,14 @@ def decode_record(kind: int, body: bytes) -> Header | Schema | Channel | Metadat
 
 def _attachment(body: bytes) -> Attachment:
     """Decode an attachment.  mcap's own reader takes an empty one for the end of the file and ignores the checksum."""
-    (expected,) = struct.unpack("<I", body[-4:])
-    if expected and zlib.crc32(memoryview(body)[:-4]) != expected:
-        raise BrokenRecord("its checksum is wrong")
     log_ns, create_ns = struct.unpack_from("<QQ", body)
     name, at = _text(body, 16)
     media_type, at = _text(body, at)
-    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : -4])
+    end = at + 8 + struct.unpack_from(LONG, body, at)[0]
+    (expected,) = struct.unpack_from("<I", body, end)
+    if expected and zlib.crc32(memoryview(body)[:end]) != expected:
+        raise BrokenRecord("its checksum is wrong")
+    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : end])
 
 
 def _text(body: bytes, at: int) -> tuple[str, int]:
@@ -184,7 +185,8 @@ def _unlz4(packed: memoryview, size: int) -> bytes:
 def _unzstd(packed: memoryview, size: int) -> bytes:
     """At most `size` + 1 bytes: the size declared in the compressed frame is not used."""
     try:
-        with zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK).stream_reader(packed) as stream:
+        decompressor = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK)
+        with decompressor.stream_reader(packed, read_across_frames=True) as stream:
             return stream.read(size + 1)
     except (zstandard.ZstdError, MemoryError) as error:
         raise BrokenChunk("a chunk that cannot be decompressed") from error

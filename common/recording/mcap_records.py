@@ -33,7 +33,7 @@ from zenocap.common.recording.mcap_content import (
 
 MAGIC = b"\x89MCAP0\r\n"
 MOST_FOREIGN = 16  # records of other programs in a row that are skipped; chosen by hand
-EXACT = (0, Opcode.MESSAGE, Opcode.FOOTER, Opcode.ATTACHMENT)  # kinds of no record, or without further fields
+EXACT = (0, Opcode.MESSAGE)  # kinds of no record, or without further fields
 SMALLEST_CHUNK = 40  # bytes of its content, where there is nothing in it
 MAX_RECORD = 256 << 20  # bytes; longer records are damage
 NEAR, WINDOW = 512, 1 << 20  # bytes searched at once: first (records are often close together), and at most
@@ -157,7 +157,7 @@ class Records:
                         yield found
 
     def _footer(self, offset: int, head: bytes, body: bytes) -> Iterator[Damage]:
-        start, _, expected = struct.unpack("<QQI", body)
+        start, _, expected = struct.unpack_from("<QQI", body)
         if self._index_at is None:
             yield self._damage(offset, 0, "its data end record is missing")
         elif self._intact and start and start != self._index_at:
@@ -257,7 +257,7 @@ class Records:
             if kind in EXACT or not self._may_be_foreign(kind, start, end):
                 return None
             first = first or (kind, end)
-            if self._record_by_lengths(end):
+            if self._record_by_lengths(end) or (kind == Opcode.FOOTER and self._read_at(end, len(MAGIC) + 1) == MAGIC):
                 return first
             offset = end
         return None

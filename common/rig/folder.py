@@ -9,6 +9,7 @@ sync.toml              [offset_s] NAME = time in seconds at which the camera's v
 """
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -204,10 +205,10 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
     """Video by camera, and notes.  Raises UserError."""
     by_stem: dict[str, Path] = {}
     for path in videos:
-        if path.stem in by_stem:
-            raise UserError(f"{path}: {by_stem[path.stem]} exists too: allowed: one video per camera")
-        by_stem[path.stem] = path
-    paired = {name: by_stem[name] for name in cameras if name in by_stem}
+        if (stem := _composed(path.stem)) in by_stem:
+            raise UserError(f"{path}: {by_stem[stem]} exists too: allowed: one video per camera")
+        by_stem[stem] = path
+    paired = {name: by_stem[_composed(name)] for name in cameras if _composed(name) in by_stem}
     contained = _by_contained_names(cameras, [path for path in videos if path not in paired.values()], paired)
     found, notes = paired | contained, []
     rest = [path for path in videos if path not in found.values()]
@@ -237,7 +238,8 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
     while True:
         free = [name for name in cameras if name not in known and name not in found]
         fits = {
-            path: [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
+            path: [name for name in free if _numbered_camera(path.stem, name)]
+            or [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
             for path in videos
             if path not in found.values()
         }
@@ -255,9 +257,22 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
 
 def _contains(text: str, name: str) -> bool:
     """Whether a text has a name in it that is not part of a longer word or number: cam1 is not in cam10."""
+    text, name = _composed(text), _composed(name)
     before = r"(?<!\d)" if name[:1].isdigit() else r"(?<![^\W\d_])"
     after = r"(?!\d)" if name[-1:].isdigit() else r"(?![^\W\d_])"
     return bool(name) and re.search(f"{before}{re.escape(name)}{after}", text, re.IGNORECASE) is not None
+
+
+def _numbered_camera(text: str, name: str) -> bool:
+    """Whether a name is a number, and a text has it behind the word cam or camera: other numbers are of trials."""
+    if not name.isdecimal():
+        return False
+    return re.search(rf"(?<![^\W\d_])cam(?:era)?[ _-]*0*{int(name)}(?!\d)", text, re.IGNORECASE) is not None
+
+
+def _composed(name: str) -> str:
+    """A name whose letters with accents are one character each: macOS writes names of files with two."""
+    return unicodedata.normalize("NFC", name)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
@@ -277,7 +292,7 @@ def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) 
     """
     files = with_suffix(folder, suffixes)
     for candidate in (name, stem):
-        same = [path for path in files if path.stem.lower() == candidate.lower()]
+        same = [path for path in files if _composed(path.stem).lower() == _composed(candidate).lower()]
         if same:
             found = min(same, key=lambda path: (path.stem != candidate, suffixes.index(path.suffix.lower())))
             return f"{folder.name}/{found.name}"

@@ -23,6 +23,7 @@ from zenocap.common.rig.sources import (
     Device,
     FirstFrames,
     FirstSeconds,
+    Images,
     LiveSource,
     MedianFrames,
     Source,
@@ -249,6 +250,8 @@ def _source(entry: Entry, table: ViewerTable, base: Path, files: bool) -> Source
         initial = None if table.initial is None else base / table.initial
         offset_ns = round(table.offset_s * 1e9)
         source = replace(source, initial=initial, offset_ns=offset_ns, hardware=table.hardware_decoding)
+    elif isinstance(source, Images):
+        source = replace(source, rated=table.fps is not None)
     elif isinstance(source, LiveSource) and table.delay_ms:
         source = replace(source, delay_ns=round(table.delay_ms * 1e6))
     source = _with_settings(entry, table, source)

@@ -1,6 +1,7 @@
 """Decoding of a video file: its frames in order, each with the time that its container gives."""
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -38,10 +39,17 @@ RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, w
 LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
 FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
 CAPTURE_RATE = "com.android.capture.fps"
+# In the XML of Sony's cameras, which FFmpeg does not read, at either end of a file: name, and bytes that are searched.
+SONY_RATE, SONY_BYTES = re.compile(rb'\b(captureFps)="([\d.]+)'), 1 << 20
 OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that gives a note; by hand
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
+# Of a JPEG, which has it near its beginning, in either order of bytes; PyAV does not give it.
+ORIENTATION = re.compile(rb"Exif\0\0(?:II.*?\x12\x01\x03\0\x01\0{3}|MM.*?\x01\x12\0\x03\0{3}\x01\0)(.)", re.DOTALL)
+EXIF_BYTES = 1 << 16
+MIRRORS = {2: 1, 4: 0, 5: 1, 7: 1}  # by EXIF orientation: axis of `cv2.flip` that takes OpenCV's mirror out of a picture
+MIRRORED = "asks for a mirrored picture: not mirrored, as cameras see it"
 T = TypeVar("T")
 
 
@@ -65,18 +73,25 @@ def turned_picture(frame: av.VideoFrame, degrees: int) -> Image:
     return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
 
 
-def display_turn(frame: av.VideoFrame) -> tuple[int, bool]:
+def exif_orientation(jpeg: bytes) -> int:
+    """Orientation that the EXIF data of a JPEG picture ask for, 1 (none) to 8."""
+    found = ORIENTATION.search(jpeg, 0, EXIF_BYTES)
+    return found[1][0] if found else 1
+
+
+def display_turn(frame: av.VideoFrame, orientation: int = 1) -> tuple[int, bool]:
     """Turn in degrees, counterclockwise, that a frame's display matrix asks for, and whether it asks for a mirror too.
 
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
+    orientation: of its EXIF data, beside which PyAV does not give the matrix.
     """
     turn = round(frame.rotation) % 360
     found: SideData | None = None
-    with suppress(ValueError):  # PyAV gives none where it does not know one of them, such as the EXIF data of JPEG
+    with suppress(ValueError):  # where PyAV does not know one of them, such as the EXIF data of JPEG
         data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
         found = next((one for one in data if one.type == SideDataType.DISPLAYMATRIX), None)
     if found is None:
-        return turn, False
+        return (0 if orientation == 2 else turn), orientation in MIRRORS
     a, b, _, c, d = np.frombuffer(memoryview(found), dtype=np.int32)[:5].astype(np.float64)
     mirrored = bool(a * d - b * c < 0.0)
     return (0 if mirrored and abs(a) > abs(b) else turn), mirrored
@@ -177,13 +192,13 @@ class VideoReader(Closable):
     """One pass through a video file.
 
     fps: frames/s, the mean that the file declares, or where frames are missing that of its intervals.
-    declared: number of frames, 0 when unknown.  size: (width, height) of the images, px.
+    declared: number of frames, 0 when unknown.  size: (width, height) of the images, px.  turn: see `display_turn`.
     A damaged frame is left out and counted; the others keep their times.
     """
 
     def __init__(self, path: Path, hardware: bool = False) -> None:
         """hardware: whether to decode by hardware where that is possible.  Raises OpenError, AccessDenied."""
-        self.path, self.damaged, self._trimmed, self._undecodable = path, 0, 0, 0
+        self.path, self.damaged, self._trimmed, self._undecodable, self._orientation = path, 0, 0, 0, 1
         if not path.is_file():
             raise OpenError(f"{path}: no such video file")
         if not os.access(path, os.R_OK):
@@ -215,7 +230,8 @@ class VideoReader(Closable):
         self._waiting = self._first()
         if self._from_zero and not self._stream.frames and self._waiting:  # the duration is from time 0 on
             self.declared -= min(self.declared, round((self._waiting.pts or 0) * self._times.time_base * rate))
-        self._turn, self._mirrored = display_turn(self._waiting) if self._waiting else (0, False)
+        self.turn, self._mirrored = display_turn(self._waiting, self._orientation) if self._waiting else (0, False)
+        self._interlaced = bool(self._waiting and self._waiting.interlaced_frame)
         self.size = self._size()
         if min(self.size) < MIN_PX:
             size_allowed = f"images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}"
@@ -227,7 +243,7 @@ class VideoReader(Closable):
         if decoded is None:
             self._check_length()
             return None
-        return VideoFrame(self.read, self._times.next(decoded.pts), decoded, self._turn)
+        return VideoFrame(self.read, self._times.next(decoded.pts), decoded, self.turn)
 
     @property
     def read(self) -> int:
@@ -270,7 +286,7 @@ class VideoReader(Closable):
         if self._waiting is None:
             return self._stream.codec_context.width, self._stream.codec_context.height
         width, height = self._waiting.width, self._waiting.height
-        return (height, width) if self._turn % 180 else (width, height)
+        return (height, width) if self.turn % 180 else (width, height)
 
     def _notes(self) -> Iterator[str]:
         """Lines on contradictions within the file."""
@@ -280,10 +296,11 @@ class VideoReader(Closable):
             yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
         elif self._bare:
             yield f"has no times: {self.fps:g} frames/s, as its headers state"
-        if (captured := self._capture_rate()) and abs(captured / self.fps - 1.0) > OTHER_RATE:
+        name, captured = self._capture_rate()
+        if captured and abs(captured / self.fps - 1.0) > OTHER_RATE:
             slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
             yield (
-                f"{CAPTURE_RATE} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
+                f"{name} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
                 f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
             )
         if self._trimmed:
@@ -297,8 +314,10 @@ class VideoReader(Closable):
                 f"begins between two key frames: the first {self._undecodable} frames ({lost_s:.2f} s) cannot be decoded; "
                 "times count from the first of them"
             )
+        if self._interlaced:
+            yield "states that its pictures are interlaced, of two moments each: deinterlace it, or film progressively"
         if self._mirrored:
-            yield "asks for a mirrored picture: not mirrored, as cameras see it"
+            yield MIRRORED
         ratios = (self._stream.sample_aspect_ratio, self._stream.codec_context.sample_aspect_ratio)
         shapes = list(dict.fromkeys(f"{ratio.numerator}:{ratio.denominator}" for ratio in ratios if ratio))
         if shapes not in ([], ["1:1"]):
@@ -307,13 +326,19 @@ class VideoReader(Closable):
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 
-    def _capture_rate(self) -> float:
-        """Frames/s at which a camera filmed, as slow motion and time lapses state; 0 where it is not stated."""
+    def _capture_rate(self) -> tuple[str, float]:
+        """Frames/s at which a camera filmed, as slow motion and time lapses state, and its name; 0 where none is stated."""
         tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
+        name, text = CAPTURE_RATE, tags.get(CAPTURE_RATE, "")
+        with suppress(OSError), self.path.open("rb") as file:
+            content = file.read(SONY_BYTES)
+            file.seek(max(SONY_BYTES, self.path.stat().st_size - SONY_BYTES))
+            if not text and (found := SONY_RATE.search(content + file.read())):
+                name, text = (one.decode() for one in found.groups())
         with suppress(ValueError):
-            if 0 < (rate := float(tags.get(CAPTURE_RATE, "0"))) < inf:
-                return rate
-        return 0.0
+            if 0 < (rate := float(text)) < inf:
+                return name, rate
+        return name, 0.0
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
@@ -330,6 +355,7 @@ class VideoReader(Closable):
             if stamps is not None and packet.size and not packet.is_discard:
                 keyless += not packet.is_keyframe and keyless == len(stamps)
                 stamps.append(packet.pts)
+                self._orientation = exif_orientation(bytes(packet)) if self.codec == "mjpeg" else 1
             try:
                 frames = packet.decode()
             except InvalidDataError:

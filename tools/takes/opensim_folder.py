@@ -16,6 +16,7 @@ from zenocap.common.body.keypoints import keypoints
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.errors import UserError
 from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.opensim_coordinates import coordinates_of, warn_of_ranges
 from zenocap.common.formats.opensim_model import read_model
 from zenocap.common.formats.opensim_setup import PELVIS_TOP, ik_setup, marker_set, markers_of, scale_setup
 from zenocap.common.formats.pose_track import PoseTrack
@@ -67,6 +68,7 @@ def export(folder: Path, request: ExportRequest) -> tuple[str, ...]:
         raise UserError(f"{folder}: the person is lost in every frame: no row to write")
     generic = read_model(model)
     markers = markers_of(generic, model)
+    warn_of_ranges(request.take, coordinates_of(track)[1])
     motion = _of_markers(points(track, request.min_confidence), markers)
     whole = body_points(track)
     body = _of_markers(whole, markers)

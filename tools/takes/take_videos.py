@@ -18,7 +18,7 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
-from zenocap.common.video.reader import VideoReader, display_turn, turned_picture, video_stream
+from zenocap.common.video.reader import VideoReader, turned_picture, video_stream
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
@@ -30,11 +30,11 @@ class SeekableVideo:
 
     def __init__(self, path: Path) -> None:
         """Raises OpenError."""
-        self._path, self._start = path, 0
+        self._path, self._start, self._turn = path, 0, 0
         self._open()
         with suppress(SourceError), VideoReader(path) as reader:  # the first frames may be missing
             reader.next()
-            self._start = round(reader.begin_s / self._base)
+            self._start, self._turn = round(reader.begin_s / self._base), reader.turn
 
     def _open(self) -> None:
         try:
@@ -64,7 +64,7 @@ class SeekableVideo:
                 self._last = self._time_of(frame), frame
             if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
                 return None
-            return turned_picture(self._last[1], display_turn(self._last[1])[0])
+            return turned_picture(self._last[1], self._turn)
         except (FFmpegError, ValueError, OpenError):  # damaged there, or gone
             return None
 

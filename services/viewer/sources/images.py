@@ -11,10 +11,10 @@ import numpy as np
 
 from zenocap.common.arrays import LARGEST_PX, Image
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
-from zenocap.common.rig.sources import IMAGES_FPS, Images
+from zenocap.common.rig.sources import Images
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.frame_times import timing_of
-from zenocap.common.video.reader import VideoSummary
+from zenocap.common.video.reader import EXIF_BYTES, MIRRORED, MIRRORS, VideoSummary, exif_orientation
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, fit_of
@@ -43,6 +43,8 @@ def read_picture(path: Path, flags: int = cv2.IMREAD_COLOR) -> Image:
     if picture is None or picture.shape[0] * picture.shape[1] > LARGEST_PX:
         allowed = f"PNG, JPEG or BMP of at most {LARGEST_PX} pixels"
         raise OpenError(f"{path}: not a picture that can be decoded: allowed: {allowed}")
+    if (mirror := MIRRORS.get(exif_orientation(content))) is not None:
+        picture = cv2.flip(picture, mirror)
     return np.asarray(picture, dtype=np.uint8)
 
 
@@ -85,7 +87,10 @@ def image_frames(source: Images, fps: float, fit: Fit, playback: Playback) -> It
     if not paths:
         raise OpenError(f"{shown}: no file matches")
     places, notes = places_of(paths)
-    if fps == IMAGES_FPS:
+    with suppress(OSError), paths[0].open("rb") as file:  # an error is that of reading the picture, below
+        if exif_orientation(file.read(EXIF_BYTES)) in MIRRORS:
+            notes.append(MIRRORED)
+    if not source.rated:
         notes.insert(0, f"pictures have no times: {fps:g}/s assumed, unless `fps` of the rig file states it")
     first, begun = 0, False
     while True:

@@ -2,6 +2,7 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from tests.support.places import CLIPS
 from zenocap.common import atomic_write as durable
 from zenocap.common.camera.anipose import anipose_texts
-from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
+from zenocap.common.camera.calibration_files import camera_named, read_calibration, unit_note, write_calibration
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.ros_camera_info import read_ros_info
@@ -334,9 +335,10 @@ def qualisys_camera(serial: str, attributes: str, video: str = 'right="1919" bot
         ('active="0" calibrated="false"', "not active"),
         ('active="1" calibrated="false"', "not calibrated"),
         ('active="1" calibrated="true" model="Oqus 300+" video_resolution=""', "a marker camera, without video"),
+        ('video_resolution="none"', "a marker camera, without video"),
         *(
             (f'active="1" model="{model}"', f"a marker camera by its model {model}, without video_resolution")
-            for model in ("Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
+            for model in ("ProReflex MCU 240", "Oqus 300+", "Oqus 500", "Miqus M3", "Arqus A12")
         ),
     ],
 )
@@ -350,6 +352,13 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     assert "the distortions are divided by 64" in texts[1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
     refused(path, alone, re.escape(f"camera 2 is {reason}: allowed: Qualisys calibration"))
+
+
+def test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read(tmp_path):
+    path, empty = tmp_path / "room.qca.txt", qualisys_camera("2", "", 'right="0" bottom="0"')
+    path.write_text(f"<calibration><cameras>{qualisys_camera('1', '')}{empty}</cameras></calibration>")
+    with pytest.warns(FileNote, match=r"camera 2 is without a part of its video \(fov_video\): left out"):
+        assert list(read_calibration(path, "z")) == ["1"]
 
 
 @pytest.mark.parametrize("model", ["Miqus Video", "Oqus 210c", "Miqus Hybrid", "Miqus VC1", "none", ""])
@@ -420,15 +429,26 @@ VIDEO_720, NOT_HALF = 'video_resolution="720p"', 'right="959" bottom="499"'
             "translation = [0.0, 39.0, 205.0]",
             "camera 'left' is 209 m from the origin: is the file in centimetres or inches?",
         ),
-        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* 6.5 m high or more: is the file in feet?"),
+        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet, or another"),
+        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet, or another"),
+        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet, or another"),
     ],
-    ids=["centimetres", "inches", "feet"],
+    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras"],
 )
 def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, note):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD.replace("translation = [0.0, 1.0, 5.2]", change))
     with pytest.warns(FileNote, match=note):
         read_calibration(path)
+
+
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
+def test_only_in_feet_a_calibration_of_the_clips_is_questioned():
+    for path in sorted(CLIPS.glob("*/calibration.toml")):
+        cameras = list(read_calibration(path, "z" if path.parent.name.startswith("real") else "y").values())
+        assert unit_note(cameras) == "", path
+        feet = [replace(camera, translation=camera.translation / 0.3048) for camera in cameras]
+        assert "is the file in feet" in unit_note(feet), path
 
 
 def test_a_note_about_a_file_is_shown_once(tmp_path):
@@ -552,6 +572,8 @@ KALIBR = "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  intrinsics: [46
 CALIB_IO = (
     '{"Calibration": {"cameras": [{"model": {"polymorphic_id": 1, "polymorphic_name": "libCalib::CameraModelOpenCV"}}]}}'
 )
+COLMAP = "# Camera list with one line of data per camera:\n1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"
+METASHAPE = '<?xml version="1.0"?>\n<document version="1.5.0">\n  <chunk label="1"><sensors/></chunk></document>'
 VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" SENSOR_SIZE="4704 3456"/>\n</Cameras>'
 
 
@@ -563,6 +585,9 @@ VICON = '<Cameras VERSION="1.0.0">\n  <Camera ACTIVE_THRESHOLD="3" DEVICEID="7" 
         ("calibration.json", CALIB_IO, "is calib.io's JSON, which is not read: allowed: .toml"),
         ("room.xcp", VICON, r"is Vicon's \.xcp, which is not read: allowed: .toml"),
         ("room.xml", VICON, r"is Vicon's \.xcp"),
+        ("cameras.txt", COLMAP, r"is COLMAP's cameras\.txt, without places, which is not read: allowed: \.toml"),
+        ("cameras.txt", COLMAP.partition("\n")[2], r"is COLMAP's cameras\.txt"),
+        ("cameras.xml", METASHAPE, "is the cameras of Agisoft Metashape, which is not read: allowed: .toml"),
     ],
 )
 def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name, content, text):

@@ -3,6 +3,7 @@
 import io
 import struct
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import c3d
@@ -158,7 +159,7 @@ def test_a_rate_in_the_header_that_contradicts_the_parameter_is_said(
     ("actual", "counts", "note"),
     [
         ((101, 70120), {}, "20 rows are read, but there are TRIAL:ACTUAL_END_FIELD = 70120 of rows from 101 on"),
-        (None, {"LONG_FRAMES": 70000}, "20 rows are read, but there are 70000 in POINT:LONG_FRAMES"),
+        (None, {"LONG_FRAMES": 70000}, "20 rows are read, but there are 70000 in its parameters"),
         (None, {"FRAMES": 12}, "12 rows are read, but there are 20 in the header"),
         (None, {"FRAMES": 12, "header": 12}, "12 rows are read, but there are 2240 bytes behind them"),
         ((0, 0), {"LONG_FRAMES": 20}, None),
@@ -180,6 +181,28 @@ def test_another_number_of_rows_than_is_read_is_said(
     path.write_bytes(content)
     read_c3d(path)
     assert [record.getMessage() for record in caplog.records] == ([f"{path}: {note}"] if note else [])
+
+
+@pytest.mark.parametrize("dimensions", [b"\0", b"\x01\x01"], ids=["a number", "an array of one"])
+@pytest.mark.parametrize(("count", "read"), [(20, 20), (70000, 65535)])
+def test_a_number_of_rows_that_is_no_whole_number_is_read(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, count: int, read: int, dimensions: bytes
+) -> None:
+    """As programs write it for long captures."""
+    path, data = tmp_path / "a.c3d", moving(20).trajectories()
+    write_c3d(path, replace(data, names=data.names[:1], points=data.points[:, :1]))
+    content = path.read_bytes()
+    at, rows = content.index(b"\x01FRAMES") + 7, 512 * (content[16] - 1)
+    offset = int.from_bytes(content[at : at + 2], "little") + 1 + len(dimensions)
+    number = offset.to_bytes(2, "little") + b"\x04" + dimensions + struct.pack("<f", count)
+    parameters = content[:at] + number + content[at + 6 : rows - 1 - len(dimensions)]
+    first = count // 20 * content[rows : rows + 20 * 16]
+    path.write_bytes(parameters[:8] + struct.pack("<H", min(count, 65535)) + parameters[10:] + first)
+    found = read_c3d(path)
+    assert len(found.frames) == read
+    np.testing.assert_allclose(found.points[-20:], found.points[read % 20 : read % 20 + 20])
+    note = f"{path}: {read} rows are read, but there are {count} in its parameters, {16 * (count - read)} bytes behind them"
+    assert caplog.messages == ([] if count == read else [note])
 
 
 def test_other_numbers_of_names_are_said_and_two_numbers_of_points_are_refused(

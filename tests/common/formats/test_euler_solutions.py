@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.angle_cases import posed, track_of_angles, walking_person
+from tests.support.opensim_models import hands_off, needs_opensim
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.clinical_angles import JOINT_AXES, other_solution
@@ -54,6 +55,13 @@ def test_a_walk_after_a_t_pose_is_written_inside_the_models_ranges_and_played_as
         turn = np.degrees(np.arccos(np.clip((np.einsum("nij,nij->n", true, played(triple, columns)) - 1) / 2, -1, 1)))
         assert turn[walk].max() < 1.0, joint
         assert np.abs(np.diff([columns[name][walk] for name in triple.names])).max() < 45.0, joint
+
+
+@pytest.mark.slow
+@needs_opensim
+def test_opensim_plays_a_walk_after_a_t_pose_as_it_was(tmp_path: Path) -> None:
+    write_mot(tmp_path / "walk.mot", *coordinates_of(from_a_t_pose()))
+    assert hands_off(tmp_path / "walk.mot", tmp_path)[25:].max() < 0.01
 
 
 @pytest.mark.parametrize("at", [0, 12, -1], ids=["in the T-pose", "while the arms sink", "at the end"])

@@ -1,5 +1,6 @@
 """OpenSim's coordinates: round trips, and directions as from key points."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
 from zenocap.common.body.rotations import unit
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, file_notes
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.mot import Mot, read_mot
-from zenocap.common.formats.opensim_coordinates import VERTEBRAE, coordinates_of, rotations_of
+from zenocap.common.formats.opensim_coordinates import VERTEBRAE, coordinates_of, export_mot, rotations_of
 from zenocap.common.formats.trajectories import Axes
 from zenocap.common.formats.trc import read_trc
 
@@ -67,6 +69,32 @@ def test_a_person_who_faces_x_of_opensim_has_no_pelvis_rotation() -> None:
     assert found["pelvis_rotation"][0] == pytest.approx(-90.0, abs=1e-9)
 
 
+BEYOND = "a.mcap: beyond the ranges of Rajagopal's models, to which OpenSim clamps them: {}: set their `clamped` to false"
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "to_m", "raised_deg", "note"),
+    [
+        (170.0, 1.0, 80.0, "pelvis_rotation from 0 to 170 degrees (-90 to 90)"),
+        (800.0, 1.0, 80.0, "pelvis_rotation from -360 to 440 degrees (-90 to 90)"),
+        (80.0, 4.0, 80.0, "pelvis_tz from -4 to 0 m (-3 to 3)"),
+        (85.0, 2.9, 150.0, "arm_flex_r in 100% of the rows"),
+        (85.0, 2.9, 80.0, ""),
+    ],
+)
+def test_coordinates_that_leave_the_ranges_of_the_model_give_a_note(
+    tmp_path: Path, turn_deg: float, to_m: float, raised_deg: float, note: str
+) -> None:
+    """A person who faces X of OpenSim turns to the left and goes there; the angle goes on beyond a full turn."""
+    angles = np.tile(posed(FOURTEEN_PARTS, {"right_shoulder.x": raised_deg}), (61, 1))
+    angles[:, FOURTEEN_PARTS.index["navel.y"]] += np.radians(np.linspace(0.0, turn_deg, 61))
+    track = track_of_angles(FOURTEEN_PARTS, np.linspace([0.0, 0.95, 0.0], [to_m, 0.95, 0.0], 61), angles)
+    shown: list[str] = []
+    with file_notes(shown.append):
+        export_mot(tmp_path / "a.mot", ExportRequest(track, axes="opensim", take="a.mcap"))
+    assert shown == ([BEYOND.format(note)] if note else [])
+
+
 def test_rows_without_pose_are_left_out_and_other_axes_an_error() -> None:
     track = walking_person(TEN_PARTS, 6, lost=(2, 3))
     times_s, columns = coordinates_of(track)
@@ -98,6 +126,25 @@ def test_coordinates_of_other_models_are_angles_with_notes(file, expected, notes
     for name, values in expected.items():
         np.testing.assert_allclose(clinical_angles(rotations)[name], values, atol=1e-9)
     assert notes is None or found_notes == notes
+
+
+@pytest.mark.parametrize(
+    ("in_degrees", "stated", "note"),
+    [
+        (True, False, r"inDegrees = no in angles\.mot, but angles of \d+: degrees"),
+        (False, True, r"inDegrees = yes in angles\.mot, but no angle beyond \d\.\d+: are they radians\?"),
+        (True, True, ""),
+        (False, False, ""),
+    ],
+)
+def test_a_unit_that_the_angles_contradict_gives_a_note(in_degrees: bool, stated: bool, note: str) -> None:
+    """Degrees beyond a full turn in radians are read as degrees."""
+    _, columns = coordinates_of(walking_person(FOURTEEN_PARTS, 20))
+    scaled = {name: column if in_degrees else np.radians(column) for name, column in columns.items()}
+    rotations, notes = rotations_of(mot(scaled, stated), PATH)
+    assert [bool(re.fullmatch(note, one)) for one in notes] == [True] * bool(note)
+    if not (stated and not in_degrees):
+        np.testing.assert_allclose(rotations["left_hip"], rotations_of(mot(columns), PATH)[0]["left_hip"], atol=1e-9)
 
 
 def test_a_file_without_a_known_coordinate_is_an_error() -> None:

@@ -123,6 +123,17 @@ def test_zeros_are_missing_points_and_said_once(path: Path, caplog: pytest.LogCa
     assert [record.getMessage() for record in caplog.records] == [f"{path}: 2 points are 0 0 0: taken as missing"]
 
 
+@pytest.mark.parametrize("number", ["9999.0", "-9999.9", "9999999"])
+def test_three_times_a_number_of_nines_is_a_missing_point(
+    path: Path, caplog: pytest.LogCaptureFixture, number: str
+) -> None:
+    lines = lines_of(path)
+    lines[6][2 + 3 * 5 : 5 + 3 * 5] = [number] * 3
+    assert np.isnan(read_trc(rewritten(path, lines)).points[0, 5]).all()
+    note = f"{path}: 1 points are three times {float(number):g}: taken as missing"
+    assert [record.getMessage() for record in caplog.records] == [note]
+
+
 def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert read_trc(path).names == NAMES
@@ -155,6 +166,22 @@ def test_of_number_time_and_rate_the_time_decides(
     np.testing.assert_allclose(found.times_s, found.frames / rate, atol=1e-6)
     np.testing.assert_allclose(found.points[5], walking().points[5], atol=1e-6)
     assert [record.getMessage() for record in caplog.records] == [f"{path}: {note}"]
+
+
+@pytest.mark.parametrize("column", [0, 1], ids=["numbers", "times"])
+@pytest.mark.parametrize(("left_out", "said"), [((0, 2), True), ((0, 1), False), ((2, 2), False)], ids=str)
+def test_rows_that_only_numbers_or_only_times_leave_out_are_noted(
+    path: Path, caplog: pytest.LogCaptureFixture, column: int, left_out: tuple[int, int], said: bool
+) -> None:
+    """As where two trials were joined; one row is that of a camera that jitters."""
+    lines = lines_of(path)
+    for k, cells in enumerate(lines[6:]):
+        rows = [5 + k + (k >= 6) * missing for missing in (left_out if column else left_out[::-1])]
+        cells[:2] = [str(rows[0]), f"{rows[1] / 30:.6f}"]
+    found = read_trc(rewritten(path, lines))
+    assert (found.frames[-1], round(found.times_s[-1] * 30)) == tuple(rows)
+    note = f"{path}: Frame# and Time do not leave out the same rows: the times are used"
+    assert [record.getMessage() for record in caplog.records] == [note] * said
 
 
 def test_rows_without_rising_numbers_and_times_are_refused(path: Path) -> None:

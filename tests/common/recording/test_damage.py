@@ -17,7 +17,7 @@ import zstandard
 from benchmarks.cases.takes.damage import KINDS, Damaging, Findings, Judge, corruptions, truncations
 from tests.common.recording.test_writer import record_take
 from tests.support.places import ROOT
-from zenocap.common.recording.mcap_records import ChunkEnd, Damage, Message, NotMcap, Records
+from zenocap.common.recording.mcap_records import Attachment, ChunkEnd, Damage, Message, NotMcap, Records
 from zenocap.common.recording.reader import TakeReader
 
 FRAMES = 300
@@ -129,14 +129,20 @@ def messages_of_chunks(content: bytes) -> list[list[Message]]:
 FIELDS = struct.pack("<HH", 1, 0) + b"".join(struct.pack("<I", len(text)) + text for text in (b"/note", b"json", b""))
 CHANNEL, NOTE = record(4, FIELDS), record(5, struct.pack("<HIQQ", 1, 0, 5, 5) + b"{}")
 OWN, END, FOOTER = record(0x80, b"of another program"), record(15, bytes(4)), record(2, bytes(20)) + MAGIC
+FILE = bytes(24) + struct.pack("<Q4s", 4, b"file")  # an attachment, before its checksum
+MORE = record(9, FILE + struct.pack("<I", zlib.crc32(FILE)) + b"more")
 FIRST, MIXED = CHANNEL + NOTE, record(4, FIELDS + b"more") + OWN + NOTE + NOTE
+TWO = zstandard.compress(FIRST[:40]) + zstandard.compress(FIRST[40:])  # frames of Zstandard may follow each other
 VALID = {  # two notes
     "private records, one without content": (OWN, CHANNEL, OWN, record(0xFF, b""), NOTE, OWN, NOTE, END),
     "kinds of a later version": (record(0x10, b"later"), CHANNEL, NOTE, record(0x7F, bytes(40)), NOTE, END),
     "a channel with more fields": (record(4, FIELDS + b"more"), NOTE, NOTE, END),
     "a data end with more fields": (CHANNEL, NOTE, NOTE, record(15, bytes(12))),
+    "a footer with more fields": (CHANNEL, NOTE, NOTE, END, record(2, bytes(28)) + MAGIC),
+    "an attachment with more fields": (CHANNEL, NOTE, MORE, NOTE, END),
     "a private record in the index": (CHANNEL, NOTE, NOTE, END, OWN),
     "messages behind a chunk": (chunk(FIRST, len(FIRST), b""), NOTE, END),
+    "a chunk of two Zstandard frames": (chunk(TWO, len(FIRST), crc=zlib.crc32(FIRST)), NOTE, END),
     "a private record in a chunk": (chunk(MIXED, len(MIXED), b"", zlib.crc32(MIXED)), END),
     "a chunk with more fields": (record(6, chunk(MIXED, len(MIXED), b"")[9:] + b"more"), END),
 }
@@ -145,10 +151,11 @@ VALID = {  # two notes
 @pytest.mark.parametrize("records", VALID.values(), ids=VALID)
 def test_what_later_versions_and_other_programs_may_write_is_no_damage(tmp_path: Path, records: tuple[bytes, ...]) -> None:
     path = tmp_path / "a.mcap"
-    path.write_bytes(HEADER + b"".join(records) + FOOTER)
+    path.write_bytes(HEADER + b"".join(records) + (b"" if records[-1].endswith(MAGIC) else FOOTER))
     take = TakeReader(path)
     assert [(one.topic, one.data) for one in take.messages()] == [("/note", b"{}")] * 2
     assert take.cut is None
+    assert [item.data for item in read(path.read_bytes()) if isinstance(item, Attachment)] == [b"file"] * (MORE in records)
 
 
 def test_a_chunk_whose_kind_is_damaged_is_no_record_of_another_program() -> None:

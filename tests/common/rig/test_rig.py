@@ -96,6 +96,13 @@ def test_a_rig_file_is_read(tmp_path):
         rig.viewer("3")
 
 
+@pytest.mark.parametrize("stated", ["fps = 30\n", ""])
+def test_pictures_know_whether_the_rig_states_their_rate(tmp_path, stated):
+    text = RIG.replace("source = 0", 'source = "images/*.png"').replace("fps = 15\n", stated)
+    one, _ = load_rig(write_rig(tmp_path, text), files=False).viewers
+    assert (one.source, one.fps) == (Images(tmp_path / "images", "*.png", bool(stated)), 30.0)
+
+
 def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.places import ROOT
 from tests.support.video_file import write_video
-from tests.support.videos import QUARTER_TURN, grey_frames
+from tests.support.videos import UPRIGHT, grey_frames, with_orientation
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import _paired
@@ -41,7 +41,7 @@ def test_hidden_files_beside_the_videos_are_none(tmp_path: Path) -> None:
     assert [path.name for path in videos_in(tmp_path)] == ["cam01.mp4", "cam02.mp4"]
 
 
-@pytest.mark.parametrize("renamed", ["cam01.MP4", "Cam01.mp4", "CAM01.MTS"])
+@pytest.mark.parametrize("renamed", ["cam01.MP4", "Cam01.mp4", "CAM01.MTS", "cam01.h264"])
 @pytest.mark.parametrize("picture", ["cam01.PNG", "CAM01.jpg", "cam01.JPEG"])
 def test_capitals_in_the_names_of_files_do_not_count(tmp_path: Path, renamed: str, picture: str) -> None:
     """As action cameras and camcorders write them; a T-pose and a background were ignored without a word."""
@@ -184,7 +184,7 @@ def test_the_size_of_pictures_replaces_a_guess(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         path = tmp_path / name / "0.jpg"
         cv2.imwrite(str(path), np.zeros((656, 492, 3), np.uint8))
-        path.write_bytes(path.read_bytes().replace(b"\xff\xd8", b"\xff\xd8" + QUARTER_TURN, 1))
+        path.write_bytes(with_orientation(path.read_bytes(), UPRIGHT))
         viewers += f'[[viewer]]\nid = "{name}"\ncamera = "{name}"\nsource = "{name}/*.jpg"\n'
     file = rig_file(tmp_path, viewers)
     replaced(tmp_path / "calibration.toml", "fisheye = false", 'guessed = ["size"]')
@@ -236,6 +236,10 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
         ("left right", "left_walk other", "left_walk other"),
         ("Left Right", "walk_right walk_left", "walk_left walk_right"),
         ("cam1 cam2", "cam1 walk_cam2", "cam1 walk_cam2"),
+        ("k\u00fcche fl\u00fcr", "flu\u0308r ku\u0308che", "ku\u0308che flu\u0308r"),
+        ("ku\u0308che flu\u0308r", "fl\u00fcr_1 k\u00fcche_1", "k\u00fcche_1 fl\u00fcr_1"),
+        ("1 2", "trial1_cam2 trial2_cam1", "trial2_cam1 trial1_cam2"),
+        ("1 2", "trial1_Camera-02 trial2_Camera-01", "trial2_Camera-01 trial1_Camera-02"),
     ],
 )
 def test_videos_belong_to_the_camera_whose_name_they_contain(cameras: str, videos: str, expected: str) -> None:

@@ -14,9 +14,9 @@ import pytest
 from av.stream import Disposition
 
 from tests.support.video_file import ask_for_turn, copied, write_video
-from tests.support.videos import GREY_STEP, QUARTER_TURN, grey_frames
+from tests.support.videos import GREY_STEP, UPRIGHT, grey_frames, with_orientation
 from zenocap.common.errors import EndedEarly, OpenError
-from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
+from zenocap.common.video.reader import MIRRORED, VideoFrame, VideoReader, VideoSummary
 from zenocap.tools.takes.take_videos import SeekableVideo
 
 
@@ -121,19 +121,28 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
         assert reader.size == expected.shape[1::-1]
 
 
-@pytest.mark.parametrize("suffix", ["mjpeg", "mkv"])
-def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(tmp_path: Path, suffix: str) -> None:
-    """PyAV raises a ValueError where it does not know a kind of side data; phones and cameras write EXIF data."""
+@pytest.mark.parametrize(("suffix", "order"), [("mjpeg", b"MM"), ("mkv", b"II")])
+@pytest.mark.parametrize(
+    ("orientation", "turn"),
+    [(UPRIGHT, cv2.ROTATE_90_CLOCKWISE), (2, None), (3, cv2.ROTATE_180), (4, None), (5, cv2.ROTATE_90_CLOCKWISE),
+     (7, cv2.ROTATE_90_COUNTERCLOCKWISE)],
+)  # fmt: skip
+def test_a_film_of_jpeg_pictures_with_exif_data_is_turned_as_they_ask_for(
+    tmp_path: Path, suffix: str, order: bytes, orientation: int, turn: int | None
+) -> None:
+    """And not mirrored, which is noted.  PyAV raises a ValueError where it does not know a kind of side data."""
     path, image = tmp_path / "a.mjpeg", np.zeros((48, 64, 3), np.uint8)
     image[:24, :32] = 250
     picture = cv2.imencode(".jpg", image)[1].tobytes()
-    path.write_bytes(5 * (picture[:2] + QUARTER_TURN + picture[2:]))
+    path.write_bytes(5 * with_orientation(picture, orientation, order))
     if suffix == "mkv":
         path = copied(path, tmp_path / "a.mkv")
-    frames, _ = read(path)
+    frames, summary = read(path)
     assert len(frames) == 5
-    assert np.abs(np.subtract(frames[0].image(), cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE), dtype=int)).mean() < 3
-    assert SeekableVideo(path).at(0.0) is not None
+    expected, found = image if turn is None else cv2.rotate(image, turn), frames[0].image()
+    assert np.abs(np.subtract(found, expected, dtype=int)).mean() < 3
+    np.testing.assert_array_equal(SeekableVideo(path).at(0.0), found)
+    assert (MIRRORED in summary.notes) is (orientation in (2, 4, 5, 7))
 
 
 def with_key_frames(path: Path, count: int = 60, every: int = 20) -> Path:
@@ -186,6 +195,17 @@ def test_slow_motion_and_time_lapses_are_said(tmp_path: Path, suffix: str, state
     _, summary = read(copied(whole, tmp_path / f"a.{suffix}", tags=tags))
     rates = "when it was filmed, its times have 30/s: they are used; as"
     assert summary.notes == ((f"com.android.capture.fps = {float(stated):g}/s {rates} {said}",) if said else ())
+
+
+@pytest.mark.parametrize("behind", [0, 3 << 20])
+@pytest.mark.parametrize(("stated", "notes"), [("119.88p", 1), ("29.97p", 0), ("1.2.3", 0)])
+def test_slow_motion_of_sonys_cameras_is_noted(tmp_path: Path, behind: int, stated: str, notes: int) -> None:
+    """Their XML is in a box that FFmpeg skips."""
+    path = write_video(tmp_path / "a.mp4", grey_frames(10))
+    xml = bytes(behind) + f'<VideoFrame videoCodec="AVC" captureFps="{stated}" formatFps="29.97p"/>'.encode()
+    path.write_bytes(path.read_bytes() + struct.pack(">I4s", 8 + len(xml), b"free") + xml)
+    rates = "captureFps = 119.88/s when it was filmed, its times have 30/s: they are used; as"
+    assert read(path)[1].notes == (f"{rates} slow motion it is 4 times slower",) * notes
 
 
 @pytest.mark.parametrize("suffix", ["ts", "h264"])
@@ -270,6 +290,16 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
     frames, summary = read(path)
     np.testing.assert_array_equal(frames[0].image(), stored if turn is None else cv2.rotate(stored, turn))
     assert summary.notes == ("asks for a mirrored picture: not mirrored, as cameras see it",)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec", "options"),
+    [("mp4", "libx264", {"x264-params": "tff=1"}), ("mpg", "mpeg2video", {"flags": "+ildct+ilme"})],
+)
+def test_an_interlaced_film_is_noted(tmp_path: Path, suffix: str, codec: str, options: dict[str, str]) -> None:
+    """As camcorders film."""
+    (note,) = read(write_video(tmp_path / f"a.{suffix}", grey_frames(5), codec=codec, options=options))[1].notes
+    assert note.startswith("states that its pictures are interlaced, of two moments each")
 
 
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:

@@ -20,13 +20,14 @@ from tests.common.runtime.test_frame_rate import reduced
 from tests.common.vision import test_empty_scene as empty_scene
 from tests.support import video_file
 from tests.support.places import CLIPS, ROOT
-from tests.support.videos import GREY_STEP, grey_frames
+from tests.support.videos import GREY_STEP, grey_frames, with_orientation
 from zenocap.common.arrays import LARGEST_PX
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
+from zenocap.common.video.reader import MIRRORED
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import LONGEST_RUN_NS, RUNS_ON_NS
 from zenocap.services.viewer.sources import device, images, source, video
@@ -221,11 +222,11 @@ def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(rea
         assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
 
 
-def pictures(folder: Path, playback: Playback, *numbers: int, fps: float = 10.0) -> Iterator[Frame]:
+def pictures(folder: Path, playback: Playback, *numbers: int, fps: float = 10.0, rated: bool = False) -> Iterator[Frame]:
     """Write pictures with the grey values of their numbers; return the frames of the folder."""
     for k in numbers:
         cv2.imwrite(str(folder / f"{k}.png"), grey_frames(k + 1)[k])
-    return image_frames(Images(folder, "*.png"), fps, FIT, playback)
+    return image_frames(Images(folder, "*.png", rated), fps, FIT, playback)
 
 
 def test_pictures_are_ordered_by_number_and_have_the_times_of_their_numbers(tmp_path):
@@ -253,14 +254,27 @@ def test_numbers_that_are_left_out_in_the_names_of_pictures_are_gaps(names, plac
     assert found == (places, [note] if note else [])
 
 
-@pytest.mark.parametrize("fps", [10.0, 30.0])
-def test_pictures_state_their_gaps_and_an_assumed_rate(tmp_path, fps):
+@pytest.mark.parametrize(("fps", "rated"), [(10.0, True), (30.0, True), (30.0, False)])
+def test_pictures_state_their_gaps_and_an_assumed_rate(tmp_path, fps, rated):
     found = []
-    list(pictures(tmp_path, replace(offline(), finished=found.append), 0, 1, 2, 5, fps=fps))
+    list(pictures(tmp_path, replace(offline(), finished=found.append), 0, 1, 2, 5, fps=fps, rated=rated))
     (gap,) = found[0].timing.gaps
     assert (gap.missing, gap.after_s) == (2, pytest.approx(5 / fps))
     assumed = ("pictures have no times: 30/s assumed, unless `fps` of the rig file states it",)
-    assert found[0].notes == (assumed if fps == 30.0 else ())
+    assert found[0].notes == (() if rated else assumed)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_pictures_are_turned_as_their_exif_data_ask_for_and_not_mirrored_which_is_noted(tmp_path, orientation):
+    found, image = [], np.zeros((480, 480, 3), np.uint8)
+    image[:240, :240] = 250
+    jpeg = cv2.imencode(".jpg", image)[1].tobytes()
+    (tmp_path / "1.jpg").write_bytes(with_orientation(jpeg, orientation))
+    source, playback = Images(tmp_path, "*.jpg", True), replace(offline(), finished=found.append)
+    (frame,) = image_frames(source, 30.0, Fit((480, 480), (480, 480)), playback)
+    bright = [frame.image[y, x, 0] > 125 for y, x in ((5, 5), (5, -5), (-5, -5), (-5, 5))]  # clockwise
+    assert bright.index(True) == {1: 0, 2: 0, 3: 2, 4: 0, 5: 1, 6: 1, 7: 3, 8: 3}[orientation]
+    assert found[0].notes == ((MIRRORED,) if orientation in (2, 4, 5, 7) else ())
 
 
 def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_path):

@@ -1,4 +1,4 @@
-"""The check of limits: whether the true pose fits the silhouettes better than a found one with a wrong limb."""
+"""Fit of the true pose against that of a found one with a wrong limb, in the case of limits."""
 
 from collections.abc import Mapping, Sequence
 

@@ -27,19 +27,20 @@ from zenocap.tools.judge.parameters import (
 from zenocap.tools.judge.view_lag import seen_outline
 
 KINDS = {AdviceCode.PEOPLE: "two-people", AdviceCode.UNCOVERED: "not-empty"}
+LEFT_OUT = {AdviceCode.OCCUPIED: "not-empty"}  # images that were not learnt: after the causes that are certain
 
 
-def scene_reasons(evidence: TakeEvidence) -> list[m.VerdictReason]:
+def scene_reasons(evidence: TakeEvidence, kinds: Mapping[AdviceCode, str] = KINDS) -> list[m.VerdictReason]:
     """Other people, and scenes that were not empty, as the advice of the cameras states them."""
     found: dict[AdviceCode, list[str]] = defaultdict(list)
     words: dict[AdviceCode, str] = {}
     for one in evidence.advice.faults():
-        if one.fault.code in KINDS and one.share >= OFTEN_SEEN:
+        if one.fault.code in kinds and one.share >= OFTEN_SEEN:
             found[one.fault.code].append(one.viewer)
             words.setdefault(one.fault.code, sentence(one.fault))
     return [
         m.VerdictReason(
-            kind=KINDS[code], viewers=sorted(viewers), text=f"camera {', '.join(sorted(viewers))}: {words[code]}"
+            kind=kinds[code], viewers=sorted(viewers), text=f"camera {', '.join(sorted(viewers))}: {words[code]}"
         )
         for code, viewers in found.items()
     ]
@@ -137,4 +138,4 @@ def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
         )
     else:
         text = "no pose"
-    return [*causes, m.VerdictReason(kind="no-pose", viewers=[], text=text)]
+    return [*causes, *scene_reasons(evidence, LEFT_OUT), m.VerdictReason(kind="no-pose", viewers=[], text=text)]

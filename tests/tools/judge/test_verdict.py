@@ -145,6 +145,18 @@ def test_what_the_cameras_show_is_the_first_reason(code: AdviceCode, kind: str, 
 
 
 @pytest.mark.slow
+def test_a_person_in_images_of_the_empty_scene_is_a_reason_after_what_is_certain() -> None:
+    lost = [one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]
+    for every, kinds in ((lost, ("not-empty", "no-pose")), (without_poses(set(range(30, FRAMES))), ("lost", "not-empty"))):
+        found = verdict_of(evidence_of([*every, *advised(AdviceCode.OCCUPIED)]))
+        assert (found.reasons[0].kind, found.reasons[-1].kind) == kinds
+        (text,) = (one.text for one in found.reasons if one.kind == "not-empty")
+        assert "camera cam01: a person is in 80 % of the images that should show the empty scene" in text
+        assert "empty_seconds" in text
+    assert verdict_of(evidence_of([*messages(), *advised(AdviceCode.OCCUPIED)])).reasons == []
+
+
+@pytest.mark.slow
 def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     found = verdict_of(evidence_of(without_poses(set(range(30, FRAMES)))))
     assert found.rating == "unusable"

@@ -86,7 +86,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
     ),
     AdviceCode.UNCOVERED: Wording(
         "not empty",
-        "a person or thing stood in all images of the empty scene, and left a place that {value:.0f} % of the images show",
+        "a person or thing stood in what was learnt as empty, and left a place that {value:.0f} % of the images show",
         "film the scene without a person first, or leave it all the time to background = adaptive",
     ),
     AdviceCode.PEOPLE: Wording(

@@ -13,7 +13,7 @@ from zenocap.common.vision.silhouette import SilhouetteOptions
 EDGE_RATIO = 1.5  # of edges at a pixel, from which only one of two images has one there; chosen by hand
 REDUCED_PX = 160  # longest side of the images that are compared with each other; chosen by hand
 SAMPLED = 15  # images whose median is compared with all of them; chosen by hand
-FEWEST_IMAGES = 8  # among which people are looked for; chosen by hand
+FEWEST_IMAGES = 3  # among which people are looked for: of two, both may show one
 LEAST_EMPTY = 4  # images without people, from which a background is learnt; chosen by hand
 UNCOVERED = 2.0  # from so many times the edges of the usual image, a person has left it in the others; chosen by hand
 SHORTEST_BREAK = 2  # images without a person between two with one, which are taken for such too; chosen by hand
@@ -24,7 +24,7 @@ BOTH_ENDS = 2  # runs of images with people: a person leaves, and one enters; mo
 def with_people(images: Sequence[Image]) -> Bools:
     """(n,) images (height, width, 3) of the scene that show a person who is not in the others.
 
-    All False where it cannot be decided: for few images, for a person who stays in place, and for what comes and goes, such
+    All False where it cannot be decided: for two images, for a person who stays in place, and for what comes and goes, such
     as a curtain or a screen.
     """
     none = np.zeros(len(images), dtype=np.bool_)

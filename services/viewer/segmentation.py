@@ -59,7 +59,8 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
         people = with_people(images)
         empty = [image for image, seen in zip(images, people, strict=True) if not seen]
         watch = AdviceWatch(occupied=100.0 * float(people.mean()))
-        return state, Segmentation(learn_from(empty if len(empty) >= LEAST_EMPTY else images), watch=watch)
+        enough = len(empty) >= min(LEAST_EMPTY, len(images) / 2)
+        return state, Segmentation(learn_from(empty if enough else images), watch=watch)
     return state, Segmentation(_background(setup, images))
 
 

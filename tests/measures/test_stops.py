@@ -6,8 +6,8 @@ from tests.measures import stops
 from tests.measures.stops import ALONE_S, LOADED_S, Stop, table
 
 
-def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, hung: int = 0) -> Stop:
-    return Stop(service, again_s, stop_s, hung, 0, 1.0, "")
+def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, text: str = "") -> Stop:
+    return Stop(service, again_s, stop_s, 0, 1.0, text)
 
 
 @pytest.mark.parametrize(
@@ -18,7 +18,7 @@ def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, hu
         (stop(again_s=3.1), 0, ALONE_S, "tracker again, s | 51 | 1.00 | 2.05 | 3.10 | 3.00"),
         (stop(again_s=2.9, stop_s=4.9), 0, LOADED_S, ""),
         (stop(stop_s=5.1), 0, LOADED_S, "stop of the rig, s | 100 | 1.00 | 1.04 | 5.10 | 5.00"),
-        (stop(hung=1), 0, LOADED_S, "services killed at a stop |  |  |  | 1 | 0"),
+        (stop(text="a: has not stopped in 8 s; the stacks"), 0, LOADED_S, "services that hung at a stop |  |  |  | 1 | 0"),
         (stop(), 2, ALONE_S, "starts that failed |  |  |  | 2 | 0"),
     ],
 )

@@ -16,7 +16,7 @@ pytestmark = [
 ]
 
 
-def test_no_service_is_killed_at_the_stop_of_a_rig(tmp_path: Path) -> None:
+def test_no_service_hangs_at_the_stop_of_a_rig(tmp_path: Path) -> None:
     found = [stop_after(service, tmp_path / service, 0.0) for service in (*VIEWERS, INTEGRATOR)]
     assert [one.hung for one in found] == [0] * 4
     assert {one.status for one in found} <= {DONE, LOSS}

@@ -39,8 +39,8 @@ class TrackArguments:
         "Tracking method: two-view and both use two views, the others all; default: the rig's, else auto (hybrid)."
     )
     height: float | None = option(
-        None, "Body height (m) for videos without T-pose; the body then gets average proportions.", min=0.5, max=2.5,
-        metavar="METRES",
+        None, "Body height (m), of average proportions. Default: measured in the T-pose, else estimated over the floor.",
+        min=0.5, max=2.5, metavar="METRES",
     )  # fmt: skip
     cameras: str | None = option(
         None, "Use these cameras only, such as cam01,cam03; two or more. Default: all.", metavar="NAME,NAME..."

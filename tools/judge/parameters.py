@@ -17,6 +17,11 @@ HEAD_APART_M = 0.2  # of the rays through the upper ends of the silhouettes: a r
 LEGS_ABOVE_M = 0.25  # of a lower end over the floor, half a shank: a step or a jump is shorter; chosen by hand
 HEADS_M, LEGS_MOST = (1.0, 2.4), 0.6  # heights of heads, and share of it up to which legs may be missing; chosen by hand
 MOST_HEADS = 240  # samples in which legs are looked for, a minute of a take; chosen by hand
+# Faults of the rig, of silhouettes at the same time; chosen on simulated people, `tests/tools/judge/test_wrong_inputs.py`.
+MOST_SETS, FEWEST_SETS = 24, 6
+HOLDS, HOLDS_NOT, HOLDS_MORE = 0.85, 0.6, 0.15  # share of them: a hypothesis holds, does not, and more than another kind
+MOST_PERMUTED, MOST_EXCHANGED = 4, 16  # cameras of which all orders are tried, and exchanges of two: more take minutes
+UNITS_M = {"feet": 0.3048, "inches": 0.0254, "centimetres": 0.01, "millimetres": 0.001}  # of calibrations
 FAST_TRUNK, FAST_LIMB = 7.0, 12.0  # m/s: no part of a moving person is faster, in ordinary motion
 LONGEST_STEP_S = 0.25  # between poses, for a speed
 # Without poses and silhouettes; a longer gap counts as this long.  A clock that is set while it records makes one of

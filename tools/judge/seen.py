@@ -21,25 +21,24 @@ from zenocap.tools.judge.parameters import (
     MOST_HEADS,
     OFTEN_HALF,
     OFTEN_SEEN,
-    SAMPLE_NS,
-    START_NS,
 )
 from zenocap.tools.judge.view_lag import seen_outline
 
 KINDS = {AdviceCode.PEOPLE: "two-people", AdviceCode.UNCOVERED: "not-empty"}
+LEFT_OUT = {AdviceCode.OCCUPIED: "not-empty"}  # images that were not learnt: after the causes that are certain
 
 
-def scene_reasons(evidence: TakeEvidence) -> list[m.VerdictReason]:
+def scene_reasons(evidence: TakeEvidence, kinds: Mapping[AdviceCode, str] = KINDS) -> list[m.VerdictReason]:
     """Other people, and scenes that were not empty, as the advice of the cameras states them."""
     found: dict[AdviceCode, list[str]] = defaultdict(list)
     words: dict[AdviceCode, str] = {}
     for one in evidence.advice.faults():
-        if one.fault.code in KINDS and one.share >= OFTEN_SEEN:
+        if one.fault.code in kinds and one.share >= OFTEN_SEEN:
             found[one.fault.code].append(one.viewer)
             words.setdefault(one.fault.code, sentence(one.fault))
     return [
         m.VerdictReason(
-            kind=KINDS[code], viewers=sorted(viewers), text=f"camera {', '.join(sorted(viewers))}: {words[code]}"
+            kind=kinds[code], viewers=sorted(viewers), text=f"camera {', '.join(sorted(viewers))}: {words[code]}"
         )
         for code, viewers in found.items()
     ]
@@ -116,25 +115,3 @@ def lower_ends(cameras: Mapping[str, Camera], outlines: Mapping[str, Outline]) -
         if not outlines[viewer].cut[k]:
             found[viewer] = float(centre[1] + own[k] * np.hypot(*(head - centre)[[0, 2]]))
     return {} if max(found.values(), default=0.0) > LEGS_MOST * head[1] else found
-
-
-def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
-    """Reasons of a take without poses, the causes first."""
-    cut = half_person(evidence) or no_legs(evidence)
-    causes = [*scene_reasons(evidence), *([] if cut is None else [cut])]
-    seen_s = (
-        SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
-    )
-    if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
-        text = (
-            f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
-            "T-pose: a longer recording, with the person in view of two cameras or more"
-        )
-    elif evidence.body is None and evidence.cameras and not causes:
-        text = (
-            "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_seconds), a wrong "
-            "calibration, a camera that was moved, swapped or turned videos, and for two-view the T-pose"
-        )
-    else:
-        text = "no pose"
-    return [*causes, m.VerdictReason(kind="no-pose", viewers=[], text=text)]

@@ -31,7 +31,8 @@ from zenocap.tools.judge.parameters import (
     UNUSABLE_LOST,
 )
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
-from zenocap.tools.judge.seen import no_pose, scene_reasons
+from zenocap.tools.judge.rig_faults import no_pose, rig_fault
+from zenocap.tools.judge.seen import LEFT_OUT, scene_reasons
 from zenocap.tools.judge.view_lag import view_lags
 
 USED = (
@@ -62,7 +63,10 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
     reasons = []
     if rating != "good":
-        reasons = [*scene_reasons(evidence), *reasons_of(kind, terms, stretches, start_ns, view_lags(evidence))]
+        lags = view_lags(evidence)
+        fault = rig_fault(evidence) if rating == "unusable" and lags is None else None
+        causes = [*scene_reasons(evidence), *([] if fault is None else [fault])]
+        reasons = [*causes, *reasons_of(kind, terms, stretches, start_ns, lags), *scene_reasons(evidence, LEFT_OUT)]
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
         reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))

@@ -31,14 +31,16 @@ START_NS = 10**18
 ANATOMY = FOURTEEN_PARTS
 
 
-def messages(*, swapped: bool = False, silhouettes: bool = True, legs: bool = True) -> list[m.Message]:
+def messages(
+    *, swapped: bool = False, silhouettes: bool = True, legs: bool = True, frame_ns: int = FRAME_NS
+) -> list[m.Message]:
     """A person in the T-pose, who walks sideways: silhouettes of the body itself, and its true poses."""
     cameras = {camera.name: camera for camera in paper_cameras(SIZE)}
     body = average_body(ANATOMY, 1.75)
     found: list[m.Message] = [camera_message(camera, captured_ns=START_NS) for camera in cameras.values()]
     found.append(m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(ANATOMY, body)))
     for k in range(FRAMES):
-        captured_ns = START_NS + k * FRAME_NS
+        captured_ns = START_NS + k * frame_ns
         pose = Pose(np.array([-0.6 + 0.01 * k, HIP_HEIGHT * 1.75, 0.3]), t_pose_angles(ANATOMY))
         points = body_points(ANATOMY, body, pose)
         masks = {name: body_mask(camera, points)[0] for name, camera in cameras.items()}
@@ -60,8 +62,9 @@ def messages(*, swapped: bool = False, silhouettes: bool = True, legs: bool = Tr
     return found
 
 
-def without_poses(frames: set[int]) -> list[m.Message]:
-    return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
+def without_poses(frames: set[int], frame_ns: int = FRAME_NS) -> list[m.Message]:
+    every = messages(frame_ns=frame_ns)
+    return [one for one in every if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
 
 
 def figure(name: str, every: list[m.Message]) -> float:
@@ -107,6 +110,7 @@ def test_poses_alone_are_never_good_and_a_take_without_poses_is_unusable() -> No
     assert (found.rating, found.evidence, found.reasons[0].kind) == ("doubtful", "poses-only", "no-silhouettes")
     found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
+    assert "the silhouettes do not tell why" in found.reasons[0].text
 
 
 @pytest.mark.slow
@@ -145,6 +149,18 @@ def test_what_the_cameras_show_is_the_first_reason(code: AdviceCode, kind: str, 
 
 
 @pytest.mark.slow
+def test_a_person_in_images_of_the_empty_scene_is_a_reason_after_what_is_certain() -> None:
+    lost = [one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]
+    for every, kinds in ((lost, ("not-empty", "no-pose")), (without_poses(set(range(30, FRAMES))), ("lost", "not-empty"))):
+        found = verdict_of(evidence_of([*every, *advised(AdviceCode.OCCUPIED)]))
+        assert (found.reasons[0].kind, found.reasons[-1].kind) == kinds
+        (text,) = (one.text for one in found.reasons if one.kind == "not-empty")
+        assert "camera cam01: a person is in 80 % of the images that should show the empty scene" in text
+        assert "empty_seconds" in text
+    assert verdict_of(evidence_of([*messages(), *advised(AdviceCode.OCCUPIED)])).reasons == []
+
+
+@pytest.mark.slow
 def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     found = verdict_of(evidence_of(without_poses(set(range(30, FRAMES)))))
     assert found.rating == "unusable"
@@ -162,6 +178,17 @@ def test_what_lies_before_the_first_pose_counts_in_a_short_take() -> None:
     assert (found.rating, found.reasons[0].kind) == ("unusable", "lost")
     assert found.stretches[0].start_ns - START_NS == pytest.approx(0.6e9, abs=0.1e9)
     assert verdict_of(evidence_of(without_poses(set(range(12))))).rating == "good"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("first", "start_s", "rating"), [(7, 1.4, "good"), (25, 1.5, "unusable")])
+def test_what_lies_before_the_first_pose_counts_in_a_long_take_after_a_second_and_a_half(
+    first: int, start_s: float, rating: m.Rating
+) -> None:
+    """Of 15 s in view, at five frames a second."""
+    found = verdict_of(evidence_of(without_poses(set(range(first)), 5 * FRAME_NS)))
+    assert (found.rating, [one.kind for one in found.reasons][:1]) == (rating, ["lost"] if first > 7 else [])
+    assert (found.stretches[0].start_ns - START_NS) / 1e9 == pytest.approx(start_s, abs=0.25)
 
 
 @pytest.mark.slow

@@ -43,10 +43,12 @@ def film(gloss: float = 0.0, like_wall: bool = False) -> tuple[Image, ...]:
     )
 
 
-def found(images: list[Image] | tuple[Image, ...]) -> list[CameraAdvice]:
-    """Advice of a viewer of these images."""
+def found(
+    images: list[Image] | tuple[Image, ...], background: str = f"first:{EMPTY}", plate: Image | None = None
+) -> list[CameraAdvice]:
+    """Advice of a viewer of these images.  plate: the picture of `background`."""
     camera = walker(SEED, 2, SIZE).cameras["cam01"]
-    setup = ViewerSetup("1", camera, parse_background(f"first:{EMPTY}", Path()))
+    setup = ViewerSetup("1", camera, parse_background(background, Path()), plate=plate)
     state, scene, advice = LearningBackground(), None, []
     for k, image in enumerate(images):
         if scene is None:
@@ -68,10 +70,12 @@ def learnt(images: list[Image] | tuple[Image, ...]) -> Background:
     return scene.background
 
 
-def codes(images: list[Image] | tuple[Image, ...]) -> set[AdviceCode]:
-    """Codes that count for the whole film."""
+def codes(
+    images: list[Image] | tuple[Image, ...], background: str = f"first:{EMPTY}", plate: Image | None = None
+) -> set[AdviceCode]:
+    """Codes that count for the whole film, see `found`."""
     collected = TakeAdvice()
-    for message in found(images):
+    for message in found(images, background, plate):
         collected.add(message)
     return {one.fault.code for one in collected.faults()}
 
@@ -120,14 +124,22 @@ def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
 
 
 @pytest.mark.slow
-def test_a_person_in_the_empty_scene_is_stated_and_not_learnt() -> None:
+@pytest.mark.parametrize(("count", "early"), [(EMPTY, 2), (5, 1)])
+def test_a_person_in_the_empty_scene_is_stated_and_not_learnt(count: int, early: int) -> None:
     """The background is that of the images without the person, and without the one before."""
     empty, walking = film()[:EMPTY], film()[EMPTY:]
-    early = [*empty[: EMPTY - 2], *walking]
-    assert codes(early) == {A.OCCUPIED}
-    assert A.OCCUPIED not in codes(film())
-    before, after = learnt(empty[: EMPTY - 3]), learnt(early[:EMPTY])
+    entered = [*empty[: count - early], *walking]
+    assert codes(entered, f"first:{count}") == {A.OCCUPIED}
+    assert A.OCCUPIED not in codes(film(), f"first:{count}")
+    before, after = learnt(empty[: count - early - 1]), learnt(entered[:count])
     np.testing.assert_array_equal(after.mean, before.mean)
+
+
+@pytest.mark.slow
+def test_a_person_in_the_picture_of_the_empty_scene_is_stated() -> None:
+    empty, walking = film()[0], film()[EMPTY:]
+    assert A.UNCOVERED in codes(walking, "image:room.png", walking[6 * FPS])
+    assert codes(walking, "image:room.png", empty) == set()
 
 
 def beside(shown: tuple[Image, ...], later: int) -> list[Image]:

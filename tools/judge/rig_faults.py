@@ -1,0 +1,218 @@
+"""Causes of lost poses in the rig: swapped, turned and moved cameras, wrong calibrations.
+
+Each hypothesis changes videos or calibration.  It holds in a frame set where the views then agree on a person who stands on
+the floor, see `lower_ends`.  It is stated where it holds in most sets, and the rig as it is in few.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import combinations, permutations
+
+import cv2
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Bools, Floats, Mask
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP
+from zenocap.common.conversion import camera_of, silhouette_mask
+from zenocap.common.lags.tangents import Outline, outline_of
+from zenocap.tools.judge.evidence import TakeEvidence
+from zenocap.tools.judge.overlap import reduced, reduced_mask
+from zenocap.tools.judge.parameters import (
+    FEWEST_SETS,
+    HOLDS,
+    HOLDS_MORE,
+    HOLDS_NOT,
+    LEGS_ABOVE_M,
+    MOST_EXCHANGED,
+    MOST_PERMUTED,
+    MOST_SETS,
+    SAMPLE_NS,
+    START_NS,
+    UNITS_M,
+)
+from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons
+
+TURNS = {1: "90° clockwise", 2: "180°", 3: "90° anticlockwise"}  # of pictures, by the quarter turns back
+
+ONE = "one-view"  # kind of the fault of a camera without which the others agree
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """films: by view, the one whose video it gets; those that are not here are left out.  turns: by view, quarter turns.
+
+    world_to_world: rotation (3, 3) of the calibration.  unit: of its lengths, m.
+    """
+
+    kind: str
+    viewers: tuple[str, ...]
+    text: str
+    films: Mapping[str, str]
+    turns: Mapping[str, int] = field(default_factory=dict)
+    world_to_world: Floats = field(default_factory=lambda: np.eye(3))
+    unit: float = 1.0
+
+
+@dataclass(frozen=True)
+class SeenRig:
+    """cameras: reduced, by view.  sets: capture time, and reduced silhouettes by view."""
+
+    cameras: Mapping[str, Camera]
+    sets: Sequence[tuple[int, Mapping[str, Mask]]]
+    _outlines: dict[tuple[int, str, str, int], Outline | None] = field(default_factory=dict)
+
+    def held(self, one: Hypothesis) -> Bools:
+        """(sets,) whether a hypothesis holds."""
+        cameras = {}
+        for view in one.films:
+            own = self.cameras[view]
+            rotation, translation = own.rotation @ one.world_to_world, one.unit * own.translation
+            cameras[view] = replace(own, rotation=rotation, translation=translation)
+        found = np.zeros(len(self.sets), dtype=np.bool_)
+        for k in range(len(self.sets)):
+            seen = {view: self._outline(k, view, film, one.turns.get(view, 0)) for view, film in one.films.items()}
+            outlines = {
+                view: replace(each, rays=each.rays @ one.world_to_world) for view, each in seen.items() if each is not None
+            }
+            ends = lower_ends(cameras, outlines) if len(outlines) > 1 else {}
+            found[k] = bool(ends) and max(map(abs, ends.values())) <= LEGS_ABOVE_M
+        return found
+
+    def likeliest(self, every: Iterable[Hypothesis]) -> Hypothesis | None:
+        """The one that holds in most sets; None where it holds in few, or one of another kind in about as many.
+
+        Without a camera whose pictures are turned the others agree too: that is no other fault.  Two views may agree by
+        chance: of faults of one view, all that hold about as often are named.
+        """
+        found = sorted(((float(self.held(one).mean()), one) for one in every), key=lambda each: -each[0])
+        near = [one for share, one in found if share >= max(HOLDS, found[0][0] - HOLDS_MORE)]
+        back = [one.viewers for one in near if one.kind == "turned"]
+        near = [one for one in near if one.kind != ONE or one.viewers not in back]
+        if len({one.kind for one in near}) != 1 or (near[0].kind == ONE and len(near) == len(self.cameras)):
+            return None
+        return replace(near[0], viewers=tuple(one.viewers[0] for one in near)) if near[0].kind == ONE else near[0]
+
+    def _outline(self, k: int, view: str, film: str, turns: int) -> Outline | None:
+        """Outline in set k of a video, turned, as that of a view; None without a silhouette."""
+        key, masks = (k, view, film, turns), self.sets[k][1]
+        if key not in self._outlines:
+            camera = self.cameras[view]
+            mask = turned(masks[film], camera.size, turns) if film in masks else None
+            self._outlines[key] = None if mask is None else outline_of(camera, mask, 0.0)
+        return self._outlines[key]
+
+
+def turned(mask: Mask, size: tuple[int, int], turns: int) -> Mask:
+    """A silhouette of any size, as one of a camera of this size, after quarter turns."""
+    before = size[::-1] if turns % 2 else size
+    if mask.shape[::-1] != before:
+        mask = np.asarray(cv2.resize(mask, before, interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
+    return np.ascontiguousarray(np.rot90(mask, turns))
+
+
+def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
+    """The likely fault of the rig; None where the silhouettes do not tell it, or show none."""
+    cameras = {viewer: reduced(camera_of(info)) for viewer, info in sorted(evidence.cameras.items())}
+    rig, alike = SeenRig(cameras, frame_sets(evidence, cameras)), {viewer: viewer for viewer in cameras}
+    if len(rig.sets) < FEWEST_SETS:
+        return None
+    now = rig.held(Hypothesis("", (), "", alike))
+    if now.mean() > HOLDS_NOT:
+        return None
+    found = rig.likeliest([*_changes(alike), *_without_one(alike)])
+    if found is not None and found.kind == ONE:
+        start_ns = min(one.captured_ns for one in evidence.cameras.values())
+        found = _one_view(found, now, [(captured_ns - start_ns) / 1e9 for captured_ns, _ in rig.sets])
+    return None if found is None else m.VerdictReason(kind=found.kind, viewers=list(found.viewers), text=found.text)
+
+
+def frame_sets(evidence: TakeEvidence, cameras: Mapping[str, Camera]) -> list[tuple[int, Mapping[str, Mask]]]:
+    """Silhouettes of two views or more, MOST_SETS at most.  cameras: reduced."""
+    seen = [
+        (number * SAMPLE_NS, {viewer: one for viewer, one in sample.silhouettes.items() if viewer in cameras and one.data})
+        for number, sample in sorted(evidence.samples.items())
+    ]
+    seen = [one for one in seen if len(one[1]) > 1]
+    found: list[tuple[int, Mapping[str, Mask]]] = []
+    for captured_ns, silhouettes in seen[:: max(1, -(-len(seen) // MOST_SETS))]:
+        masks = {}
+        for viewer, one in silhouettes.items():
+            with suppress(ValueError):  # damaged
+                masks[viewer] = reduced_mask(silhouette_mask(one), cameras[viewer])
+        found.append((captured_ns, masks))
+    return found
+
+
+def _one_view(found: Hypothesis, now: Bools, times_s: Sequence[float]) -> Hypothesis:
+    """A camera that contradicts the others, always or from a time on.  now: (sets,) whether all agree."""
+    k, who = int(np.argmax([now[:k].sum() + (~now[k:]).sum() for k in range(len(now))])), " or ".join(found.viewers)
+    if k < FEWEST_SETS or now[:k].mean() < HOLDS or now[k:].mean() > HOLDS_NOT:
+        text = (
+            f"camera {who} contradicts the others, which agree: it was moved after its calibration, has that of another "
+            "camera, zoom or mode, is late, or its silhouettes are wrong: look at them (--overlay), calibrate again, or "
+            "leave it out (--cameras)"
+        )
+        return replace(found, text=text)
+    text = (
+        f"camera {who} contradicts the others from about {times_s[k]:.0f} s on, not before: it was "
+        "moved, or its picture froze: trim the take with --until of other commands, or leave the camera out (--cameras)"
+    )
+    return replace(found, kind="moved", text=text)
+
+
+def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
+    """Changes with which all views agree.  alike: each view with its own video."""
+    views = tuple(alike)
+    orders = list(permutations(views)) if len(views) <= MOST_PERMUTED else []
+    for one, other in combinations(views, 2) if MOST_PERMUTED < len(views) <= MOST_EXCHANGED else ():
+        orders.append(tuple({one: other, other: one}.get(view, view) for view in views))
+    for order in orders:
+        if wrong := [(film, view) for film, view in zip(order, views, strict=True) if film != view]:
+            pairs = ", ".join(f"that of {film} is of {view}" for film, view in wrong)
+            text = f"the videos are swapped: {pairs}: so the silhouettes agree; exchange them"
+            yield Hypothesis("swapped", tuple(view for _, view in wrong), text, dict(zip(views, order, strict=True)))
+    for turns in TURNS:
+        for some in (*((view,) for view in views), views):
+            text = f"the pictures of camera {', '.join(some)} are turned by {TURNS[turns]}"
+            if len(some) == len(views) and turns == 2:
+                text += ", or the vertical axis of the calibration points down"
+            text += ": turned back, the silhouettes agree; turn the videos, or calibrate with cameras that stand so"
+            yield Hypothesis("turned", some, text, alike, dict.fromkeys(some, turns))
+    for name, unit in UNITS_M.items():
+        text = f"the calibration is in {name}, not in metres: so the silhouettes show a person; convert it"
+        yield Hypothesis("calibration", (), text, alike, unit=unit)
+    text = "the calibration's vertical axis is Z, not Y: so the silhouettes show a person who stands; --up-axis z"
+    yield Hypothesis("calibration", (), text, alike, world_to_world=Z_UP_TO_Y_UP.T)
+
+
+def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
+    for view in alike if len(alike) > 2 else ():
+        yield Hypothesis(ONE, (view,), "", {one: film for one, film in alike.items() if one != view})
+
+
+def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
+    """Reasons of a take without poses, the causes first."""
+    found = half_person(evidence) or no_legs(evidence)
+    causes = [*scene_reasons(evidence), *([] if found is None else [found])]
+    seen_s = (
+        SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
+    )
+    if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
+        text = (
+            f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
+            "T-pose: a longer recording, with the person in view of two cameras or more"
+        )
+    elif evidence.body is None and evidence.cameras and not causes:
+        text = (
+            "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not tell why: the "
+            "empty scene (empty_seconds), the calibration of other cameras, cameras that were moved, and for two-view the "
+            "T-pose"
+        )
+        if (fault := rig_fault(evidence)) is not None:
+            causes, text = [fault], "no pose"
+    else:
+        text = "no pose"
+    return [*causes, *scene_reasons(evidence, LEFT_OUT), m.VerdictReason(kind="no-pose", viewers=[], text=text)]

@@ -78,6 +78,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "random commands to the pages of set-up and of postures": (
         "system/test_running_pages.py::test_the_page_of_postures_outlasts_hostile_commands",
         "system/test_running_pages.py::test_the_page_of_points_outlasts_hostile_commands",
+        "system/test_running_pages.py::test_the_page_of_cameras_outlasts_hostile_commands",
+        "system/test_running_pages.py::test_the_page_of_a_board_outlasts_hostile_commands",
         "tools/setup/page/test_live_page.py::test_an_unknown_command_is_answered_and_the_page_lives",
     ),
     "a web page of another site, also by DNS rebinding, or one without the token": (

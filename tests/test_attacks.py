@@ -35,6 +35,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "services/viewer/test_epoch.py::test_a_start_far_ahead_or_longer_ago_than_the_film_lasts_is_ignored_and_named_once",
         "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
     ),
+    "false answers for the integrator's clock": (
+        "system/test_zenoh_bus.py::test_a_false_clock_answer_moves_no_time",
+        "common/bus/test_access.py::test_a_member_sends_on_its_own_keys_what_the_table_says_and_on_those_of_others_nothing",
+    ),
     "a false frame rate below 5 frames/s": (
         "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
     ),

@@ -20,7 +20,6 @@ R = TypeVar("R", bound=Message)
 ENCODING = "application/msgpack"
 QUERY_TIMEOUT_S = 1.0  # of a round trip, chosen by hand
 MAX_REPLIES = 256  # largest number read for one query
-FARTHEST_NS = 2**62  # of two clocks, as the health of a service can have it
 
 
 class ZenohClock:
@@ -43,8 +42,7 @@ class ZenohClock:
     def query(self) -> None:
         """Start one round trip; a `RoundTrip` is queued when all have answered.
 
-        Another program may answer too: of several times the one that is nearest to this clock is used, so that it moves no
-        time where clocks are synchronized.
+        Of several times, as other programs may answer too, the one nearest to this clock is used: equal clocks stay so.
         """
         sent_ns = self._clock.now_ns()
         self._queries += 1
@@ -53,16 +51,11 @@ class ZenohClock:
 
         def take(reply: zenoh.Reply) -> None:
             received_ns = self._clock.now_ns()
-            if reply.ok is None:
-                return
-            answer = self._decoded(self._key, reply.ok.payload.to_bytes())
-            if answer is None or answer.frame != frame:
-                return
-            trip = RoundTrip(sent_ns, answer.captured_ns, received_ns)
-            if abs(trip.ahead_ns) > FARTHEST_NS:
-                self._inbox.reject(self._key, "invalid", f"{self._key}: {answer.captured_ns} is no time of a clock")
-            elif all(one.answered_ns != trip.answered_ns for one in nearest):
-                nearest[:] = sorted((*nearest, trip), key=lambda one: abs(one.ahead_ns))[:2]
+            answer = None if reply.ok is None else self._decoded(self._key, reply.ok.payload.to_bytes())
+            if answer is not None and answer.frame == frame:
+                trips = (*nearest, RoundTrip(sent_ns, answer.captured_ns, received_ns))
+                of_times = {trip.answered_ns: trip for trip in trips}
+                nearest[:] = sorted(of_times.values(), key=lambda trip: abs(trip.ahead_ns))[:2]
 
         def end() -> None:
             if len(nearest) > 1:
@@ -71,9 +64,9 @@ class ZenohClock:
                 self._ahead_ns = nearest[0].ahead_ns
                 self._inbox.put_event(nearest[0])
 
+        payload = codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns))
         self._session.get(
-            self._key, zenoh.handlers.Callback(take, end),
-            payload=codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns)), encoding=ENCODING, timeout=QUERY_TIMEOUT_S,
+            self._key, zenoh.handlers.Callback(take, end), payload=payload, encoding=ENCODING, timeout=QUERY_TIMEOUT_S,
             target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE, express=True,
         )  # fmt: skip
 

@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import msgpack
 import pytest
 import zenoh
 
 from tests.common.bus.test_inbox import bap, sighting
-from tests.support.hostile import HUGE_BYTES
+from tests.support.hostile import HUGE_BYTES, plain
 from tests.support.live_cameras import until
 from tests.support.networks import awaited, carries, client, free_endpoint, router, wait_for
 from tests.support.places import ROOT
@@ -329,7 +330,8 @@ def forged(query: zenoh.Query, *times_ns: int, frame: int = 0) -> None:
     with query:
         for time_ns in times_ns:
             asked = codec.decode(query.payload.to_bytes(), m.ClockQuery)
-            query.reply(query.key_expr, codec.encode(m.ClockQuery(frame=asked.frame + frame, captured_ns=time_ns)))
+            changed = plain(asked) | {"frame": asked.frame + frame, "captured_ns": time_ns}
+            query.reply(query.key_expr, msgpack.packb(changed))
 
 
 FALSE_ANSWERS: dict[str, tuple[set[str], Callable[[zenoh.Query], object]]] = {

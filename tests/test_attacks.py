@@ -26,6 +26,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "common/bus/test_zenoh_state_recovery.py::test_a_false_body_of_one_session_does_not_outvote_the_subscribers",
         "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
         f"{SECURED}::test_members_publish_only_on_their_own_keys",
+        f"{SECURED}::test_every_certificate_puts_and_receives_on_every_key_what_the_rules_allow_and_no_more",
         f"{SECURED}::test_only_trusted_members_return_the_body_of_a_restarted_integrator",
     ),
     "invented services, viewers and rigs": (

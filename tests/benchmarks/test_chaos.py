@@ -39,8 +39,8 @@ def pose(at_s: float, *, frame: int = 0, lost: bool = False, views: int = 3) -> 
     return SeenPose(round(at_s * S), round(at_s * S) - 1, frame, lost, views)
 
 
-def health(at_s: float, log_on: int, *, lost: int = 0) -> SeenHealth:
-    counts = {"log_on": log_on, "log_lost": lost}
+def health(at_s: float, log_on: int, *, lost: int = 0, ended: int = 0) -> SeenHealth:
+    counts = {"log_on": log_on, "log_lost": lost, m.ENDED: ended}
     message = built(m.Health, service="integrator", id="main", counts=counts)
     return SeenHealth(round(at_s * S), "integrator", message)
 
@@ -137,6 +137,7 @@ def test_a_recording_that_changes_without_a_true_order_is_found() -> None:
     assert invariants.obeyed_orders(states, during, [])
     assert not invariants.obeyed_orders(states, during, [10 * S])
     assert not invariants.obeyed_orders([health(10, 1), health(11, 1)], during, [])
+    assert not invariants.obeyed_orders([health(10, 1), health(11, 0, ended=1), health(12, 1)], during, [])  # of the next
 
 
 def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:

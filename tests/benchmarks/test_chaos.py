@@ -5,6 +5,8 @@ import os
 import random
 import re
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
@@ -18,7 +20,7 @@ from benchmarks.chaos.hostile import false_orders
 from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
 from benchmarks.chaos.outcome import RunOutcome
 from benchmarks.chaos.run import CHAOS, Run
-from benchmarks.chaos.running_rig import Seen
+from benchmarks.chaos.running_rig import RunningRig, Seen
 from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, VIEWERS, Fault, Round, schedule
 from benchmarks.chaos.takes import Content, missing_poses
 from benchmarks.harness.case import case
@@ -144,6 +146,16 @@ def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:
     states = [health(10, 1, lost=0), health(11, 1, lost=300), health(12, 1, lost=302)]
     assert invariants.counted_losses(states, [(round(10.5 * S), round(11.5 * S))]) == 2
     assert invariants.counted_losses(states, []) == 302
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("pid", "ahead_s"), [(0, -3), (1, 0)])
+def test_the_clock_of_a_rigs_processes_is_set_and_no_other_one(pid: int, ahead_s: int, tmp_path: Path) -> None:
+    rig = RunningRig(tmp_path, tmp_path / "takes", tmp_path / "rig.toml")
+    rig.step_clock(pid, -3 * S)
+    line = "import time; real = time.clock_gettime(time.CLOCK_REALTIME); print(time.time() - real, time.time_ns() / 1e9 - real)"
+    done = subprocess.run([sys.executable, "-c", line], env=rig.environment, capture_output=True, text=True, check=True)
+    assert [round(float(one)) for one in done.stdout.split()] == [ahead_s, ahead_s]
 
 
 @pytest.fixture

@@ -185,7 +185,7 @@ def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
 def test_the_clock_of_a_rigs_processes_is_set_and_no_other_one(pid: int, ahead_s: int, tmp_path: Path) -> None:
     rig = RunningRig(tmp_path, tmp_path / "takes", tmp_path / "rig.toml")
     rig.step_clock(pid, -3 * S)
-    line = "import time; real = time.clock_gettime(time.CLOCK_REALTIME); print(time.time() - real, time.time_ns() / 1e9 - real)"
+    line = "import time as t; real = t.clock_gettime(t.CLOCK_REALTIME); print(t.time() - real, t.time_ns() / 1e9 - real)"
     done = subprocess.run([sys.executable, "-c", line], env=rig.environment, capture_output=True, text=True, check=True)
     assert [round(float(one)) for one in done.stdout.split()] == [ahead_s, ahead_s]
 

@@ -1,4 +1,4 @@
-"""The statement of `zenocap up` at its end, against the poses that the observer has counted and the takes."""
+"""Statement of `zenocap up` against the takes and the poses of an observer."""
 
 import re
 from collections.abc import Sequence

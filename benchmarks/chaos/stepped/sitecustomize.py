@@ -1,4 +1,4 @@
-"""Clock of the machine of a rig, which can be set: read by every Python process that finds this module.
+"""Clock that can be set, of every Python process that finds this module.
 
 The file CHAOS_CLOCK has a process id, 0 for all, and the nanoseconds by which its clock is ahead.
 """

@@ -439,6 +439,8 @@ class Request(Message, frozen=True, tag="request"):
 class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
+    captured_ns: Annotated[int, Meta(ge=0, le=2**62)]  # so that the offset is one of a `Health`
+
 
 class ServiceInfo(Message, frozen=True, tag="about"):
     """Rig and versions of a service; the reply to a query, not a published message.

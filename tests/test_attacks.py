@@ -26,7 +26,18 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "common/bus/test_zenoh_state_recovery.py::test_a_false_body_of_one_session_does_not_outvote_the_subscribers",
         "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
         f"{SECURED}::test_members_publish_only_on_their_own_keys",
+        f"{SECURED}::test_every_certificate_puts_and_receives_on_every_key_what_the_rules_allow_and_no_more",
         f"{SECURED}::test_only_trusted_members_return_the_body_of_a_restarted_integrator",
+    ),
+    "invented services, viewers and rigs": (
+        "common/bus/test_inbox.py::test_invented_names_of_one_topic_displace_no_other_topic",
+        "common/observe/test_account.py::test_invented_services_and_processes_take_no_place_of_the_rigs_own",
+        "common/observe/test_view.py::test_invented_services_are_bounded_and_displace_none_of_the_rig",
+        "common/observe/test_watch.py::test_invented_rigs_are_read_up_to_a_limit",
+        "common/recording/test_parts.py::test_invented_names_are_repeated_in_no_place_of_the_rigs_own",
+        "common/recording/test_writer.py::test_invented_names_do_not_displace_the_rigs_own_services_and_topics",
+        "services/animator/outputs/test_foxglove.py::test_invented_names_take_a_limited_number_of_channels",
+        "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
     ),
     "another calibration of a camera": (
         "common/runtime/test_service.py::test_a_first_message_that_another_program_replaces_is_published_again",
@@ -35,6 +46,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "services/viewer/test_epoch.py::test_a_start_far_ahead_or_longer_ago_than_the_film_lasts_is_ignored_and_named_once",
         "common/bus/test_access.py::test_only_the_service_named_in_a_key_publishes_on_it",
     ),
+    "false answers for the integrator's clock": (
+        "system/test_zenoh_bus.py::test_a_false_clock_answer_moves_no_time",
+        "common/bus/test_access.py::test_a_member_sends_on_its_own_keys_what_the_table_says_and_on_those_of_others_nothing",
+    ),
     "a false frame rate below 5 frames/s": (
         "common/runtime/test_frame_rate.py::test_older_impossible_and_far_decisions_are_not_followed",
     ),
@@ -42,6 +57,14 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "services/integrator/test_rate_control.py::test_a_decision_of_another_integrator_is_answered",
         "services/integrator/test_step.py::test_a_frame_rate_of_another_integrator_is_answered",
         "services/integrator/test_camera_delays.py::test_a_correction_of_another_program_is_answered_with_the_own_one",
+    ),
+    "requests that begin or end a take": (
+        "services/integrator/test_log_control.py::test_at_most_one_request_a_second_is_obeyed",
+        "common/bus/test_access.py::test_only_the_animator_publishes_requests",
+    ),
+    "assignments to `--discover`": (
+        "common/rig/test_hosted.py::test_an_assignment_that_makes_no_viewer_is_refused",
+        "tools/cli/test_services.py::test_an_assignment_has_no_working_size_above_the_cameras_own",
     ),
     "answers in place of a camera that is filmed": (
         "services/camera/test_host.py::test_a_second_program_that_answers_for_a_camera_is_found",
@@ -80,6 +103,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     "random commands to the pages of set-up and of postures": (
         "system/test_running_pages.py::test_the_page_of_postures_outlasts_hostile_commands",
         "system/test_running_pages.py::test_the_page_of_points_outlasts_hostile_commands",
+        "system/test_running_pages.py::test_the_page_of_cameras_outlasts_hostile_commands",
+        "system/test_running_pages.py::test_the_page_of_a_board_outlasts_hostile_commands",
         "tools/setup/page/test_live_page.py::test_an_unknown_command_is_answered_and_the_page_lives",
     ),
     "a web page of another site, also by DNS rebinding, or one without the token": (
@@ -104,6 +129,11 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
     ),
     "a revoked certificate under load": (
         "system/test_revocation.py::test_revocations_and_renewals_under_load_exclude_the_holder_and_bring_the_others_back",
+    ),
+    "damaged files": (
+        "test_readers.py::test_every_reader_of_the_package_has_a_kind_of_damaged_file",
+        "test_readers.py::test_a_damaged_file_is_refused_in_words",
+        "test_readers.py::test_a_file_damaged_in_many_ways_is_refused_in_words",
     ),
     "a wheel with another model for `models add`": (
         "tools/setup/models/test_models.py::test_a_false_wheel_is_one_error_and_nothing_is_kept",

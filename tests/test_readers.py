@@ -412,6 +412,11 @@ def test_every_reader_of_the_package_has_a_kind_of_damaged_file() -> None:
     assert (reached - found, set(REACHED) - set(KINDS)) == (set(), set())
 
 
+def test_the_page_states_how_many_files_are_damaged() -> None:
+    page = (ROOT / "docs" / "machines.md").read_text(encoding="utf-8")
+    assert f"{len(KINDS)} kinds of files, {SEEDS} mutations each" in page
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REACHED)
 def test_the_reader_of_a_kind_calls_the_readers_that_it_stands_for(tmp_path: Path, name: str) -> None:

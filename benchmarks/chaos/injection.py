@@ -14,12 +14,13 @@ from pathlib import Path
 from benchmarks.chaos.observer import Observer
 from benchmarks.chaos.page_visitors import visit
 from benchmarks.chaos.running_rig import RunningRig
-from benchmarks.chaos.schedule import ROUTER, Fault
+from benchmarks.chaos.schedule import MACHINE, ROUTER, Fault
 from tests.support.places import ROOT
 
 End = Callable[[], None]
 ORDER_PAUSE_S = (0.3, 1.5)  # between two random requests
 OBEYED_S = 1.2  # the log obeys one request a second
+STEP_S = 1.0, 4.0  # by which a clock is set, either way
 ENDS_S = 20.0  # longest wait for the end of a service after SIGTERM: the launcher would kill it then
 FILLER = "filler"
 
@@ -59,6 +60,11 @@ class Injector:
             case "cut" | "disconnect", service:
                 rig.gate.cut(service, "silent" if fault.kind == "cut" else "reset")
                 return lambda: rig.gate.restore(service)
+            case "clock", whose:
+                pid = 0 if whose == MACHINE else rig.pid(whose)
+                if pid is not None:
+                    rig.step_clock(pid, round(rng.choice((-1, 1)) * rng.uniform(*STEP_S) * 1e9))
+                return lambda: rig.step_clock(0, 0)
             case "page", kind:
                 return self._visits(kind, rng)
             case "full disk", _:

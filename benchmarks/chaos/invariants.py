@@ -6,6 +6,7 @@ from itertools import pairwise
 from benchmarks.chaos.observer import SeenHealth
 from benchmarks.chaos.running_rig import Seen
 from benchmarks.chaos.takes import Span, within
+from zenocap.common.messages import ENDED
 
 LOG_BYTES_PER_MIN = 60_000  # of all services together: a line every 0.1 s
 LOG_BYTES = 40_000  # besides: start, stop and the first error of each kind
@@ -57,7 +58,8 @@ def log_problems(text: str, size: int, seconds: float) -> list[str]:
 def obeyed_orders(health: Sequence[SeenHealth], spans: Sequence[Span], ordered_ns: Sequence[int]) -> list[str]:
     """Changes of the recording in `spans`, in which there were false orders only.  ordered_ns: times of the true ones."""
     found = []
-    states = [(one.received_ns, one.health.counts.get("log_on")) for one in health if one.service == "integrator"]
+    running = [one for one in health if one.service == "integrator" and not one.health.counts.get(ENDED)]
+    states = [(one.received_ns, one.health.counts.get("log_on")) for one in running]
     for (earlier_ns, before), (later_ns, after) in pairwise(states):
         true_order = any(earlier_ns - HEALTH_NS <= time_ns <= later_ns for time_ns in ordered_ns)
         if before != after and within(later_ns, spans) and not true_order:

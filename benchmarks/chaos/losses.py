@@ -51,7 +51,8 @@ def excused_times(outcome: RunOutcome, deleted_ns: Sequence[int]) -> list[Span]:
     for recovery in outcome.recoveries:
         until_ns = recovery.end_ns + int(max(recovery.services_s or PATIENCE_S, 1.0) * 1e9) + MARGIN_NS
         if any(
-            fault.hits & {ROUTER, INTEGRATOR} or fault.kind in ("full disk", "requests") for fault in recovery.round.faults
+            fault.hits & {ROUTER, INTEGRATOR} or fault.kind in ("full disk", "requests", "clock")
+            for fault in recovery.round.faults
         ):
             spans.append((recovery.begin_ns - MARGIN_NS, until_ns))
     starts = sorted(take.first_ns for take in outcome.takes)

@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -73,6 +74,8 @@ class RunningRig:
         self.gate = LinkGate(gate_port, self.router_port, self._owner, self._candidates)
         self._ended = threading.Event()
         self._monitor = threading.Thread(target=self._watch, name="monitor", daemon=True)
+        self._clock = folder / "clock"
+        self.step_clock(0, 0)
         self.status: int | None = None
         self.stop_s = 0.0  # that the stop took
 
@@ -152,6 +155,17 @@ class RunningRig:
             with suppress(ProcessLookupError):
                 os.kill(pid, number)
 
+    @property
+    def environment(self) -> dict[str, str]:
+        """Of its processes, whose clock can be set."""
+        places = [str(Path(__file__).with_name("stepped")), str(ROOT), os.environ.get("PYTHONPATH", "")]
+        return os.environ | {"PYTHONPATH": os.pathsep.join(places), "CHAOS_CLOCK": str(self._clock)}
+
+    def step_clock(self, pid: int, ahead_ns: int) -> None:
+        """Set the clock of one process, or with 0 of all, ahead of the machine's, and that of all others right."""
+        with self._clock.open("r+b" if self._clock.exists() else "wb") as file:
+            file.write(struct.pack("qq", pid, ahead_ns))
+
     def children(self) -> dict[int, str]:
         """Running services of `up` by process id."""
         return {pid: name for pid in self._candidates() if (name := self._owner(pid)) is not None}
@@ -168,9 +182,8 @@ class RunningRig:
 
     def _process(self, arguments: list[str], name: str) -> subprocess.Popen[bytes]:
         with (self.folder / f"{name}.out").open("ab") as out, (self.folder / f"{name}.err").open("ab") as err:
-            environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
             return subprocess.Popen(  # in a session of its own: Ctrl-C reaches this program only, which stops it
-                [sys.executable, "-P", "-m", "zenocap", *arguments], cwd=self.folder, env=environment,
+                [sys.executable, "-P", "-m", "zenocap", *arguments], cwd=self.folder, env=self.environment,
                 stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
             )  # fmt: skip
 

@@ -15,6 +15,7 @@ POSE_PATH = frozenset((ROUTER, INTEGRATOR, TRACKER, *VIEWERS))  # without these,
 # Kinds of messages of a peer that does not belong to the rig: see `hostile`.
 FLOODS = ("malformed", "strangers", "huge", "skewed", "false orders")
 IMPOSTOR = "impostor"
+MACHINE = "machine"
 PAGE_FLOODS = ("connections", "requests", "malformed requests", "never reads")
 
 
@@ -37,6 +38,7 @@ KINDS = (
     FaultKind("stop", (*SERVICES, ROUTER), (0.5, 6.0), 3.0),
     FaultKind("cut", SERVICES, (0.5, 6.0), 2.0),  # its packets vanish
     FaultKind("disconnect", SERVICES, (0.5, 6.0), 1.0),  # its connections are closed, and refused
+    FaultKind("clock", (MACHINE, *SERVICES), (1.0, 5.0), 1.0),  # set by seconds, and then right again
     FaultKind("flood", FLOODS, (1.0, 5.0), 3.0),
     FaultKind("forgery", (IMPOSTOR,), (1.0, 5.0), 0.0),  # an open network does not protect against it: docs/machines.md
     FaultKind("page", PAGE_FLOODS, (1.0, 5.0), 2.0),
@@ -44,7 +46,7 @@ KINDS = (
     FaultKind("recordings", ("deleted", "moved"), (0.0, 0.0), 1.0),
     FaultKind("requests", ("record and stop",), (1.0, 5.0), 1.0),  # not "measure": the person then has to take the T-pose
 )
-OF_SERVICES = ("kill", "terminate", "stop", "cut", "disconnect")
+OF_SERVICES = ("kill", "terminate", "stop", "cut", "disconnect", "clock")
 PAUSE_S = (0.5, 3.0)  # from the recovery to the next fault
 DOUBLE = 0.25  # probability that another fault begins together with a fault
 
@@ -72,7 +74,7 @@ class Fault:
     @property
     def disturbs_poses(self) -> bool:
         """Whether poses may pause while it lasts."""
-        false_content = self.target in (IMPOSTOR, "skewed", "huge")
+        false_content = self.target in (IMPOSTOR, "skewed", "huge", MACHINE)
         return bool(self.hits & POSE_PATH and self.kind in OF_SERVICES) or false_content
 
 

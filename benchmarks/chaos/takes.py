@@ -12,9 +12,12 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from benchmarks.chaos.observer import SeenPose
+from benchmarks.chaos.schedule import SERVICES
 from tests.support.places import ROOT
+from zenocap.common.rig.services import title
+from zenocap.common.topics import Queueing, service_at, topic_at
 
-POSE_KEY = "/tracker/pose"
+POSE_KEYS = ("/tracker/pose", "/integrator/bap")
 DONE, FAILED, LOSS = 0, 1, 3
 MOST_S, MOST_MEMORY_KB = 240.0, 8 << 20  # of `info` and `verify`; address space, of which numpy and LLVM reserve much
 Span = tuple[int, int]  # from, until (ns)
@@ -23,7 +26,10 @@ BEGIN_NS, END_NS = 1_500_000_000, 2_500_000_000  # at the ends of a file, in whi
 
 @dataclass
 class Content:
-    """What the mcap package reads from a take.  poses: (capture time, frame).  whole: finished, checksums right."""
+    """What the mcap package reads from a take.  poses: (capture time, frame).  whole: finished, checksums right.
+
+    counted: messages that a service of the rig counts as sent.
+    """
 
     path: Path
     messages: int = 0
@@ -31,6 +37,7 @@ class Content:
     first_ns: int = 0
     last_ns: int = 0
     whole: bool = False
+    counted: int = 0
 
 
 def content(path: Path) -> Content:
@@ -57,7 +64,11 @@ def _add(found: Content, key: str, message: Message) -> None:
     found.messages += 1
     found.first_ns = found.first_ns or message.log_time
     found.last_ns = max(found.last_ns, message.log_time)
-    if key.endswith(POSE_KEY):
+    topic, service = topic_at(key), service_at(key)
+    found.counted += topic is not None and topic.queueing is not Queueing.LATCHED and service is not None and (
+        title(service) in SERVICES
+    )  # fmt: skip
+    if key.endswith(POSE_KEYS):
         found.poses.add((message.publish_time, message.sequence))
 
 

@@ -61,6 +61,11 @@ class RoundTrip:
     answered_ns: int
     received_ns: int
 
+    @property
+    def ahead_ns(self) -> int:
+        """The integrator's clock minus this one, to half the time of the trip."""
+        return self.answered_ns - (self.sent_ns + self.received_ns) // 2
+
 
 Received = Envelope | Alive | RoundTrip
 

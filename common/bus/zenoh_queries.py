@@ -40,22 +40,35 @@ class ZenohClock:
         return self._session.declare_queryable(self._key, self._reply, complete=True)
 
     def query(self) -> None:
-        """Start one round trip; a `RoundTrip` is queued when the reply arrives."""
+        """Start one round trip; a `RoundTrip` is queued when all have answered.
+
+        Of several times, as other programs may answer too, the one nearest to this clock is used: equal clocks stay so.
+        """
         sent_ns = self._clock.now_ns()
         self._queries += 1
         frame = self._queries
+        nearest: list[RoundTrip] = []  # two at most
 
         def take(reply: zenoh.Reply) -> None:
             received_ns = self._clock.now_ns()
-            if reply.ok is None:
-                return
-            answer = self._decoded(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
+            answer = None if reply.ok is None else self._decoded(self._key, reply.ok.payload.to_bytes())
             if answer is not None and answer.frame == frame:
-                self._ahead_ns = answer.captured_ns - (sent_ns + received_ns) // 2
-                self._inbox.put_event(RoundTrip(sent_ns, answer.captured_ns, received_ns))
+                trips = (*nearest, RoundTrip(sent_ns, answer.captured_ns, received_ns))
+                of_times = {trip.answered_ns: trip for trip in trips}
+                nearest[:] = sorted(of_times.values(), key=lambda trip: abs(trip.ahead_ns))[:2]
+
+        def end() -> None:
+            if len(nearest) > 1:
+                self._inbox.reject(self._key, "names", f"{self._key}: several programs answer: the nearest time is used")
+            if nearest:
+                self._ahead_ns = nearest[0].ahead_ns
+                self._inbox.put_event(nearest[0])
 
         payload = codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns))
-        self._session.get(self._key, take, payload=payload, encoding=ENCODING, timeout=QUERY_TIMEOUT_S, express=True)
+        self._session.get(
+            self._key, zenoh.handlers.Callback(take, end), payload=payload, encoding=ENCODING, timeout=QUERY_TIMEOUT_S,
+            target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE, express=True,
+        )  # fmt: skip
 
     def _reply(self, query: zenoh.Query) -> None:
         with query:

@@ -51,9 +51,8 @@ def offset_at(state: ClockFilter, now_ns: int) -> Offset | None:
 
 
 def _bound(trip: RoundTrip, now_ns: int) -> Offset:
-    middle_ns = (trip.sent_ns + trip.received_ns) // 2
     half_ns = (trip.received_ns - trip.sent_ns + 1) // 2
-    return Offset(middle_ns - trip.answered_ns, half_ns + int(DRIFT * abs(now_ns - trip.received_ns)))
+    return Offset(-trip.ahead_ns, half_ns + int(DRIFT * abs(now_ns - trip.received_ns)))
 
 
 def offset_in(health: Health) -> Offset | None:

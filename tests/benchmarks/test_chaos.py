@@ -5,6 +5,8 @@ import os
 import random
 import re
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
@@ -18,8 +20,9 @@ from benchmarks.chaos.hostile import false_orders
 from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
 from benchmarks.chaos.outcome import RunOutcome
 from benchmarks.chaos.run import CHAOS, Run
-from benchmarks.chaos.running_rig import Seen
+from benchmarks.chaos.running_rig import RunningRig, Seen
 from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, VIEWERS, Fault, Round, schedule
+from benchmarks.chaos.stated import wrong_statement
 from benchmarks.chaos.takes import Content, missing_poses
 from benchmarks.harness.case import case
 from tests.support.built_messages import built
@@ -39,8 +42,8 @@ def pose(at_s: float, *, frame: int = 0, lost: bool = False, views: int = 3) -> 
     return SeenPose(round(at_s * S), round(at_s * S) - 1, frame, lost, views)
 
 
-def health(at_s: float, log_on: int, *, lost: int = 0) -> SeenHealth:
-    counts = {"log_on": log_on, "log_lost": lost}
+def health(at_s: float, log_on: int, *, lost: int = 0, ended: int = 0) -> SeenHealth:
+    counts = {"log_on": log_on, "log_lost": lost, m.ENDED: ended}
     message = built(m.Health, service="integrator", id="main", counts=counts)
     return SeenHealth(round(at_s * S), "integrator", message)
 
@@ -137,12 +140,54 @@ def test_a_recording_that_changes_without_a_true_order_is_found() -> None:
     assert invariants.obeyed_orders(states, during, [])
     assert not invariants.obeyed_orders(states, during, [10 * S])
     assert not invariants.obeyed_orders([health(10, 1), health(11, 1)], during, [])
+    assert not invariants.obeyed_orders([health(10, 1), health(11, 0, ended=1), health(12, 1)], during, [])  # of the next
 
 
 def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:
     states = [health(10, 1, lost=0), health(11, 1, lost=300), health(12, 1, lost=302)]
     assert invariants.counted_losses(states, [(round(10.5 * S), round(11.5 * S))]) == 2
     assert invariants.counted_losses(states, []) == 302
+
+
+STATED = """take: a.mcap: 9 messages, 2 lost
+messages: 8 sent = 5 in the takes + 0 dropped by the queue of the log + 2 never arrived at a log + 0 refused by the writer \
++ 1 sent while no take was written
+  tracker_pose of tracker: 5 sent, 2 of them lost
+not counted: what tracker sent from 00:00:40.0 UTC to 00:00:41.0 UTC, after its last report
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "status", "poses", "expected"),
+    [
+        ("", "", 3, (1, 20, 21, 22, 40.5), None),
+        ("", "", 3, (1, 20, 21, 22, 23), "4 poses are in no take, 2 are stated as lost, 1 as sent without a take"),
+        ("", "", 0, (1,), "status 0 with 2 lost, 1 times not counted"),
+        ("8 sent", "9 sent", 3, (1,), "9 sent are not 5 + 2 + 1"),
+        ("messages, 2 lost", "messages, 1 lost", 3, (1,), "1 lost are not 2"),
+        ("5 sent, 2 of", "5 sent, 1 of", 3, (1,), "topics have lost 1, all 2"),
+        ("8 sent = 5", "9 sent = 6", 3, (1,), "6 in the takes, which have 5"),
+        ("9 messages", "8 messages", 3, (1,), "a.mcap: 8 messages stated, 9 read"),
+        ("messages: 8", "8", 3, (1,), "none on the messages"),
+    ],
+)
+def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
+    old: str, new: str, status: int, poses: tuple[float, ...], expected: str | None
+) -> None:
+    seen_poses = [pose(each) for each in poses]
+    take = Content(Path("a.mcap"), 9, {(seen_poses[0].captured_ns, 0)}, whole=True, counted=5)
+    found = wrong_statement(STATED.replace(old, new), status, [take], seen_poses)
+    assert [line.removeprefix("statement: ").partition(";")[0] for line in found] == ([expected] if expected else [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("pid", "ahead_s"), [(0, -3), (1, 0)])
+def test_the_clock_of_a_rigs_processes_is_set_and_no_other_one(pid: int, ahead_s: int, tmp_path: Path) -> None:
+    rig = RunningRig(tmp_path, tmp_path / "takes", tmp_path / "rig.toml")
+    rig.step_clock(pid, -3 * S)
+    line = "import time as t; real = t.clock_gettime(t.CLOCK_REALTIME); print(t.time() - real, t.time_ns() / 1e9 - real)"
+    done = subprocess.run([sys.executable, "-c", line], env=rig.environment, capture_output=True, text=True, check=True)
+    assert [round(float(one)) for one in done.stdout.split()] == [ahead_s, ahead_s]
 
 
 @pytest.fixture

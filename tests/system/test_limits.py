@@ -15,10 +15,13 @@ from urllib.request import urlopen
 import pytest
 import zenoh
 
+from benchmarks.chaos.stated import wrong_statement
+from benchmarks.chaos.takes import content
 from tests.support.demo_rigs import written_demo
 from tests.support.hostile import HUGE_BYTES
 from tests.support.networks import client, free_endpoint
 from tests.support.processes import (
+    PATIENCE_S,
     all_run,
     children_of,
     ended,
@@ -29,7 +32,9 @@ from tests.support.processes import (
     wait_for_frames,
     wait_until,
 )
+from tests.system.test_no_log import observed
 from zenocap.common.bus.zenoh_session import configuration, free_ports
+from zenocap.common.runtime.signals import HANGS_S
 from zenocap.common.topics import CAMERA
 from zenocap.tools.record.launcher.shell import DONE, LOSS
 
@@ -55,21 +60,22 @@ class Running:
     def pids(self) -> dict[str, int]:
         return service_pids(self.up.pid)
 
-    def end(self) -> str:
-        """Output of the rig after Ctrl-C."""
-        assert ended(self.up, signal.SIGINT) in (DONE, LOSS), output_of(self.folder)
-        text = output_of(self.folder)
+    def end(self) -> tuple[int, str]:
+        """Exit status and output of the rig after Ctrl-C."""
+        status, text = ended(self.up, signal.SIGINT), output_of(self.folder)
+        assert status in (DONE, LOSS), text
         assert "not started again" not in text
         assert "Traceback" not in text
-        return text
+        return status, text
 
 
-@pytest.fixture
-def rig(tmp_path: Path) -> Iterator[Running]:
-    """The two-view demo, which tracks and whose services have run for long enough to be started again without end."""
+@pytest.fixture(params=["two-view"])
+def rig(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Running]:
+    """The demo of a method, which tracks and whose services have run for long enough to be started again without end."""
     place, page = free_endpoint(), free_ports(1)[0]
     network = ["-m", "client", "-e", place, "--no-multicast-scouting"]
-    line = ["up", written_demo(tmp_path), "--port", page, "--recordings", tmp_path / "takes", *network]
+    file, takes = written_demo(tmp_path, method=request.param), tmp_path / "takes"
+    line = ["up", file, "--port", page, "--recordings", takes, *network]
     with started(["router", "-l", place, "--no-multicast-scouting"], tmp_path), started(line, tmp_path) as up:
         wait_until(lambda: all_run(tmp_path) and shows(tmp_path, SETTLED), tmp_path, running=[up])
         yield Running(up, tmp_path, place, page)
@@ -87,26 +93,32 @@ def limited(kind: int, most: dict[int, int]) -> Iterator[None]:
                 resource.prlimit(pid, kind, limits)
 
 
-def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Running) -> None:
+@pytest.mark.timeout(600)  # a hanging one is ended after HANGS_S
+@pytest.mark.parametrize("rig", ["auto"], indirect=True)
+@pytest.mark.parametrize("service", ["viewer 1", "integrator", "tracker"])
+def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Running, service: str) -> None:
+    """What the take has not of the poses that others received, the end of the rig states."""
     before = rig.pids()
-    pid = before["viewer 1"]
-    key = CAMERA.at("demo", viewer="1")  # which it receives itself
-    with limited(resource.RLIMIT_AS, {pid: 1 << 20}), zenoh.open(configuration(client(rig.place))) as stranger:
+    pid = before[service]
+    key = CAMERA.at("demo", viewer="1")  # which they receive, viewer 1 itself too
+    with observed(rig.place) as observer:
+        with limited(resource.RLIMIT_AS, {pid: 1 << 20}), zenoh.open(configuration(client(rig.place))) as stranger:
 
-        def is_gone() -> bool:
-            stranger.put(key, bytes(HUGE_BYTES))
-            return rig.pids().get("viewer 1") != pid
+            def is_gone() -> bool:
+                stranger.put(key, bytes(HUGE_BYTES))
+                return rig.pids().get(service) != pid
 
-        wait_until(is_gone, rig.folder, running=[rig.up])
-    wait_until(lambda: "viewer 1: started again" in output_of(rig.folder), rig.folder, running=[rig.up])
-    wait_for_frames(rig.folder, FRAMES)
-    after = rig.pids()
-    assert {name: one for name, one in after.items() if name != "viewer 1"} == {
-        name: one for name, one in before.items() if name != "viewer 1"
-    }
-    text = rig.end()
-    assert re.search(r"viewer 1: (did nothing for \d+ s|died \(SIG\w+\)|failed \(exit status 1\))", text)
+            wait_until(is_gone, rig.folder, HANGS_S + PATIENCE_S, [rig.up])
+        wait_until(lambda: f"{service}: started again" in output_of(rig.folder), rig.folder, running=[rig.up])
+        wait_for_frames(rig.folder, FRAMES)
+        after = rig.pids()
+        status, text = rig.end()
+    assert {name for name in before if after.get(name) != before[name]} == {service}
+    assert re.search(rf"{service}: (did nothing for \d+ s|died \(SIG\w+\)|failed \(exit status 1\))", text)
     assert re.search(MEMORY, text), text
+    assert status == LOSS  # what it sent after its last health is not counted
+    assert observer.poses
+    assert wrong_statement(text, status, [content(take) for take in (rig.folder / "takes").iterdir()], observer.poses) == []
 
 
 def test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes(rig: Running) -> None:

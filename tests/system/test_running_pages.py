@@ -15,16 +15,24 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 
 from tests.common.web.test_server import first_list, talk
+from tests.support.board_bursts import SimulatedSearch, simulated
+from tests.support.board_views import BOARD
 from tests.support.hostile import drawn
-from tests.support.live_cameras import at_once, camera_of, until
+from tests.support.live_cameras import at_once, camera_of, paced, picture, until
 from tests.support.message_strategies import values
 from tests.support.posture_takes import posture_spans, posture_take
 from tests.support.room_pictures import marked_picture
 from tests.system.browser.test_postures import served as served_postures
 from tests.tools.setup.page.test_live_page import served as served_cameras
+from tests.tools.setup.page.test_live_page import updates_until_all
 from tests.tools.setup.page.test_points_scene import CAMERAS, LENSES, NAMES
 from zenocap.common.web.page import Page
 from zenocap.services.recognizer.training.manifest import read_manifest
+from zenocap.tools.setup.calibration.board_calibration import BoardCalibration
+from zenocap.tools.setup.page import board_mode
+from zenocap.tools.setup.page import messages as lm
+from zenocap.tools.setup.page.board_mode import BoardMode
+from zenocap.tools.setup.page.camera import LiveCamera
 from zenocap.tools.setup.page.point_messages import PointCommand
 from zenocap.tools.setup.page.points_mode import PointsMode
 from zenocap.tools.setup.page.points_scene import ScenePointTask
@@ -97,3 +105,42 @@ def test_the_page_of_points_outlasts_hostile_commands(
         attack(page._page, page.address, hostile_texts(PointCommand, known, number))
         assert "hello" in talk(page.address, first_list)
         assert failures(caplog) == []
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_the_page_of_cameras_outlasts_hostile_commands(number: int, caplog: pytest.LogCaptureFixture) -> None:
+    names = ("left", "right")
+    with served_cameras([camera_of(lambda: paced(picture), name) for name in names]) as page:
+        attack(page._page, page.address, hostile_texts(lm.Command, (*names, ""), number))
+        talk(page.address, lambda connection: updates_until_all(connection, *(("picture", name) for name in names)))
+        assert failures(caplog) == []
+
+
+@pytest.mark.parametrize("seconds", [0, 18])  # of views of the board
+def test_the_page_of_a_board_outlasts_hostile_commands(
+    seconds: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """All but the one that ends it: with views of the board a calibration runs, and is written."""
+    monkeypatch.setattr(board_mode, "BURST_PERIOD_S", 0.0)
+    monkeypatch.setattr(board_mode, "WAIT_S", 0.005)
+    monkeypatch.setattr(LiveCamera, "period_s", 1 / 15.0)
+    image, names, written = picture(size=(1280, 720)), ("cam01", "cam02"), list[BoardCalibration]()
+    cameras = [camera_of(lambda: paced(lambda _: image, 10.0), name) for name in names]
+    search = SimulatedSearch(simulated(2, 18.0), end=seconds)
+
+    def write(found: BoardCalibration) -> str:
+        written.append(found)
+        return "calibration.toml"
+
+    kinds = lm.Enlarge | lm.Anew | lm.Settle | lm.Calibrate | lm.Floor | lm.Discard | PointCommand
+    mode = BoardMode(cameras, BOARD, 0, write, search=search)
+    with closing(mode), served_cameras(cameras, mode=mode) as page:
+        until(lambda: search.second >= seconds, "the views")
+        attack(page._page, page.address, iter(['{"type":"calibrate"}']))
+        attack(page._page, page.address, hostile_texts(kinds, (*names, ""), seconds))
+        assert "hello" in talk(page.address, first_list)
+        until(lambda: not mode._busy, "the end of the calibration")
+        assert failures(caplog) == []
+        assert len(written) >= bool(seconds)
+        attack(page._page, page.address, iter(['{"type":"finish"}']))
+        until(lambda: mode.finished, "the end")

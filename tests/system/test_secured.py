@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 import zenoh
 
+from tests.common.bus.test_access import KEYS
 from tests.common.bus.test_zenoh_state_recovery import recovered
 from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, recomputed_poses, started, wait_until
 from tests.support.session_rigs import HOSTS, SessionRig, certificates, member, secured_rig_file
 from zenocap.common import messages as m
-from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member
+from zenocap.common import topics
+from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member, keys_of
 from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
@@ -25,7 +27,7 @@ from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports, open_session
 from zenocap.common.codec import encode
 from zenocap.common.rig.rig import load_rig
-from zenocap.common.rig.security import security_of
+from zenocap.common.rig.security import needed_members, security_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import (
     CAMERA,
@@ -36,6 +38,7 @@ from zenocap.common.topics import (
     PREVIEW,
     SILHOUETTE,
     STATE_RECOVERY,
+    TOPICS,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
 )  # fmt: skip
@@ -45,6 +48,7 @@ from zenocap.tools.setup.certificates.folder import certify
 
 pytestmark = pytest.mark.core
 SHORT_S = 2.0
+MATRIX_S = 50.0  # for what each certificate may put to arrive
 
 
 @pytest.fixture(scope="module")
@@ -165,6 +169,57 @@ def test_members_publish_only_on_their_own_keys(joined: Callable[[str], ZenohBus
     found["integrator"] -= alive_keys
     found["reader"] -= own_keys | alive_keys
     assert found == awaited  # no previews of other viewers for `two`
+
+
+@pytest.mark.nightly
+def test_every_certificate_puts_and_receives_on_every_key_what_the_rules_allow_and_no_more(
+    rig_file: Path, session: Callable[[str], zenoh.Session]
+) -> None:
+    rig = load_rig(rig_file)
+    members = {member.name: member for member in (*needed_members(rig), Member(REPLAY), Member(OPERATOR))}
+    places = [(service, id) for service in ("viewer", "integrator") for id in ("1", "2", "main")]
+    keys = {topic.at(rig.name, viewer=id, service=service, id=id): topic for topic in TOPICS for service, id in places}
+    names = {"rig": rig.name, "service": "viewer", "id": "1", "viewer": "1", "claim": "5", "topic": "universal_bap"}
+    others = {
+        getattr(topics, name).format(**names): may.get("put", set()) for name, may in KEYS.items() if "HOST" not in name
+    }
+
+    def may_put(member: Member, key: str) -> bool:
+        if key in others:
+            return member.service in others[key]
+        return any(zenoh.KeyExpr(one).includes(zenoh.KeyExpr(key)) for one in keys_of(rig.name, member).values())
+
+    def may_receive(member: Member, key: str) -> bool:
+        return not (member.service == "viewer" and keys.get(key) in (SILHOUETTE, PREVIEW))
+
+    received: set[tuple[str, str, str]] = set()  # by whom, key, from whom
+    sessions = {name: session(name) for name in members if name != ROUTER}
+    for name, one in sessions.items():
+
+        def take(sample: zenoh.Sample, receiver: str = name) -> None:
+            if (sender := sample.payload.to_string()) != receiver:  # its own come without the router
+                received.add((receiver, str(sample.key_expr), sender))
+
+        for expression in (EVERYTHING.format(rig=rig.name), *(topic.on(rig.name) for topic in TOPICS)):
+            one.declare_subscriber(expression, take)
+    expected = {
+        (receiver, key, sender)
+        for sender in sessions
+        for key in (*keys, *others)
+        if may_put(members[sender], key)
+        for receiver in sessions
+        if receiver != sender and may_receive(members[receiver], key)
+    }
+    begin_s, end_s = time.monotonic(), 0.0
+    while not end_s or time.monotonic() < end_s:
+        assert time.monotonic() < begin_s + MATRIX_S, sorted(expected - received)
+        for name, one in sessions.items():
+            for key in (*keys, *others):
+                one.put(key, name)
+        time.sleep(0.1)
+        if not end_s and received >= expected:
+            end_s = time.monotonic() + SHORT_S
+    assert received == expected
 
 
 def test_only_trusted_members_return_the_body_of_a_restarted_integrator(

@@ -3,27 +3,31 @@
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import msgpack
 import pytest
 import zenoh
 
 from tests.common.bus.test_inbox import bap, sighting
+from tests.support.hostile import HUGE_BYTES, plain
 from tests.support.live_cameras import until
 from tests.support.networks import awaited, carries, client, free_endpoint, router, wait_for
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import RIG, bdp
+from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, DuplicateService, Envelope, Received, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, CLOCK, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 
 pytestmark = pytest.mark.core
 
@@ -62,10 +66,15 @@ def routed(endpoint: str) -> Iterator[ZenohOptions]:
 
 
 @pytest.fixture
-def opened(routed: ZenohOptions) -> Iterator[Open]:
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as one:
+        yield one
+
+
+@pytest.fixture
+def opened(routed: ZenohOptions, stack: ExitStack) -> Open:
     """Open a bus around the router."""
-    with ExitStack() as stack:
-        yield lambda: stack.enter_context(ZenohBus.open(routed, RIG, RealClock()))
+    return lambda: stack.enter_context(ZenohBus.open(routed, RIG, RealClock()))
 
 
 def terminated(process: subprocess.Popen[str]) -> tuple[int, float, str]:
@@ -314,6 +323,59 @@ def test_invalid_clock_queries_are_rejected(opened: Open, routed: ZenohOptions) 
 
         until(rejected, "a rejected query")
         assert set(clock_server.counters.rejected) == {"invalid"}
+
+
+def forged(query: zenoh.Query, *times_ns: int, frame: int = 0) -> None:
+    """Answer a query of the clock.  frame: by which that of the query is changed."""
+    with query:
+        for time_ns in times_ns:
+            asked = codec.decode(query.payload.to_bytes(), m.ClockQuery)
+            changed = plain(asked) | {"frame": asked.frame + frame, "captured_ns": time_ns}
+            query.reply(query.key_expr, msgpack.packb(changed))
+
+
+FALSE_ANSWERS: dict[str, tuple[set[str], Callable[[zenoh.Query], object]]] = {
+    "another time": ({"names"}, lambda query: forged(query, time.time_ns() + 3600 * 10**9)),
+    "many times": ({"names"}, lambda query: forged(query, *range(500))),
+    "no time of a clock": ({"invalid"}, lambda query: forged(query, 2**63 - 1)),
+    "an earlier answer": (set(), lambda query: forged(query, time.time_ns() - 10**9, frame=1)),
+    "a huge answer": ({"invalid"}, lambda query: query.reply(query.key_expr, bytes(HUGE_BYTES))),
+    "none": (set(), lambda query: held.append(query)),
+}
+held: list[zenoh.Query] = []  # queries without an answer
+
+
+@pytest.mark.parametrize("what", FALSE_ANSWERS)
+@pytest.mark.parametrize("first", [True, False], ids=["before the integrator", "after it"])
+def test_a_false_clock_answer_moves_no_time(
+    what: str, opened: Open, routed: ZenohOptions, stack: ExitStack, *, first: bool
+) -> None:
+    """The router asked one of several programs, the one that had connected first."""
+    reasons, answer = FALSE_ANSWERS[what]
+    trips: list[RoundTrip] = []
+    asked = threading.Event()
+
+    def reply(query: zenoh.Query) -> None:
+        asked.set()
+        answer(query)
+
+    def stranger() -> None:
+        session = stack.enter_context(open_session(routed))
+        session.declare_queryable(CLOCK.format(rig=RIG), reply, complete=True)
+
+    for join in (stranger, lambda: opened().serve_clock()) if first else (lambda: opened().serve_clock(), stranger):
+        join()
+    querier = opened()
+
+    def three() -> bool:
+        querier.query_clock()
+        if isinstance(trip := querier.receive(1.0), RoundTrip) and asked.is_set():
+            trips.append(trip)
+        return len(trips) == 3 and querier.counters.rejected.keys() == reasons
+
+    until(three, f"answers, and {reasons} rejected: {querier.counters}")
+    held.clear()
+    assert all(trip.sent_ns <= trip.answered_ns <= trip.received_ns for trip in trips)
 
 
 def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOptions) -> None:

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
@@ -29,6 +29,7 @@ STOPPED_S = 20.0  # for a process to end by itself, as of systemd and compose in
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
 READ_AT_STOP_S = 1.0  # for the last lines of an ended process; at another time SHORT_PAUSE_S; chosen by hand
 WITHOUT_FAILURE = (0, 3)  # exit statuses of a service that was stopped, without and with loss
+SILENT_S = 3.0  # after a health, which is sent every second; chosen by hand
 FAILED = 1  # status of a process that ended without a failure of its own, although it was to run on
 WANTED_FILES = 4096  # open ones of each process; more than any rig has needed; chosen by hand
 NEEDED_FILES = 256  # of the animator: 64 pages, 128 connections without a handshake, and its own; chosen by hand
@@ -84,7 +85,7 @@ def spawn(arguments: Sequence[str]) -> Process:
 class ChildProcess:
     """name: for display.  status: exit status of a process that is not restarted.  due_s: time of the next restart.
 
-    settled: whether it once ran for SETTLED_S.  last_status: of its last end.
+    settled: whether it once ran for SETTLED_S.  last_status: of its last end.  silent_s: time without a health.
     """
 
     name: str
@@ -96,6 +97,7 @@ class ChildProcess:
     quick_failures: int = 0
     settled: bool = False
     last_status: int = 0
+    silent_s: float = 0.0
     status: int | None = None
     reader: threading.Thread | None = field(default=None, repr=False)
 
@@ -123,6 +125,20 @@ class ChildProcesses:
                 self._ended(child, int(child.process.poll() or 0))
             elif child.due_s is not None and self._clock() >= child.due_s:
                 self._start(child)
+
+    def end_silent(self, heard_s: Mapping[str, float], period_s: float) -> None:
+        """End those that run on without a health for HANGS_S in which others send theirs.  Called every `period_s`.
+
+        Zenoh's threads end where there is no memory, and the loop of a service goes on without a network.
+        heard_s: time of the last health, by name; without one of its process, as while it loads, a child is left alone.
+        """
+        heard = {name for name, at_s in heard_s.items() if self._clock() - at_s < SILENT_S}
+        for child in self.all if heard else ():
+            runs = child.process is not None and heard_s.get(child.name, 0.0) > child.started_s
+            child.silent_s = child.silent_s + period_s if runs and child.name not in heard else 0.0
+            if child.process is not None and child.silent_s > HANGS_S:
+                child.silent_s = 0.0
+                child.process.send_signal(getattr(signal, "SIGALRM", signal.SIGTERM))
 
     def lines(self) -> list[str]:
         """Lines written since the last call."""

@@ -169,6 +169,8 @@ class Supervisor:
                 if now_s < shown_s:
                     continue
                 shown_s += period_s
+                services = self._status.services.services
+                self._children.end_silent({title(key): one.health_ns / 1e9 for key, one in services.items()}, period_s)
                 if live is not None:
                     take = str(self._take or "none")
                     live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))

@@ -109,8 +109,9 @@ class BoardMode:
         with self._lock:
             self._version += 1
             match command:
-                case lm.Finish() if self._busy:
-                    raise UserError("the calibration runs: Finish when it is done; Ctrl-C ends without it")
+                case lm.Finish() | lm.Discard() if self._busy:  # else its result would be that of the discarded views
+                    name = type(command).__name__
+                    raise UserError(f"the calibration runs: {name} when it is done; Ctrl-C ends without it")
                 case lm.Finish():
                     self.finished = True
                 case lm.Floor() if len(self._floors) >= MOST_FLOORS:

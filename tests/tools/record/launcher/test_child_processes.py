@@ -17,6 +17,7 @@ import pytest
 from tests.support.live_cameras import until
 from tests.support.processes import ENVIRONMENT, ZENOCAP
 from zenocap.common.errors import UserError
+from zenocap.common.runtime.signals import HANGS_S
 from zenocap.tools.record.launcher.child_processes import (
     QUICK_FAILURES,
     SETTLED_S,
@@ -301,3 +302,17 @@ def test_a_rig_that_may_open_too_few_files_ends_at_once_with_one_line(tmp_path: 
     done = subprocess.run(limited, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "error: open files = 64: allowed: at least 256: the hard limit, see LimitNOFILE\n"
+
+
+@pytest.mark.parametrize(
+    ("first_s", "others", "ended"),
+    [(1.0, True, True), (1.0, False, False), (0.0, True, False)],
+    ids=["others are heard", "no other one is: the launcher has no network", "it has sent none yet: it loads"],
+)
+def test_a_service_that_runs_on_without_a_health_is_ended(first_s: float, others: bool, ended: bool) -> None:
+    """Without memory Zenoh's threads had ended, and the service ran on without a network and without a word."""
+    harness = Harness(("tracker", "viewer 1"))
+    for now_s in range(1, int(HANGS_S + 10)):
+        harness.now_s = float(now_s)
+        harness.children.end_silent({"tracker": first_s, "viewer 1": harness.now_s if others else 1.0}, 1.0)
+    assert [one.signals for one in harness.started] == [[signal.SIGALRM] if ended else [], []]

@@ -68,6 +68,8 @@ def test_it_guides_and_then_calibrates_as_from_videos(cameras, mode_of):
     mode.receive(lm.Calibrate())
     with pytest.raises(UserError, match="runs already"):
         mode.receive(lm.Calibrate())
+    with pytest.raises(UserError, match="the calibration runs: Discard when it is done"):
+        mode.receive(lm.Discard())
     result = result_of(mode)
     assert result["verdict"] == "poor"  # the floor is unknown
     assert any("floor" in reason for reason in result["reasons"])

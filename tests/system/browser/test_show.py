@@ -9,6 +9,7 @@ import pytest
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
 from tests.support.browser import Visit, visited
+from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.kinematics import joint_centres
@@ -34,7 +35,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Page on a take with a second one that stands 0.5 m beside it."""
     folder: Path = tmp_path_factory.mktemp("takes")
     track = moving(POSES, rate=RATE)
-    postures = [posture("squat", 1.0, 2.0), posture("kick", 4.0, 5.0)]
+    postures = [posture("squat", 1.0, 2.0), posture("kick", 4.0, 5.0), built(m.Verdict, captured_ns=START_NS + 7 * 10**9)]
     messages = sorted([*messages_of_track(track), *postures], key=lambda message: message.captured_ns)
     one = write_take(folder / "a.mcap", messages)
     other = write_take(folder / "b.mcap", messages_of_track(replace(track, positions=track.positions + MOVED_M)))
@@ -63,6 +64,16 @@ def test_the_second_take_is_drawn_with_its_distances_and_hidden_by_a_key(visit: 
     visit.until(lambda: page.evaluate("zenocap.scene.ghost.length") == 0, "the second take is hidden")
     page.keyboard.press("g")
     visit.until(lambda: page.evaluate("zenocap.scene.ghost.length") > 0, "the second take is shown again")
+
+
+def test_player_verdict_and_what_is_saved_have_contrast_in_every_window(visit: Visit) -> None:
+    page = visit.page
+    visit.until(lambda: visit.text("#verdict") == "good", "the verdict")
+    visit.evaluate("zenocap.scene.requestDraw = () => {}")
+    for rating, kind in (("good", "csv"), ("doubtful", "mp4"), ("unusable", "png")):
+        visit.evaluate(f"document.getElementById('verdict').className = 'verdict {rating}'")
+        page.select_option("#save-kind", kind)
+        visit.check_windows()
 
 
 @pytest.mark.nightly

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from playwright.sync_api import Browser, Page, ViewportSize
 
+from benchmarks.harness.cache import ROOT
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_pose, served
 from tests.support.demo_rigs import written_demo
@@ -79,7 +80,7 @@ def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> 
 
 
 def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -> None:
-    """Write the pages of windows of all sizes, a row dark and a row light."""
+    """Write the pages of windows of all sizes, a row dark and a row light; elsewhere than in `docs` each of them, too."""
     rows = []
     for scheme in SCHEMES:
         row = []
@@ -88,6 +89,8 @@ def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -
             picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
             page.close()
             assert picture is not None
+            if path.parent != ROOT / "docs":
+                cv2.imwrite(str(path.with_name(f"{path.stem}-{size['width']}-{scheme}.png")), picture)
             width = round(size["width"] * SHEET_PX / size["height"])
             scaled = cv2.resize(picture, (width, SHEET_PX), interpolation=cv2.INTER_AREA)
             row.append(np.pad(scaled, ((GAP_PX, GAP_PX), (GAP_PX, GAP_PX), (0, 0)), constant_values=128))

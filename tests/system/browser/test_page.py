@@ -1,8 +1,10 @@
 """Page in a browser: it loads, the actor follows, buttons act, silent viewers turn red."""
 
+import re
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import product
 from pathlib import Path
 
 import cv2
@@ -20,7 +22,7 @@ from tests.support.animator_stand_in import (
     pose_at,
     stand_in,
 )
-from tests.support.browser import PATIENCE_S, Visit, visited
+from tests.support.browser import PATIENCE_S, SCHEMES, Visit, visited
 from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
@@ -269,7 +271,7 @@ def test_a_joint_has_its_name_and_angles_and_distances_are_measured(visit: Visit
     assert float(visit.text("#joint-distance").removesuffix(" mm")) == pytest.approx(expected, abs=1.0)
 
 
-def test_nothing_is_cut_off_on_a_telephone_and_on_a_small_screen(visit: Visit) -> None:
+def test_nothing_is_cut_off_or_covered_on_a_telephone_and_on_a_small_screen(visit: Visit, animator: StandIn) -> None:
     outside = """[...document.querySelectorAll('button, select, input, b, h2, #plots figure')].filter((one) => {
         const box = one.getBoundingClientRect();
         return box.width && !one.closest('#views') && (box.left < -1 || box.right > innerWidth + 1);
@@ -279,11 +281,17 @@ def test_nothing_is_cut_off_on_a_telephone_and_on_a_small_screen(visit: Visit) -
         visit.page.set_viewport_size({"width": width, "height": 844})
         visit.until(lambda width=width: visit.evaluate("innerWidth") == width, "the new size")
         assert visit.evaluate(outside) == []
+    animator.receive(built(m.Posture, label="raise-right-arm"), Alive("viewer", "2", False, animator.clock.now_ns()))
+    visit.until(lambda: (tick(animator), "viewer 2" in visit.text("#alert"))[1], "an alert")
+    uncut = "(({scrollWidth, clientWidth}) => scrollWidth <= clientWidth)(document.getElementById('posture'))"
         assert visit.evaluate("document.documentElement.scrollWidth <= innerWidth") is True
         visit.until(lambda: visit.evaluate(under_actor) == "scene", "the actor is not covered")
 
 
 def test_scene_points_are_drawn_at_their_position(visit: Visit, animator: StandIn) -> None:
+        assert visit.evaluate(uncut) is True
+        alert, brand = (visit.page.locator(one).bounding_box() for one in ("#alert", "#brand"))
+        assert alert["x"] >= brand["x"] + brand["width"] or alert["y"] >= brand["y"] + brand["height"]
     visit.stop_clock()
     point = np.array([0.8, 1.2, 0.4])  # beside the person
     place = expected_px(visit, point)
@@ -602,6 +610,24 @@ def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explain
     waiting, missing = "waiting for the T-pose in both views", "tracking, without viewer 2"
     states = ((waiting, m.Phase.AWAITING_PERSON), (missing, m.Phase.TRACKING), ("tracking", m.Phase.TRACKING))
     for state, phase in states:
+PLOTTED = """[...document.querySelectorAll('#plots canvas')].flatMap((one) =>
+  [...one.getContext('2d').getImageData(0, 0, one.width, one.height).data])"""
+
+
+def test_curves_have_the_colours_of_their_legend_in_both_colour_schemes(visit: Visit, animator: StandIn) -> None:
+    animator.send_frame_set(0.5)
+    sees(visit, 2)
+    for scheme, side in product(SCHEMES, ("right", "left")):
+        visit.page.emulate_media(color_scheme=scheme)
+        colour = visit.evaluate(f"getComputedStyle(document.querySelector('#plots .{side}')).color")
+        rgba = np.array([*re.findall(r"\d+", str(colour)), 255], dtype=float)
+
+        def drawn(rgba: Floats = rgba) -> bool:
+            return bool((np.abs(np.reshape(visit.evaluate(PLOTTED), (-1, 4)) - rgba).max(axis=1) < 20).any())
+
+        visit.until(drawn, f"{side}, {scheme}: {colour}")
+
+
         animator.receive(health("integrator", "main", animator.clock.now_ns(), state, phase))
         expected = [state, state == "tracking"]
         visit.until(lambda expected=expected: (tick(animator), visit.evaluate(shown) == expected)[1], f"calm: {expected}")

@@ -36,6 +36,7 @@ from zenocap.common.messages import Request
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.tracker.body.average_body import body_of_height
+from zenocap.services.viewer.shell import camera_info
 
 pytestmark = pytest.mark.core
 FIELD_OF_VIEW = np.radians(38)  # of the page's camera
@@ -132,6 +133,8 @@ def test_a_visitor_switches_between_both_methods_of_a_rig_and_sees_the_exchange(
         opened(browser, animator) as visit,
     ):
         animator.begin()
+        began_ns = animator.clock.now_ns() - 5 * 10**9  # now the person of the demo is there, in the T-pose
+        animator.receive(*(camera_info(viewer, began_ns) for viewer in animator.rig.viewers))
         for k in range(2):
             pose = animator.send_frame_set(0.2 * k)
             animator.receive(*tracked(k, animator.clock.now_ns(), pose))
@@ -141,6 +144,8 @@ def test_a_visitor_switches_between_both_methods_of_a_rig_and_sees_the_exchange(
         assert names == ["tracker", "two-view"]
         visit.until(lambda: visit.text(".view[data-viewer='1'] .scale") == "×1.00", "the scaling factor of viewer 1")
         assert [visit.text(f".view[data-viewer='{id}'] .role") for id in "12"] == ["facade", "flank"]
+        errors = re.compile(r"Distance from the simulated person: tracker (\d+) mm · two-view (\d+) mm")
+        visit.until(lambda: (tick(animator), errors.fullmatch(visit.text("#distances")))[1], "both distances")
         counts = "[zenocap.scene.capsules.length, zenocap.scene.ghost.length]"
         visit.until(lambda: visit.evaluate(counts) == [14, 11], "the tracker's capsules, and the ghost's")
         visit.page.click("#sources [data-name=two-view]")
@@ -276,22 +281,22 @@ def test_nothing_is_cut_off_or_covered_on_a_telephone_and_on_a_small_screen(visi
         const box = one.getBoundingClientRect();
         return box.width && !one.closest('#views') && (box.left < -1 || box.right > innerWidth + 1);
     }).map((one) => one.outerHTML)"""
+    animator.receive(built(m.Posture, label="raise-right-arm"), Alive("viewer", "2", False, animator.clock.now_ns()))
+    visit.until(lambda: (tick(animator), "viewer 2" in visit.text("#alert"))[1], "an alert")
+    uncut = "(({scrollWidth, clientWidth}) => scrollWidth <= clientWidth)(document.getElementById('posture'))"
     under_actor = "(([x, y]) => document.elementFromPoint(x, y)?.id)(zenocap.locate('Hip').page)"
     for width in (1100, 390):
         visit.page.set_viewport_size({"width": width, "height": 844})
         visit.until(lambda width=width: visit.evaluate("innerWidth") == width, "the new size")
         assert visit.evaluate(outside) == []
-    animator.receive(built(m.Posture, label="raise-right-arm"), Alive("viewer", "2", False, animator.clock.now_ns()))
-    visit.until(lambda: (tick(animator), "viewer 2" in visit.text("#alert"))[1], "an alert")
-    uncut = "(({scrollWidth, clientWidth}) => scrollWidth <= clientWidth)(document.getElementById('posture'))"
+        assert visit.evaluate(uncut) is True
+        alert, brand = (visit.page.locator(one).bounding_box() for one in ("#alert", "#brand"))
+        assert alert["x"] >= brand["x"] + brand["width"] or alert["y"] >= brand["y"] + brand["height"]
         assert visit.evaluate("document.documentElement.scrollWidth <= innerWidth") is True
         visit.until(lambda: visit.evaluate(under_actor) == "scene", "the actor is not covered")
 
 
 def test_scene_points_are_drawn_at_their_position(visit: Visit, animator: StandIn) -> None:
-        assert visit.evaluate(uncut) is True
-        alert, brand = (visit.page.locator(one).bounding_box() for one in ("#alert", "#brand"))
-        assert alert["x"] >= brand["x"] + brand["width"] or alert["y"] >= brand["y"] + brand["height"]
     visit.stop_clock()
     point = np.array([0.8, 1.2, 0.4])  # beside the person
     place = expected_px(visit, point)
@@ -605,11 +610,6 @@ def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Vis
         visit.until(lambda: f"{degrees}° {degrees}°" in str(visit.evaluate(shown)), f"{degrees} degrees")  # noqa: B023
 
 
-def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:
-    shown = "((one) => [one.textContent, one.classList.contains('calm')])(document.getElementById('advice'))"
-    waiting, missing = "waiting for the T-pose in both views", "tracking, without viewer 2"
-    states = ((waiting, m.Phase.AWAITING_PERSON), (missing, m.Phase.TRACKING), ("tracking", m.Phase.TRACKING))
-    for state, phase in states:
 PLOTTED = """[...document.querySelectorAll('#plots canvas')].flatMap((one) =>
   [...one.getContext('2d').getImageData(0, 0, one.width, one.height).data])"""
 
@@ -628,6 +628,11 @@ def test_curves_have_the_colours_of_their_legend_in_both_colour_schemes(visit: V
         visit.until(drawn, f"{side}, {scheme}: {colour}")
 
 
+def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:
+    shown = "((one) => [one.textContent, one.classList.contains('calm')])(document.getElementById('advice'))"
+    waiting, missing = "waiting for the T-pose in both views", "tracking, without viewer 2"
+    states = ((waiting, m.Phase.AWAITING_PERSON), (missing, m.Phase.TRACKING), ("tracking", m.Phase.TRACKING))
+    for state, phase in states:
         animator.receive(health("integrator", "main", animator.clock.now_ns(), state, phase))
         expected = [state, state == "tracking"]
         visit.until(lambda expected=expected: (tick(animator), visit.evaluate(shown) == expected)[1], f"calm: {expected}")

@@ -599,15 +599,19 @@ def test_every_text_has_contrast_in_every_window(visit: Visit, animator: StandIn
         visit.check_windows()
 
 
-def test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90(visit: Visit, animator: StandIn) -> None:
-    for frame, pose in ((60, T_POSE), (61, Pose(T_POSE.position, TEN_PARTS.neutral))):
-        animator.receive(bap(frame, animator.clock.now_ns(), pose))
+def test_angles_are_0_in_the_hanging_arm_and_the_straight_knee_and_grow_as_they_lift_and_bend(
+    visit: Visit, animator: StandIn
+) -> None:
+    shown = "[...document.querySelectorAll('figure')].map((one) => one.textContent)"
+    bent = TEN_PARTS.neutral.copy()
+    bent[[TEN_PARTS.index[f"{side}_knee.x"] for side in ("right", "left")]] = -0.5
+    for frame, angles, words in (
+        (60, T_POSE.angles, {"arm elevation90° 90°", "knee flexion0° 0°"}),
+        (61, bent, {"arm elevation0° 0°", "knee flexion29° 29°"}),
+    ):
+        animator.receive(bap(frame, animator.clock.now_ns(), Pose(T_POSE.position, angles)))
         sees(visit, frame)
-        degrees = 90 if pose is T_POSE else 0
-        shown = (
-            "[...document.querySelectorAll('figure')].find((one) => one.textContent.includes('arm elevation'))?.textContent"
-        )
-        visit.until(lambda: f"{degrees}° {degrees}°" in str(visit.evaluate(shown)), f"{degrees} degrees")  # noqa: B023
+        visit.until(lambda words=words: words <= set(visit.evaluate(shown)), str(words))
 
 
 PLOTTED = """[...document.querySelectorAll('#plots canvas')].flatMap((one) =>

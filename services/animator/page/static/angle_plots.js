@@ -9,10 +9,11 @@ const GAP_MS = 1000;  // between two poses, beyond which no line joins them, as 
 const LABEL_PX = 9;
 // Colours are those of the page's scheme.
 const both = (joint, axis, right, left) => [[`right_${joint}.${axis}`, '--blue', right], [`left_${joint}.${axis}`, '--orange', left]];
+const backwards = [(x) => -x, (x) => -x];  // a knee bends about -X
 const fromHanging = [(z) => 180 - z, (z) => z - 180];  // right and left arm: 0 hanging, 90 in the T-pose
 
 export const PLOTS = [
-  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z', ...fromHanging)], ['knee flexion', both('knee', 'x')],
+  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z', ...fromHanging)], ['knee flexion', both('knee', 'x', ...backwards)],
   ['hip flexion', both('hip', 'x')], ['heading', [['navel.y', '--ink']]], ['lean', [['navel.x', '--ink']]],
 ];
 

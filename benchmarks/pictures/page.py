@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 
 from benchmarks.harness.cache import ROOT
 from benchmarks.harness.case import SHARED
-from benchmarks.pictures.browser import await_pose, served
+from benchmarks.pictures.browser import await_true, served
 from tests.support.demo_rigs import written_demo
 from zenocap.common.bus.zenoh_session import free_ports
 
@@ -49,7 +49,7 @@ def draw(folder: Path) -> None:
             page.screenshot(path=folder / "page-measure.png")
             page.click("#measure-cancel")
             page.click("[data-tab=view]")
-            await_pose(page)
+            await_true(page, "zenocap.state.count")
             draw_all_pixels(page)
             page.wait_for_timeout(1000 * TRACKED_S)
             page.screenshot(path=folder / "page.png")
@@ -73,7 +73,7 @@ def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> 
     """A page that shows poses."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
-    await_pose(page)
+    await_true(page, "zenocap.state.count")
     draw_all_pixels(page)
     page.wait_for_timeout(6000)
     return page
@@ -105,6 +105,8 @@ def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -
         page.click("#pause")
     page.wait_for_timeout(1500)  # states of the player from before the pause have come
     page.evaluate(f"zenocap.player.seek({POSITION_S})")
+    await_true(page, f"Math.abs(zenocap.state.picture_s - {POSITION_S}) < 0.1")
+    await_true(page, "document.querySelectorAll('.view:not(.empty)').length === zenocap.state.cameras.size")
     page.wait_for_timeout(5000)
     return page
 

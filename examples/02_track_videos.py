@@ -1,6 +1,6 @@
 """Track your own videos: a folder in the Pose2Sim layout, with calibration.toml and videos/.
 
-The person must stand in the T-pose for a moment: upright, facing the first camera, both arms stretched sideways.
+The person must stand in the T-pose for a moment: upright, facing any way, both arms stretched sideways.
 
     python examples/02_track_videos.py walk walk.mcap
 """

@@ -5,4 +5,5 @@ DRAWN = {  # by name: function of a folder
     "page": "benchmarks.pictures.page:draw",
     "page-of-take": "benchmarks.pictures.page:draw_take",
     "paper": "benchmarks.pictures.paper:draw",
+    "terminal": "benchmarks.pictures.terminal:draw",
 }

@@ -30,8 +30,8 @@ def served(words: Sequence[str], port: int) -> Iterator[tuple[Browser, str]]:
             process.wait(30)
 
 
-def await_pose(page: Page) -> None:
-    _await(lambda: bool(page.evaluate("zenocap.state.count")), "pose", lambda: page.wait_for_timeout(100))
+def await_true(page: Page, condition: str) -> None:
+    _await(lambda: bool(page.evaluate(condition)), condition, lambda: page.wait_for_timeout(100))
 
 
 def _await(condition: Callable[[], bool], what: str, pause: Callable[[], None]) -> None:

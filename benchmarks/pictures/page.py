@@ -15,8 +15,9 @@ import cv2
 import numpy as np
 from playwright.sync_api import Browser, Page, ViewportSize
 
+from benchmarks.harness.cache import ROOT
 from benchmarks.harness.case import SHARED
-from benchmarks.pictures.browser import await_pose, served
+from benchmarks.pictures.browser import await_true, served
 from tests.support.demo_rigs import written_demo
 from zenocap.common.bus.zenoh_session import free_ports
 
@@ -48,7 +49,7 @@ def draw(folder: Path) -> None:
             page.screenshot(path=folder / "page-measure.png")
             page.click("#measure-cancel")
             page.click("[data-tab=view]")
-            await_pose(page)
+            await_true(page, "zenocap.state.count")
             draw_all_pixels(page)
             page.wait_for_timeout(1000 * TRACKED_S)
             page.screenshot(path=folder / "page.png")
@@ -72,14 +73,14 @@ def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> 
     """A page that shows poses."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
-    await_pose(page)
+    await_true(page, "zenocap.state.count")
     draw_all_pixels(page)
     page.wait_for_timeout(6000)
     return page
 
 
 def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -> None:
-    """Write the pages of windows of all sizes, a row dark and a row light."""
+    """Write the pages of windows of all sizes, a row dark and a row light; elsewhere than in `docs` each of them, too."""
     rows = []
     for scheme in SCHEMES:
         row = []
@@ -88,6 +89,8 @@ def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -
             picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
             page.close()
             assert picture is not None
+            if path.parent != ROOT / "docs":
+                cv2.imwrite(str(path.with_name(f"{path.stem}-{size['width']}-{scheme}.png")), picture)
             width = round(size["width"] * SHEET_PX / size["height"])
             scaled = cv2.resize(picture, (width, SHEET_PX), interpolation=cv2.INTER_AREA)
             row.append(np.pad(scaled, ((GAP_PX, GAP_PX), (GAP_PX, GAP_PX), (0, 0)), constant_values=128))
@@ -102,6 +105,8 @@ def paused(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -
         page.click("#pause")
     page.wait_for_timeout(1500)  # states of the player from before the pause have come
     page.evaluate(f"zenocap.player.seek({POSITION_S})")
+    await_true(page, f"Math.abs(zenocap.state.picture_s - {POSITION_S}) < 0.1")
+    await_true(page, "document.querySelectorAll('.view:not(.empty)').length === zenocap.state.cameras.size")
     page.wait_for_timeout(5000)
     return page
 

@@ -26,6 +26,7 @@ from zenocap.services.animator.parameters import RECORD_PERIOD_NS, SAVING_NICENE
 from zenocap.services.animator.playback import PlayFile, TakePlayer
 from zenocap.services.animator.presence import Presence, observed, troubled
 from zenocap.services.animator.save_command import format_choices
+from zenocap.services.animator.simulated_truth import distances, simulated_motion
 from zenocap.services.animator.states import ActorPose, AnimatorState, Source
 from zenocap.services.animator.take_feed import TakeFeed
 
@@ -45,6 +46,7 @@ class PageBridge:
         self._recorded_ns: int | None = None  # time of the last command that starts or stops the recording
         self._presence = Presence(RigView(rig.name, services_of(rig, required=True)))
         self._schedule, self._openings = Schedule(), 0
+        self._motion = simulated_motion(rig)
 
     def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
         """Serve the page.  takes: folder of the takes that can be played; topics: shown of them.  Raises UserError."""
@@ -99,10 +101,12 @@ class PageBridge:
             self._openings, self._schedule = page.openings, Schedule()
         now_ns = self._clock.elapsed_ns()
         self._schedule, updates = due_updates(self._schedule, state, self._presence, page.pages, now_ns)
+        if any(update.key == "services" for update in updates):
+            if self._motion is not None:
+                updates.append(encoded("distances", pm.DistancesUpdate(distances(self._motion, state))))
+            page.updates.publish(None, [recording_update(self._presence)])  # also for pages that show a take
         if updates:
             page.updates.publish("live", updates)
-            if any(update.key == "services" for update in updates):  # also for pages that show a take
-                page.updates.publish(None, [recording_update(self._presence)])
 
     def requests(self) -> Sequence[Request]:
         """Return the requests of the pages since the last call."""

@@ -96,7 +96,7 @@ def _update_viewer(
         case m.CameraAdvice(viewer=viewer):
             return replace(state, advice=_with(state.advice, viewer, message))
         case m.CameraInfo(viewer=viewer):
-            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)))
+            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)), start_ns=message.captured_ns)
 
 
 def _mark_lost(state: AnimatorState) -> AnimatorState:

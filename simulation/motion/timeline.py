@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zenocap.simulation.body.person import Person
+from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import (
     Arm,
     Motion,
@@ -85,6 +85,12 @@ class MotionTimeline:
             return time_s
         loop_from_s = self.duration_s - self.period_s
         return loop_from_s + (time_s - loop_from_s) % self.period_s
+
+
+def performance(name: str, seed: int) -> MotionTimeline:
+    """`demo_timeline`, for the name "demo", or `motion_timeline` of the person of a seed.  Raises as that one does."""
+    subject = person(seed)
+    return demo_timeline(subject, seed) if name == "demo" else motion_timeline(subject, name, seed)
 
 
 def posture_timeline(person: Person, posture_name: str, seed: int) -> MotionTimeline:

@@ -2,7 +2,7 @@
 
     python blender.py FILE SCALE FRAME[,FRAME...] [PICTURE]
 
-SCALE: of BVH.  Prints one JSON object: `rate` of the scene, `objects` by type, `bones` by frame and name, metres.
+SCALE: of BVH.  Prints one JSON object: `rate`, `range` of the scene, `objects` by type, `bones` by frame and name, metres.
 bpy wants an older NumPy than zenocap, so the interpreter may be that of another environment.
 """
 
@@ -54,7 +54,8 @@ def main() -> None:
     if len(sys.argv) > 4:
         draw(sys.argv[4], armature)
     rate = scene.render.fps / scene.render.fps_base
-    found = {"rate": rate, "objects": sorted(one.type for one in scene.objects), "bones": bones}
+    span = [scene.frame_start, scene.frame_end]
+    found = {"rate": rate, "range": span, "objects": sorted(one.type for one in scene.objects), "bones": bones}
     print("\n" + json.dumps(found))  # after what the importers print
 
 

@@ -5,6 +5,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import product
 from typing import TYPE_CHECKING, cast
 from urllib.parse import urlsplit
 
@@ -19,14 +20,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 FLAGS = [
     "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing",
 ]  # fmt: skip
-WINDOWS = [
-    (390, "light"),
-    (390, "dark"),
-    (1100, "light"),
-    (1280, "dark"),
-    (1280, "light"),
-    (1920, "dark"),
-]  # width, colour scheme
+WIDTHS, HEIGHT = (390, 1100, 1280, 1920), 844  # of the windows that every page is tried in
+SCHEMES = "light", "dark"  # the last one is that of a visit
 PATIENCE_S = 240.0  # time limit for reaching a state: only a hang reaches it
 
 
@@ -112,13 +107,19 @@ class Visit:
                 pytest.fail(f"not within {PATIENCE_S:g} s: {text}; {self.problems}; {self.text('body')[:500]}")
             self.page.wait_for_timeout(30)
 
-    def check_colours(self, scheme: str) -> None:
-        """Every text that is seen has contrast, and the background is that of a scheme."""
-        styles = [self.evaluate(f"getComputedStyle(document.body).{key}") for key in ("color", "backgroundColor")]
-        ink, back = (np.array(re.findall(r"[\d.]+", style)[:3], dtype=float) for style in styles)
-        assert np.abs(ink - back).min() > 150
-        assert (back.mean() > 128) == (scheme == "light")
-        self.until(lambda: not self.faint_texts(), f"contrast of {CONTRAST} in the scheme {scheme}: {self.faint_texts()}")
+    def check_windows(self) -> None:
+        """In every window and colour scheme nothing is wider, and every text that is seen has contrast."""
+        before, widths = self.page.viewport_size, "[innerWidth, Math.max(innerWidth, document.documentElement.scrollWidth)]"
+        for width, scheme in product(WIDTHS, SCHEMES):
+            self.page.set_viewport_size({"width": width, "height": HEIGHT})
+            self.page.emulate_media(color_scheme=scheme)
+            self.until(lambda width=width: self.evaluate(widths) == [width, width], f"a page that is {width} px wide")
+            styles = [self.evaluate(f"getComputedStyle(document.body).{key}") for key in ("color", "backgroundColor")]
+            ink, back = (np.array(re.findall(r"[\d.]+", style)[:3], dtype=float) for style in styles)
+            assert np.abs(ink - back).min() > 150
+            assert (back.mean() > 128) == (scheme == "light")
+            self.until(lambda: not self.faint_texts(), f"contrast of {CONTRAST}, {scheme}, {width}: {self.faint_texts()}")
+        self.page.set_viewport_size(before)
 
     def faint_texts(self) -> list[str]:
         """Texts that are seen with less contrast than CONTRAST to what is behind them, by the formula of WCAG 2.

@@ -27,12 +27,13 @@ JOINTS = {
     "LKnee": "LeftLeg", "LAnkle": "LeftFoot", "RShoulder": "RightArm", "RElbow": "RightForeArm", "RWrist": "RightHand",
     "LShoulder": "LeftArm", "LElbow": "LeftForeArm", "LWrist": "LeftHand",
 }  # fmt: skip
-# Suffix, options of the export, scale of the importer, and the frame of the scene at which the first row is.
+# Suffix, options of the export, scale of the importer, frame of the scene at which the first row is, and the scene's
+# range of frames after the import: for USD its own, else Blender's, which BVH can only lengthen.
 FILES = [
-    ("bvh", ExportOptions("bvh"), 0.01, 1),
-    ("bvh", ExportOptions("bvh", unit="m"), 1.0, 1),
-    ("glb", ExportOptions("glb"), 1.0, 0),
-    ("usdc", ExportOptions("usd"), 1.0, 0),
+    ("bvh", ExportOptions("bvh"), 0.01, 1, [1, 250]),
+    ("bvh", ExportOptions("bvh", unit="m"), 1.0, 1, [1, 250]),
+    ("glb", ExportOptions("glb"), 1.0, 0, [1, 250]),
+    ("usdc", ExportOptions("usd"), 1.0, 0, [0, 9]),
 ]
 ROWS = (0, 3, 7)
 
@@ -55,9 +56,9 @@ def in_blender(*arguments: object) -> dict:
     return json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{")))
 
 
-@pytest.mark.parametrize(("suffix", "options", "scale", "first"), FILES, ids=["bvh-cm", "bvh-m", "glb", "usd"])
+@pytest.mark.parametrize(("suffix", "options", "scale", "first", "span"), FILES, ids=["bvh-cm", "bvh-m", "glb", "usd"])
 def test_blender_has_the_joints_where_they_are(
-    suffix: str, options: ExportOptions, scale: float, first: int, tmp_path: Path
+    suffix: str, options: ExportOptions, scale: float, first: int, span: list[int], tmp_path: Path
 ) -> None:
     take = write_take(tmp_path / "take.mcap", messages_of_track(moving(10, rate=30.0)))
     export(take, tmp_path / f"a.{suffix}", options)
@@ -65,6 +66,7 @@ def test_blender_has_the_joints_where_they_are(
     picture = [tmp_path / "a.png"] if suffix == "glb" else []
     result = in_blender(tmp_path / f"a.{suffix}", scale, frames, *picture)
     assert result["rate"] == pytest.approx(30.0)
+    assert result["range"] == span
     assert ("MESH" in result["objects"]) == (suffix != "bvh")
     expected = read_poses(take).trajectories()
     for row in ROWS:

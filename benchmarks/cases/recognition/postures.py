@@ -160,8 +160,8 @@ CONFUSIONS = Kind(
 )
 RANGES = Kind(
     "posture-ranges",
-    "Cause of the confusions: how far each limb moves in a posture, by variant `paper` and in truth: the larger range of its "
-    "two angles, shoulder or hip, 5th to 95th percentile of a take; median of the takes of one set of people.",
+    "Cause of the confusions: how far each limb moves in a posture, by variant `paper` and in truth: the larger range of "
+    "its two angles, shoulder or hip, 5th to 95th percentile of a take; median of the takes of one set of people.",
     run_ranges,
     tuple(Quantity(limb + name, "°", 0, "") for limb in LIMBS for name in ("", ", true")),
     {name: case(one.film) for name, one in CONFUSIONS.cases.items()},

@@ -59,6 +59,12 @@ class PoseUpdate(msgspec.Struct, frozen=True, tag="pose", tag_field="type"):
     lost: list[str]
 
 
+class DistancesUpdate(msgspec.Struct, frozen=True, tag="distances", tag_field="type"):
+    """Mean distance of the joints from the simulated person by method, metres; see `simulated_truth`."""
+
+    by_source: dict[str, float]
+
+
 class PointsUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type"):
     """Scene points, encoded as in `zenocap.common.messages.ScenePoints`, base64."""
 

@@ -9,20 +9,15 @@ from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import ACTOR_PREROLL
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.simulation.body.person import person
-from zenocap.simulation.motion.timeline import MotionTimeline, demo_timeline, motion_timeline
+from zenocap.simulation.motion import timeline
+from zenocap.simulation.motion.timeline import MotionTimeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-
-DEMO = "demo"
 
 
 def performance(source: Actor) -> MotionTimeline:
     """Motion of a source such as `actor:demo`, `actor:walking`, or a posture.  Raises OpenError."""
-    subject = person(source.seed)
-    if source.name == DEMO:
-        return demo_timeline(subject, source.seed)
     try:
-        return motion_timeline(subject, source.name, source.seed)
+        return timeline.performance(source.name, source.seed)
     except (ValueError, KeyError) as error:
         allowed = "demo, walking, turning, running, boxing or a posture"
         raise OpenError(f"actor:{source.name}: allowed: {allowed}: {error}") from error

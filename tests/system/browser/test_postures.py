@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.browser import WINDOWS, Visit, visited
+from tests.support.browser import Visit, visited
 from tests.support.networks import free_endpoint, listener
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_spans, posture_take
 from tests.support.processes import started
@@ -47,8 +47,8 @@ def served(take: Path, manifest: Path, live: Callable[[Publish], LiveTrial] | No
 
 
 @contextmanager
-def opened(browser, page: PosturePage, width: int = 1100, scheme: str = "dark") -> Iterator[Visit]:
-    with visited(browser, page.address, width, 900, scheme) as one:
+def opened(browser, page: PosturePage) -> Iterator[Visit]:
+    with visited(browser, page.address, 1100, 900) as one:
         one.until(lambda: one.page.locator("#proposals .segment, #labels .segment").count() > 0, "proposals")
         yield one
 
@@ -134,13 +134,18 @@ def test_what_is_refused_is_one_line_and_changes_nothing(browser, take, tmp_path
             visit.until(lambda: one.locator("#labels .segment").count() == 0, "the deletion in the other tab")
 
 
-@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
-def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, take, tmp_path, width, scheme) -> None:
-    with served(take, tmp_path / "examples.csv") as page, opened(browser, page, width, scheme) as visit:
+def test_the_whole_take_is_in_view_at_first_and_everything_has_a_name_in_every_window(browser, take, tmp_path) -> None:
+    beyond = "(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.getElementById('scroll'))"
+    ends = "(({start_s, end_s}) => [start_s, end_s].map((time) => zenocap.timeline.share(time)))(zenocap.timeline.take)"
+    with served(take, tmp_path / "examples.csv") as page, opened(browser, page) as visit:
         one = visit.page
-        assert one.evaluate("document.documentElement.scrollWidth") <= width
-        visit.check_colours(scheme)
-        assert one.evaluate("document.getElementById('track').style.width") == "100%"  # the whole take
+        visit.check_windows()
+        assert one.evaluate(ends) == [0, 100]
+        one.keyboard.press("+")
+        assert one.evaluate(beyond) > 100
+        one.reload()
+        visit.until(lambda: one.locator("#proposals .segment").count() > 0, "proposals")
+        assert one.evaluate(beyond) == 0
         nameless = one.evaluate(
             "[...document.querySelectorAll('button, input, select, [role=slider]')].filter((one) => "
             "!(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"

@@ -141,6 +141,7 @@ def test_what_cannot_be_done_is_one_line(visit: Visit, folder: Path) -> None:
     assert text.startswith("not saved: ")
     assert "11" in text
     assert "\n" not in text
+    visit.check_windows()
     page.fill("#save-smooth", "")
     page.fill("#save-start", "100")
     assert save(visit) == "not saved: the part has no pose: allowed: between 0.00 and 7.95 s"

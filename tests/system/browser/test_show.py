@@ -1,14 +1,16 @@
-"""Page on a take in a browser: second take, scrubbing, bars by keys."""
+"""Page on a take in a browser: second take, pictures, scrubbing, bars by keys."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
 from tests.support.browser import Visit, visited
+from tests.support.built_messages import built, silhouette
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.kinematics import joint_centres
@@ -19,6 +21,11 @@ from zenocap.services.animator.show import TakePage
 pytestmark = pytest.mark.core
 MOVED_M = np.array([0.3, 0.0, -0.4])  # by 0.5 m
 RATE, POSES = 20.0, 160
+LEVEL_PER_S = 30.0  # of the grey of a picture
+PICTURE_NOW = """(() => {
+  const pen = document.querySelector('.view canvas')?.getContext('2d'), {shown_s, picture_s} = zenocap.state;
+  return [shown_s ?? 0, picture_s ?? -1, pen?.getImageData(2, 2, 1, 1).data[0] ?? 0];
+})()"""
 
 
 def posture(label: str, start_s: float, end_s: float) -> m.Posture:
@@ -29,16 +36,23 @@ def posture(label: str, start_s: float, end_s: float) -> m.Posture:
     )  # fmt: skip
 
 
+def pictures(time_ns: int) -> Iterator[tuple[str, bytes]]:
+    """Grey one of viewer 1, brighter with the time of the take."""
+    level = LEVEL_PER_S * (time_ns - START_NS) / 1e9
+    yield "1", cv2.imencode(".png", np.full((120, 160, 3), round(level), np.uint8))[1].tobytes()
+
+
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Page on a take with a second one that stands 0.5 m beside it."""
     folder: Path = tmp_path_factory.mktemp("takes")
     track = moving(POSES, rate=RATE)
-    postures = [posture("squat", 1.0, 2.0), posture("kick", 4.0, 5.0)]
-    messages = sorted([*messages_of_track(track), *postures], key=lambda message: message.captured_ns)
+    postures = [posture("squat", 1.0, 2.0), posture("kick", 4.0, 5.0), built(m.Verdict, captured_ns=START_NS + 7 * 10**9)]
+    masks = [silhouette("1", k, START_NS + round(1e9 * k / RATE), np.eye(120, 160, -60, np.uint8)) for k in range(POSES)]
+    messages = sorted([*messages_of_track(track), *masks, *postures], key=lambda message: message.captured_ns)
     one = write_take(folder / "a.mcap", messages)
     other = write_take(folder / "b.mcap", messages_of_track(replace(track, positions=track.positions + MOVED_M)))
-    shown = TakePage(one, PageTable(port=0), compared=lambda ended: compare(one, other, stopped=ended))
+    shown = TakePage(one, PageTable(port=0), pictures, compared=lambda ended: compare(one, other, stopped=ended))
     shown.open()
     yield shown.address
     shown.close()
@@ -63,6 +77,29 @@ def test_the_second_take_is_drawn_with_its_distances_and_hidden_by_a_key(visit: 
     visit.until(lambda: page.evaluate("zenocap.scene.ghost.length") == 0, "the second take is hidden")
     page.keyboard.press("g")
     visit.until(lambda: page.evaluate("zenocap.scene.ghost.length") > 0, "the second take is shown again")
+
+
+def test_pictures_follow_the_poses_while_the_take_plays(visit: Visit) -> None:
+    seen: set[float] = set()
+
+    def follows() -> bool:
+        shown_s, picture_s, level = visit.page.evaluate(PICTURE_NOW)
+        drawn_s = (level - 0.15 * 11) / 0.85 / LEVEL_PER_S  # over the dark ground of a view
+        if abs(picture_s - shown_s) < 0.5 and abs(drawn_s - picture_s) < 0.1:
+            seen.add(picture_s)
+        return len(seen) > 4
+
+    visit.until(follows, "pictures of five times")
+
+
+def test_player_verdict_and_what_is_saved_have_contrast_in_every_window(visit: Visit) -> None:
+    page = visit.page
+    visit.until(lambda: visit.text("#verdict") == "good", "the verdict")
+    visit.evaluate("zenocap.scene.requestDraw = () => {}")
+    for rating, kind in (("good", "csv"), ("doubtful", "mp4"), ("unusable", "png")):
+        visit.evaluate(f"document.getElementById('verdict').className = 'verdict {rating}'")
+        page.select_option("#save-kind", kind)
+        visit.check_windows()
 
 
 @pytest.mark.nightly

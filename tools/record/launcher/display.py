@@ -40,8 +40,7 @@ def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, t
     for service in services:
         cells = dict(zip(HEADINGS, _row(status, service, wide), strict=True))
         rows.add_row(*(cells[heading] for heading in shown))
-    end = Text(f"take: {printable(take)}", style="dim")
-    lines = [head, _pose_line(status), *_posture_line(status), end]
+    lines = [head, *_pose_lines(status, wide), *_posture_line(status), Text(f"take: {printable(take)}", style="dim")]
     for line in lines if not wide else ():
         line.no_wrap, line.overflow = True, "ellipsis"
     return Group(lines[0], rows, *lines[1:])
@@ -103,11 +102,12 @@ def _posture_line(status: RigStatus) -> list[Text]:
     return [Text(f"posture: {posture_label(status.posture)}, {duration_s:.1f} s, margin {status.posture.margin:.2f}")]
 
 
-def _pose_line(status: RigStatus) -> Text:
+def _pose_lines(status: RigStatus, wide: bool) -> list[Text]:
+    """Frame, place, angles and what is lost."""
     if status.pose is None:
-        return Text("no pose yet: the body is measured when all viewers see a T-pose")
-    x, y, z = status.pose.position
-    angles = "   ".join(f"{name} {value:4d}°" for name, value in status.angles().items())
-    line = Text(f"frame {status.pose.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
-    lost = lost_text(status.pose)
-    return line.append(f"   {lost}", style="yellow") if lost else line
+        return [Text("no pose yet: the body is measured when all viewers see a T-pose")]
+    line = Text("frame {}   navel at {:+.2f} {:+.2f} {:+.2f} m".format(status.pose.frame, *status.pose.position))
+    digits, between = (4, "   ") if wide else (0, "  ")
+    angles = Text(between.join(f"{name} {value:{digits}d}°" for name, value in status.angles().items()))
+    parts = [line, *([angles] if wide else []), Text(lost_text(status.pose), style="yellow")]
+    return [Text("   ").join(filter(None, parts)), *([] if wide else [angles])]

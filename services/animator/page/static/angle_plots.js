@@ -6,15 +6,15 @@ const SPAN_MS = 10000;
 const MIN_RANGE_DEG = 30;
 const MAX_POSES = 2000;
 const GAP_MS = 1000;  // between two poses, beyond which no line joins them, as after a jump in a paused take
-const BLUE = '#4fb0ff';
-const ORANGE = '#ffa657';
-const WHITE = '';  // the colour of the page's text
-const both = (joint, axis, right, left) => [[`right_${joint}.${axis}`, BLUE, right], [`left_${joint}.${axis}`, ORANGE, left]];
+const LABEL_PX = 9;
+// Colours are those of the page's scheme.
+const both = (joint, axis, right, left) => [[`right_${joint}.${axis}`, '--blue', right], [`left_${joint}.${axis}`, '--orange', left]];
+const backwards = [(x) => -x, (x) => -x];  // a knee bends about -X
 const fromHanging = [(z) => 180 - z, (z) => z - 180];  // right and left arm: 0 hanging, 90 in the T-pose
 
 export const PLOTS = [
-  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z', ...fromHanging)], ['knee flexion', both('knee', 'x')],
-  ['hip flexion', both('hip', 'x')], ['heading', [['navel.y', WHITE]]], ['lean', [['navel.x', WHITE]]],
+  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z', ...fromHanging)], ['knee flexion', both('knee', 'x', ...backwards)],
+  ['hip flexion', both('hip', 'x')], ['heading', [['navel.y', '--ink']]], ['lean', [['navel.x', '--ink']]],
 ];
 
 export class AnglePlots {
@@ -71,16 +71,17 @@ export class AnglePlots {
     pen.strokeStyle = 'rgba(160,178,205,.16)';
     pen.lineWidth = scale;
     const step = [10, 30, 45, 90, 180].find((s) => (high - low) / s <= 4) || 360;
-    pen.fillStyle = 'rgba(160,178,205,.45)';
-    pen.font = `${9 * scale}px system-ui, sans-serif`;
+    const page = getComputedStyle(document.body);
+    pen.fillStyle = page.getPropertyValue('--muted');
+    pen.font = `${LABEL_PX * scale}px system-ui, sans-serif`;
     for (let mark = Math.ceil(low / step) * step; mark <= high; mark += step) {
       pen.beginPath(); pen.moveTo(0, y(mark)); pen.lineTo(width, y(mark)); pen.stroke();
-      pen.fillText(`${mark}°`, 2 * scale, y(mark) - 2 * scale);
+      if (y(mark) > (LABEL_PX + 1) * scale) pen.fillText(`${mark}°`, 2 * scale, y(mark) - 2 * scale);  // else it is cut
     }
     pen.lineWidth = 1.6 * scale;
     pen.lineJoin = 'round';
     for (const { at, colour, shown } of series) {
-      pen.strokeStyle = colour || getComputedStyle(document.body).color;
+      pen.strokeStyle = page.getPropertyValue(colour);
       pen.beginPath();
       let before = null;
       for (const { ms, angles } of this.history) {

@@ -22,6 +22,7 @@ const MAX_TRAIL_POSES = 400;
 const PAUSED_APART_MS = 20;  // the same while a take is paused: points come ten times a second, and lag while it plays
 const TRAIL_GAP_MS = 1000;  // between two poses, beyond which no trail joins them
 const MAX_LATENCIES = 4096;
+const DISTANCES = 8;  // updates over which they are averaged: 2 s
 const LATENCY_POSES = 60;  // over which the median latency is taken
 const RATE_MS = 2000;  // over which the rate of poses is counted
 const SLIDES_PAUSE_MS = 150;  // after each picture of the scene beside the slides, so that a slow machine turns them at once
@@ -46,11 +47,13 @@ const views = new CameraViews(el('views'), (viewer, bare, whole) => {
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
   eyeBefore: {}, trail: [], trailSeconds: 2, arrivals: [], count: 0, points: null, pointsMs: 0,
+  distances: [],  // from the simulated person, by method
   latencies: [],  // ms from the receipt of a pose by the animator until it is in the scene
   ages: [],  // ms from its capture until then
 };
 const connection = connect({
   hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
+  distances: setDistances,
   recording: panel.showRecording,  // of the live rig, also while a take is shown
   posture: setPosture,
   commands: (update) => slides.receive(update, state.feed === 'live'),
@@ -149,7 +152,8 @@ function selectFeed(feed) {
 // Remove what the page shows of a rig or a take.
 function clearShown() {
   for (const entries of [state.bodies, state.poses, state.cameras, state.conditions, scene.pictures]) entries.clear();
-  Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
+  Object.assign(state, { trail: [], arrivals: [], latencies: [], distances: [], source: null });
+  el('distances').hidden = true;
   scene.capsules = [];
   drawGhosts();
   removePoints();
@@ -340,6 +344,18 @@ function setServices(update) {
       state.conditions.set(service.id, service.condition);
     }
   updateLines();
+}
+
+// Mean distance of each method's poses from the simulated person, which tells the better one.
+function setDistances({ by_source }) {
+  state.distances = [...state.distances, by_source].slice(-DISTANCES);
+  const words = [...state.bodies.keys()].sort().map((source) => {
+    const found = state.distances.flatMap((one) => one[source] ?? []);
+    const mean = found.reduce((sum, metres) => sum + metres, 0) / found.length;
+    return `${source} ${source in by_source ? `${(1000 * mean).toFixed(0)} mm` : '–'}`;
+  });
+  el('distances').textContent = `Distance from the simulated person: ${words.join(' · ')}`;
+  el('distances').hidden = !words.length || state.feed === 'take';
 }
 
 function setPosture({ label, margin, best }) {

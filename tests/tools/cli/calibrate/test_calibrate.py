@@ -1,8 +1,10 @@
 """Commands `calibrate lines` and `calibrate check`: input, options, exit statuses."""
 
 import json
+import re
 from functools import partial
 from types import SimpleNamespace
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from tests.support.places import ROOT
 from zenocap.common.camera import line_calibration
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.tools.cli.calibrate.lines import EXAMPLE
+from zenocap.tools.cli.calibrate.lines import lines as LINES
 from zenocap.tools.setup.calibration.walk import calibration, films
 from zenocap.tools.setup.calibration.walk import report as walk_report
 from zenocap.tools.setup.calibration.walk.delays import Delay
@@ -41,6 +44,21 @@ def test_the_example_gives_the_calibration_of_its_numbers_as_options(measured, t
         assert text in output
     lines(*OPTIONS, "-o", tmp_path / "b.toml")
     assert (tmp_path / "a.toml").read_text() == (tmp_path / "b.toml").read_text()
+
+
+def test_the_plan_of_the_objects_is_on_the_page_that_the_help_names_and_drawn_as_the_help_places_them():
+    (page,) = re.findall(r"A drawing: docs, (\S+)\.", LINES.__doc__)
+    (file,) = re.findall(r"\((\S+\.svg)\)", (ROOT / "docs" / f"{page}.md").read_text())
+    drawn = ET.parse(ROOT / "docs" / file).getroot()
+    a, b, c = ((int(one.get("cx")), int(one.get("cy"))) for one in drawn.iterfind("{*}circle"))
+    second, first = (re.match(r"M(\d+) (\d+)", one.get("d")).groups() for one in drawn.iterfind("{*}path"))
+    assert a[0] == b[0] < c[0]  # X to the right
+    assert a[1] == c[1] < b[1] < int(first[1])  # Z down, with camera 1
+    assert int(second[0]) < a[0]  # camera 2 on -X
+    words = [one.text for one in drawn.iterfind("{*}text")]
+    for name, place in (("A", "(0, 0)"), ("B", "(0, D_Z)"), ("C", "(D_X, 0)")):
+        assert f"{name} {place}" in words
+        assert f"{name} = {place}" in LINES.__doc__
 
 
 def test_a_poor_calibration_is_written_with_exit_status_3(tmp_path):

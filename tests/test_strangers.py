@@ -129,7 +129,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "common/camera/test_lens_files.py::test_files_of_opencvs_programs_are_read",
         f"{FORMATS}/test_text_file.py::test_text_of_windows_is_read_and_a_guess_is_noted",
     ),
-    "both colour schemes": ("system/browser/test_page.py::test_every_text_has_contrast_in_both_colour_schemes",),
+    "both colour schemes": ("system/browser/test_page.py::test_every_text_has_contrast_in_every_window",),
     "a terminal of 80 x 24": (
         "tools/record/launcher/test_rig_status.py::test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows",
     ),
@@ -156,7 +156,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         f"{TAKES}/test_take_videos.py::test_videos_are_found_by_the_name_of_the_rig_and_a_take_without_is_said",
         f"{TAKES}/test_take_videos.py::test_the_next_command_names_a_folder_that_is_not_beside_the_take",
         f"{TAKES}/test_export.py::test_without_output_a_file_is_written_beside_the_take_and_named",
-        "system/browser/test_page.py::test_hanging_arms_have_the_elevation_0_and_those_of_the_t_pose_90",
+        "system/browser/test_page.py::"
+        "test_angles_are_0_in_the_hanging_arm_and_the_straight_knee_and_grow_as_they_lift_and_bend",
         "system/browser/test_page.py::test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained",
         "system/browser/test_page.py::test_lines_of_the_cameras_do_not_shine_through_the_panels",
     ),

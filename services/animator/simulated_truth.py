@@ -1,5 +1,7 @@
 """Distance of the poses of a rig from the simulated person that its cameras show."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from zenocap.common.body.kinematics import joint_centres
@@ -16,7 +18,9 @@ DIGITS = 4  # after the point, metres
 def simulated_motion(rig: Rig) -> MotionTimeline | None:
     """Motion of the person that all cameras show; None for a rig with other cameras."""
     source, *others = {viewer.source for viewer in rig.viewers}
-    return performance(source.name, source.seed) if isinstance(source, Actor) and not others else None
+    with suppress(ValueError):  # of an unknown name, which the viewers report
+        return performance(source.name, source.seed) if isinstance(source, Actor) and not others else None
+    return None
 
 
 def distances(motion: MotionTimeline, state: AnimatorState) -> dict[str, float]:
@@ -25,6 +29,8 @@ def distances(motion: MotionTimeline, state: AnimatorState) -> dict[str, float]:
     Without a method that has lost the person, and without all while the scene is empty.
     """
     found: dict[str, float] = {}
+    if state.start_ns is None:
+        return found
     for source, actor in state.actors.items():
         time_s = (actor.captured_ns - state.start_ns) / 1e9
         present = state.now_ns - actor.received_ns < POSE_WAIT_NS and "person" not in actor.lost and time_s >= 0.0

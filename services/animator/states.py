@@ -50,7 +50,8 @@ class AnimatorState:
 
     now_ns: this machine's clock.  unusable: number of valid messages that could not be used: a body or pose of an unknown
     anatomy, an impossible camera, or scene points of a wrong size.
-    frame_rate, detail: of an overloaded rig, see `FrameRate` and `TrackerDetail`.  start_ns: capture time of frame 0.
+    frame_rate, detail: of an overloaded rig, see `FrameRate` and `TrackerDetail`.
+    start_ns: capture time of frame 0 of the viewers of the rig, None before they have sent it.
     """
 
     now_ns: int = 0
@@ -67,5 +68,5 @@ class AnimatorState:
     points: m.ScenePoints | None = None
     frame_rate: m.FrameRate | None = None
     detail: float = 1.0
-    start_ns: int = 0
+    start_ns: int | None = None
     unusable: int = 0

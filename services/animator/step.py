@@ -25,7 +25,7 @@ def step(setup: AnimatorSetup, state: AnimatorState, event: Event) -> tuple[Anim
         case Envelope(message=message, received_ns=received_ns) if _is_admitted(setup, state, message):
             state = replace(state, now_ns=max(state.now_ns, received_ns))
             try:
-                return _updated(state, message, received_ns), []
+                return _updated(setup, state, message, received_ns), []
             except ValueError:
                 return replace(state, unusable=state.unusable + 1), []
         case _:
@@ -58,12 +58,15 @@ def _is_admitted(setup: AnimatorSetup, state: AnimatorState, message: m.Message)
     return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 
-def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> AnimatorState:
+def _updated(setup: AnimatorSetup, state: AnimatorState, message: m.Message, received_ns: int) -> AnimatorState:
     """The state with the content of a message.  Raises ValueError for one that cannot be used."""
     match message:
         case m.UniversalBdp() | m.TrackerBdp() | m.UniversalBap() | m.TrackerPose():
             return _update_actor(state, message, received_ns)
-        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice() | m.CameraInfo():
+        case m.CameraInfo(viewer=viewer, captured_ns=start_ns):
+            cameras = _with(state.cameras, viewer, camera_of(message))
+            return replace(state, cameras=cameras, start_ns=start_ns if viewer in setup.viewers else state.start_ns)
+        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice():
             return _update_viewer(state, message)
         case m.Assignment(tracking=tracking):
             return replace(state if tracking else _mark_lost(state), assignment=message)
@@ -82,9 +85,7 @@ def _updated(state: AnimatorState, message: m.Message, received_ns: int) -> Anim
             return state
 
 
-def _update_viewer(
-    state: AnimatorState, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice | m.CameraInfo
-) -> AnimatorState:
+def _update_viewer(state: AnimatorState, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice) -> AnimatorState:
     """The state with what a viewer sees.  Raises ValueError."""
     match message:
         case m.Silhouette(viewer=viewer):
@@ -95,8 +96,6 @@ def _update_viewer(
             return replace(state, previews=_with(state.previews, viewer, message))
         case m.CameraAdvice(viewer=viewer):
             return replace(state, advice=_with(state.advice, viewer, message))
-        case m.CameraInfo(viewer=viewer):
-            return replace(state, cameras=_with(state.cameras, viewer, camera_of(message)), start_ns=message.captured_ns)
 
 
 def _mark_lost(state: AnimatorState) -> AnimatorState:

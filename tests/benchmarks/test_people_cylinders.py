@@ -90,7 +90,7 @@ def test_the_prior_is_of_other_frames_than_the_test(monkeypatch: pytest.MonkeyPa
     assert [replication.run(case("jogging", same=same))["training"] for same in (False, True)] == [30, 30]
 
 
-def test_the_person_faces_the_side_that_the_method_is_told_and_has_the_ends_of_the_case() -> None:
+def test_the_person_faces_the_side_that_the_method_is_given_and_has_the_ends_of_the_case() -> None:
     """Ten parts have no feet: without the side, the front of the T-pose is chance."""
     clip = Mock(film=Mock(cameras={}, frame_ns=1))
     first = cylinders._opening(BDP, Pose(np.array([0.3, 1.0, 0.0]), angles(navel_y=140.0)))[0]

@@ -70,7 +70,9 @@ def test_the_tracker_runs_beside_the_exchange_and_the_take_of_both_verifies(tmp_
     assert {bdp.viewer for bdp in messages_in(take, m.PartialBdp)} == {"1", "2"}
     assert [bdp.ratio for bdp in messages_in(take, m.UniversalBdp)] == [pytest.approx(1.0, abs=0.1)]
     cameras = {viewer.id: viewer.camera for viewer in load_rig(demo_rig_file("both")).viewers}
-    for one in [each for each in messages_in(take, m.Assignment) if each.tracking]:
+    assignments = [each for each in messages_in(take, m.Assignment) if each.tracking]
+    assert assignments
+    for one in assignments:
         assert {its.view for its in one.views.values()} == {"facade", "flank"}
         factors = {id: scaling_factor(camera, np.array(one.position)) for id, camera in cameras.items()}
         assert {id: its.scale for id, its in one.views.items()} == pytest.approx(factors)

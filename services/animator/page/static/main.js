@@ -346,7 +346,7 @@ function setServices(update) {
   updateLines();
 }
 
-// Mean distance of each method's poses from the simulated person, which tells the better one.
+// Mean distance of each method's poses from the simulated person: the smaller one is of the better pose.
 function setDistances({ by_source }) {
   state.distances = [...state.distances, by_source].slice(-DISTANCES);
   const words = [...state.bodies.keys()].sort().map((source) => {

@@ -168,7 +168,7 @@ class Supervisor:
                 self._receive(now_s - started_s)
                 if now_s < shown_s:
                     continue
-                shown_s += period_s
+                shown_s = now_s + period_s - (now_s - shown_s) % period_s  # after a pause of this process once
                 services = self._status.services.services
                 self._children.end_silent({title(key): one.health_ns / 1e9 for key, one in services.items()}, period_s)
                 if live is not None:

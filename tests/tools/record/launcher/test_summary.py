@@ -262,6 +262,24 @@ def test_an_end_is_noticed_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert now_s <= 0.55 + shell.POLL_S
 
 
+def test_after_a_pause_of_the_launcher_no_time_is_made_up_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line of status, and a second without a health of each service, followed for each second of the pause."""
+    now_s, silent_s = 0.0, list[float]()
+
+    def receive(timeout_s: float) -> None:
+        nonlocal now_s
+        now_s += timeout_s + (3600.0 if now_s < 2.0 <= now_s + timeout_s else 0.0)
+
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    monkeypatch.setattr(bus, "receive", receive)
+    monkeypatch.setattr(shell, "time", Mock(monotonic=lambda: now_s))
+    supervisor, text = supervised(tmp_path, None, bus, viewer=None)
+    monkeypatch.setattr(ChildProcesses, "end_silent", lambda _, __, period_s: silent_s.append(period_s))
+    supervisor.run(None, lambda: now_s > 3605.0)
+    assert 4 <= sum(silent_s) <= 6
+    assert text.getvalue().count("\n") == len(silent_s)
+
+
 def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:
     rig, ports = demo_rig(), range(20_000, 20_006)
     outputs: dict[str, OutputTable] = {"foxglove": FoxgloveTable(port=20_001), "csv": OutputTable()}

@@ -33,6 +33,7 @@ from zenocap.services.viewer.sources.tap import Tap
 
 # A grab shorter than this takes an image that was waiting: FFmpeg keeps those of the time in which it examines a stream.
 WAITING_NS, MOST_WAITING = 15_000_000, 300  # the first shorter than a period at 60 frames/s; chosen by hand
+HELD_S = 5.0  # of an opened camera until its images are taken, of which MOST_WAITING wait at most; chosen by hand
 SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find their values; chosen by hand
 # OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
 # image is decoded, and its next frame is lost.  A viewer grabs without pause, so that no frame grows old in the others.
@@ -165,7 +166,7 @@ def camera_frames(
 
 
 def of_working_size(viewer: Viewer) -> Opener:
-    """Opener of a camera that is open already: its images are not smaller than the viewer's working size.
+    """Opener of a camera that is open already, for HELD_S: its images are not smaller than the viewer's working size.
 
     An assignment from the network chooses that size, by which tables and backgrounds take memory.  Raises SourceError.
     """
@@ -184,8 +185,16 @@ def of_working_size(viewer: Viewer) -> Opener:
     if max(width / across, height / down) >= 1.0 + LETTERBOX:
         allowed = f"at most that of the camera's own images, {across} x {down} px"
         raise SizeMismatch(f"{source.title}: size = {[width, height]}: allowed: {allowed}")
-    held = [capture]
-    return lambda *how: held.pop() if held else opener(*how)
+    held, opened_s = [capture], time.monotonic()
+
+    def open_or_held(source: LiveSource, size: Size, fps: float) -> Capture:
+        if held and time.monotonic() - opened_s < HELD_S:
+            return held.pop()
+        while held:  # its images are as old
+            held.pop().release()
+        return opener(source, size, fps)
+
+    return open_or_held
 
 
 class CaptureTimes:

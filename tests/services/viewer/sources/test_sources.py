@@ -24,7 +24,7 @@ from tests.support.videos import GREY_STEP, grey_frames, with_orientation
 from zenocap.common.arrays import LARGEST_PX
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.camera_settings import CameraSettings
-from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.rig import demo_rig, load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.common.video.reader import MIRRORED
@@ -362,6 +362,20 @@ def first(source: Device | Stream, images: int = 0) -> Frame:
     """The first frame of a camera that gives some images and then fails."""
     time = FakeTime()
     return next(camera_frames(source, 10.0, SIZE, live(time), opening([FakeCamera(time, images)])))
+
+
+@pytest.mark.parametrize(("loading_s", "opened_again"), [(device.HELD_S - 1.0, False), (60.0, True)])
+def test_a_camera_that_was_open_during_a_long_loading_is_opened_again(monkeypatch, loading_s, opened_again):
+    """Images that had waited for a minute got the present time."""
+    time, viewer = FakeTime(), replace(demo_rig().viewers[0], source=Device(0))
+    cameras = [FakeCamera(time, 9, size=viewer.camera.size) for _ in range(3)]
+    monkeypatch.setattr(device, "time", Mock(monotonic=lambda: time.ns / S))
+    monkeypatch.setattr(device, "opener_of", lambda _: opening(cameras))
+    opener = device.of_working_size(viewer)
+    time.sleep(loading_s)
+    found = [opener(Device(0), SIZE, 10.0) for _ in range(2)]
+    assert found == (cameras[1:] if opened_again else cameras[:2])
+    assert cameras[0].released == opened_again
 
 
 @pytest.mark.parametrize("source", [Device(0, delay_ns=80_000_000), Stream("rtsp://a/b", delay_ns=80_000_000)])

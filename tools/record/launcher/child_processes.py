@@ -126,18 +126,19 @@ class ChildProcesses:
             elif child.due_s is not None and self._clock() >= child.due_s:
                 self._start(child)
 
-    def end_silent(self, heard_s: Mapping[str, float], period_s: float) -> None:
+    def end_silent(self, health_s: Mapping[str, float], period_s: float) -> None:
         """End those that run on without a health for HANGS_S in which others send theirs.  Called every `period_s`.
 
         Zenoh's threads end where there is no memory, and the loop of a service goes on without a network.
-        heard_s: time of the last health, by name; without one of its process, as while it loads, a child is left alone.
+        health_s: time of the last health, by name; without one of its process, as while it loads, a child is left alone.
         """
-        heard = {name for name, at_s in heard_s.items() if self._clock() - at_s < SILENT_S}
-        for child in self.all if heard else ():
-            runs = child.process is not None and heard_s.get(child.name, 0.0) > child.started_s
-            child.silent_s = child.silent_s + period_s if runs and child.name not in heard else 0.0
+        reporting = {name for name, at_s in health_s.items() if self._clock() - at_s < SILENT_S}
+        for child in self.all if reporting else ():
+            runs = child.process is not None and health_s.get(child.name, 0.0) > child.started_s
+            child.silent_s = child.silent_s + period_s if runs and child.name not in reporting else 0.0
             if child.process is not None and child.silent_s > HANGS_S:
                 child.silent_s = 0.0
+                self._lines.put(f"{child.name}: no health for {HANGS_S:g} s, while others send theirs: ended")
                 child.process.send_signal(getattr(signal, "SIGALRM", signal.SIGTERM))
 
     def lines(self) -> list[str]:

@@ -307,7 +307,7 @@ def test_a_rig_that_may_open_too_few_files_ends_at_once_with_one_line(tmp_path: 
 @pytest.mark.parametrize(
     ("first_s", "others", "ended"),
     [(1.0, True, True), (1.0, False, False), (0.0, True, False)],
-    ids=["others are heard", "no other one is: the launcher has no network", "it has sent none yet: it loads"],
+    ids=["others send theirs", "no other one does: the launcher has no network", "it has sent none yet: it loads"],
 )
 def test_a_service_that_runs_on_without_a_health_is_ended(first_s: float, others: bool, ended: bool) -> None:
     """Without memory Zenoh's threads had ended, and the service ran on without a network and without a word."""
@@ -316,3 +316,4 @@ def test_a_service_that_runs_on_without_a_health_is_ended(first_s: float, others
         harness.now_s = float(now_s)
         harness.children.end_silent({"tracker": first_s, "viewer 1": harness.now_s if others else 1.0}, 1.0)
     assert [one.signals for one in harness.started] == [[signal.SIGALRM] if ended else [], []]
+    assert ("tracker: no health for 120 s, while others send theirs: ended" in harness.children.lines()) == ended

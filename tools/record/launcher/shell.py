@@ -17,6 +17,7 @@ from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, Received
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
+from zenocap.common.messages import ENDED
 from zenocap.common.observe.account import Account
 from zenocap.common.observe.losses import lost
 from zenocap.common.observe.view import RigView
@@ -169,8 +170,9 @@ class Supervisor:
                 if now_s < shown_s:
                     continue
                 shown_s = now_s + period_s - (now_s - shown_s) % period_s  # after a pause of this process once
-                services = self._status.services.services
-                self._children.end_silent({title(key): one.health_ns / 1e9 for key, one in services.items()}, period_s)
+                view = self._status.services
+                running = [key for key, health in view.health.items() if not health.counts.get(ENDED)]
+                self._children.end_silent({title(key): view.services[key].health_ns / 1e9 for key in running}, period_s)
                 if live is not None:
                     take = str(self._take or "none")
                     live.update(table(self._status, self._services, now_s - started_s, take, self._console.width))

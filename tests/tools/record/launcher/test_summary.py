@@ -280,6 +280,18 @@ def test_after_a_pause_of_the_launcher_no_time_is_made_up_for(tmp_path: Path, mo
     assert text.getvalue().count("\n") == len(silent_s)
 
 
+def test_a_service_that_closes_after_its_last_health_is_not_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A viewer of a video that took long was killed, and showed it once more."""
+    bus, found = LocalNetwork("studio", ManualClock(1)).bus(), list[set[str]]()
+    monkeypatch.setattr(shell, "LINE_S", 0.01)
+    monkeypatch.setattr(ChildProcesses, "end_silent", lambda _, health_s, __: found.append(set(health_s)))
+    supervisor, _ = supervised(tmp_path, None, bus, viewer=None)
+    bus.publish(HEALTH, health("integrator", "main"))
+    bus.publish(HEALTH, health("viewer", "1", ended=1))
+    supervisor.run(None, lambda: bool(found))
+    assert found == [{"integrator"}]
+
+
 def test_members_of_a_mesh_listen_at_no_port_that_the_rig_names(monkeypatch: pytest.MonkeyPatch) -> None:
     rig, ports = demo_rig(), range(20_000, 20_006)
     outputs: dict[str, OutputTable] = {"foxglove": FoxgloveTable(port=20_001), "csv": OutputTable()}

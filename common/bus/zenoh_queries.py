@@ -42,7 +42,8 @@ class ZenohClock:
     def query(self) -> None:
         """Start one round trip; a `RoundTrip` is queued when all have answered.
 
-        Of several times, as other programs may answer too, the one nearest to this clock is used: equal clocks stay so.
+        Of several times, as other programs may answer too, the one that can differ least from this clock is used: equal
+        clocks stay so, and a late answer with half the time of its trip is not preferred.
         """
         sent_ns = self._clock.now_ns()
         self._queries += 1
@@ -55,7 +56,7 @@ class ZenohClock:
             if answer is not None and answer.frame == frame:
                 trips = (*nearest, RoundTrip(sent_ns, answer.captured_ns, received_ns))
                 of_times = {trip.answered_ns: trip for trip in trips}
-                nearest[:] = sorted(of_times.values(), key=lambda trip: abs(trip.ahead_ns))[:2]
+                nearest[:] = sorted(of_times.values(), key=lambda one: abs(one.ahead_ns) + one.received_ns // 2)[:2]
 
         def end() -> None:
             if len(nearest) > 1:

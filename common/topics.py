@@ -111,10 +111,8 @@ def service_at(key: str) -> tuple[str, str] | None:
     return key.split("/")[2], names.get("viewer", names.get("id", "main"))
 
 
-def is_of(services: Collection[tuple[str, str]], rig: str, key: str) -> bool:
-    """Whether a key is of these services of a rig, by name and id, or of a topic of the rig that has one key."""
-    topic = topic_at(key)
-    names = topic.names(key) if topic is not None else None
+def is_of(services: Collection[tuple[str, str]], rig: str, names: Mapping[str, str] | None) -> bool:
+    """Whether the names of a key are of these services of a rig, or of a topic of the rig that has one key."""
     match names:
         case {"rig": other} if other != rig:
             return False

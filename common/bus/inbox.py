@@ -69,13 +69,14 @@ class Inbox:
     def _queued(self) -> int:
         return len(self._latest) + sum(map(len, self._fifos.values()))
 
-    def is_own(self, key: str) -> bool:
+    def is_own(self, topic: Topic, key: str) -> bool:
         """Whether a key is of the rig's own services."""
-        return is_of(self._own, self._rig, key)
+        return is_of(self._own, self._rig, topic.names(key))
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        queued = _QueuedMessage(key, topic, data, received_ns, not self.is_own(key))
+        foreign = not self.is_own(topic, key)
+        queued = _QueuedMessage(key, topic, data, received_ns, foreign)
         with self._ready:
             if every or topic.queueing is Queueing.ALL:
                 self._put_last(queued, data)

@@ -174,7 +174,7 @@ class ZenohBus(Closable):
                 self._inbox.put(key, topic, data, self._clock.now_ns(), every=every)
                 if topic.recoverable:
                     self._recovery.keep(key, topic, data)
-            self._tally.count(key)
+            self._tally.count(topic, key)
 
         if topic.recoverable:
             self._recovery.serve()

@@ -18,6 +18,7 @@ import zenoh
 from zenocap.common import codec
 from zenocap.common.bus.inbox import Inbox
 from zenocap.common.messages import PaceQuery
+from zenocap.common.topics import Topic
 
 logger = logging.getLogger(__name__)
 
@@ -43,10 +44,10 @@ class Tally:
         with self._changed:
             self._expected.append(zenoh.KeyExpr(expression))
 
-    def count(self, key: str) -> None:
+    def count(self, topic: Topic, key: str) -> None:
         """Count a message that was received and queued."""
         with self._changed:
-            if key in self._received or len(self._received) < MAX_KEYS or self.inbox.is_own(key):
+            if key in self._received or len(self._received) < MAX_KEYS or self.inbox.is_own(topic, key):
                 self._received[key] += 1
             self._changed.notify_all()
 

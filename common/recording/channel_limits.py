@@ -33,7 +33,7 @@ class ChannelLimits:
             return True
         topic = topic_at(key)
         kind, limit = (topic.name, MAX_UNKNOWN_KEYS) if topic is not None else ("", MAX_CHANNELS)
-        if not is_of(self._own, self._rig, key):
+        if not is_of(self._own, self._rig, topic.names(key) if topic is not None else None):
             if self._unknown[kind] >= limit:
                 self._log(kind, key, limit)
                 return False

@@ -15,7 +15,7 @@ from zenocap.common.bus import inbox as inbox_module
 from zenocap.common.bus.inbox import Inbox, outgoing
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.codec import encode
-from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP, Topic
+from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP, Topic, topic_at
 
 LOGGER = logging.getLogger("test.inbox")
 
@@ -161,9 +161,10 @@ def test_an_unread_queue_is_bounded(inbox: Inbox) -> None:
 
 def test_invented_names_of_one_topic_displace_no_other_topic(inbox: Inbox, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inbox_module, "INVALID_S", 60.0)  # a busy machine reads the names for longer
-    health = built(m.Health, service="s", id="i")
+    health, looked_up = built(m.Health, service="s", id="i"), topic_at.cache_info().misses
     for number in range(2000):
         inbox.put(HEALTH.at("r", service="s", id=str(number)), HEALTH, encode(health), 0, every=False)
+    assert topic_at.cache_info().misses == looked_up
     put_sighting(inbox, "1", 7)
     assert drain(inbox) == [("1", 7)]  # the names of the others disagree with their keys
     assert inbox.counters.dropped == {"too_many_keys": 2000 - inbox_module.MAX_KEYS}

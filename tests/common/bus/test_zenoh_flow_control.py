@@ -13,5 +13,5 @@ def test_invented_keys_displace_no_count_of_the_rig() -> None:
     tally = Tally(Inbox(logging.getLogger("test.tally"), "r", [("viewer", "1")]), Condition())
     keys = [SIGHTING.at("r", viewer=str(number)) for number in range(MAX_KEYS + 2, 0, -1)]
     for key in keys:
-        tally.count(key)
+        tally.count(SIGHTING, key)
     assert [key for key in keys if not tally.has({key: 1})] == [SIGHTING.at("r", viewer="2")]

@@ -75,7 +75,7 @@ class Inbox:
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        foreign = not self.is_own(topic, key)
+        foreign = topic is REQUEST or not self.is_own(topic, key)  # any program may send requests
         queued = _QueuedMessage(key, topic, data, received_ns, foreign)
         with self._ready:
             if every or topic.queueing is Queueing.ALL:

@@ -15,7 +15,7 @@ from zenocap.common.bus import inbox as inbox_module
 from zenocap.common.bus.inbox import Inbox, outgoing
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.codec import encode
-from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP, Topic, topic_at
+from zenocap.common.topics import HEALTH, REQUEST, SIGHTING, UNIVERSAL_BAP, Topic, topic_at
 
 LOGGER = logging.getLogger("test.inbox")
 
@@ -147,6 +147,16 @@ def test_messages_of_the_rig_are_delivered_whatever_others_send(puts: list[tuple
     counters = inbox.counters
     assert counters.rejected.get("invalid", 0) <= 3
     assert len(puts + appear) == len(alive) + counters.received + sum((counters.rejected | counters.dropped).values())
+
+
+@limited(MAX_QUEUED=3)
+@pytest.mark.usefixtures("inbox")
+def test_requests_of_others_displace_no_message_of_the_rig() -> None:
+    inbox = Inbox(LOGGER, "r")
+    put_bap(inbox, 1)
+    for _ in range(9):
+        inbox.put(REQUEST.at("r"), REQUEST, b"", 0, every=True)
+    assert drain(inbox) == [("universal_bap", 1)]
 
 
 @limited(MAX_QUEUED=3, MAX_KEYS=2)

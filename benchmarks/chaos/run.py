@@ -17,7 +17,7 @@ from benchmarks.chaos.outcome import PATIENCE_S, Recovery, RunOutcome
 from benchmarks.chaos.page_visitors import answers
 from benchmarks.chaos.running_rig import START_S, RunningRig, rig_file
 from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
-from benchmarks.chaos.stated import MARGIN_S, wrong_statement
+from benchmarks.chaos.stated import wrong_statement
 from benchmarks.chaos.takes import content, dishonest
 from benchmarks.harness.case import Case, Figures, Kind, Quantity, case
 from benchmarks.harness.results import HOLDS
@@ -138,8 +138,8 @@ class Run:
         records = sum(what == "record" for _, what in observer.sent)
         found += invariants.too_many_takes(len(paths), records, starts, self._removals, output[-500:])
         found += losses(outcome, observer.health, self._injector.deleted_ns)
-        margin_s = STEP_S[1] + MARGIN_S if outcome.spans("clock") else MARGIN_S
-        found += wrong_statement(output, rig.status, outcome.takes, outcome.poses, margin_s=margin_s)
+        clock = [(begin - round(1e9 * STEP_S[1]), end) for begin, end in outcome.spans("clock")]
+        found += wrong_statement(output, rig.status, outcome.takes, outcome.poses, clock=clock)
         for take in outcome.takes:
             forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in outcome.spans(IMPOSTOR))
             found += dishonest(take, forged=forged)

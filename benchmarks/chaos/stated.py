@@ -3,8 +3,9 @@
 import re
 from collections.abc import Sequence
 
+from benchmarks.chaos.injection import STEP_S
 from benchmarks.chaos.observer import SeenPose
-from benchmarks.chaos.takes import Content
+from benchmarks.chaos.takes import Content, Span, missing_poses, within
 
 SUM = re.compile(
     r"^messages: (\d+) sent = (\d+) in the takes \+ (\d+) dropped by the queue of the log \+ (\d+) never arrived at a log "
@@ -15,16 +16,20 @@ ONE_LOST = re.compile(r"^take: .*\.mcap: \d+ messages, (\d+) lost", re.MULTILINE
 TAKE = re.compile(r"^take: (.*\.mcap): (\d+) messages", re.MULTILINE)
 TOPIC = re.compile(r"^  (\w+) of (.*): (\d+) sent, (\d+) of them lost$", re.MULTILINE)
 UNKNOWN = re.compile(r"^not counted: what (.*) sent from ([\d:.]+) UTC to ([\d:.]+) UTC", re.MULTILINE)
+MORE_TOPICS = re.compile(r"^  \w+ of .* of them lost\n  and more$", re.MULTILINE)
+MORE_TIMES = re.compile(UNKNOWN.pattern + r".*\n  and more$", re.MULTILINE)
 DAY_S, MARGIN_S = 86400.0, 0.2  # a time is stated to 0.1 s, and received a little later
+CLOCK_MARGIN_S = MARGIN_S + STEP_S[1]
 
 
 def wrong_statement(
     text: str, status: int | None, takes: Sequence[Content], poses: Sequence[SeenPose], service: str = "tracker",
-    margin_s: float = MARGIN_S,
+    clock: Sequence[Span] = (),
 ) -> list[str]:  # fmt: skip
-    """What the statement says wrongly.  text, status: of `up`.  takes, poses: all of the run, also deleted ones.
+    """Contradictions of the statement with the takes and the observer's poses.
 
-    service: that sends the poses.  margin_s: by which the rig's clock differs from the observer's.
+    text, status: of `up`.  takes, poses: all of the run, also deleted ones.  service: that sends the poses.
+    clock: times at which the rig's clock may differ from the observer's by a step of the fault.
     """
     found = SUM.search(text)
     if found is None:
@@ -38,10 +43,12 @@ def wrong_statement(
     recorded = set().union(*(take.poses for take in takes))
     silent = [
         pose for pose in poses
-        if (pose.captured_ns, pose.frame % 2**32) not in recorded and not _is_within(pose.received_ns, unknown, margin_s)
+        if (pose.captured_ns, pose.frame % 2**32) not in recorded
+        and not _is_within(pose.received_ns, unknown, CLOCK_MARGIN_S if within(pose.received_ns, clock) else MARGIN_S)
     ]  # fmt: skip
+    missing = missing_poses(silent, takes, clock)
     counted = sum(take.counted for take in its)
-    more = "  and more" in text  # of the topics
+    more = MORE_TOPICS.search(text) is not None
     of_topics = sum(count for _, count in topics)
     pose_lost = lost if more else sum(count for of, count in topics if of == service)
     checks = {
@@ -51,7 +58,10 @@ def wrong_statement(
         f"{stored} in the takes, which have {counted}": stored < counted
         or (stored > counted and all(t.whole for t in its)),
         f"{len(silent)} poses are in no take, {pose_lost} are stated as lost, {unlogged} as sent without a take": (
-            len(silent) > pose_lost + unlogged
+            len(silent) > pose_lost + unlogged and not MORE_TIMES.search(text)
+        ),
+        f"{len(missing)} poses of the times of takes are in none, {pose_lost} are stated as lost": (
+            len(missing) > pose_lost and not MORE_TIMES.search(text)
         ),
         f"status {status} with {lost} lost, {len(UNKNOWN.findall(text))} times not counted": (
             status == 0 and bool(lost or UNKNOWN.search(text) or "; cut: " in text)

@@ -149,12 +149,13 @@ def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:
     assert invariants.counted_losses(states, []) == 302
 
 
-STATED = """take: a.mcap: 9 messages, 2 lost
+SUMS = """take: a.mcap: 9 messages, 2 lost
 messages: 8 sent = 5 in the takes + 0 dropped by the queue of the log + 2 never arrived at a log + 0 refused by the writer \
 + 1 sent while no take was written
   tracker_pose of tracker: 5 sent, 2 of them lost
-not counted: what tracker sent from 00:00:40.0 UTC to 00:00:41.0 UTC, after its last report
 """
+NOT_COUNTED = "not counted: what tracker sent from 00:00:40.0 UTC to 00:00:41.0 UTC, after its last report\n"
+STATED = f"{SUMS}{NOT_COUNTED}"
 
 
 @pytest.mark.parametrize(
@@ -166,6 +167,8 @@ not counted: what tracker sent from 00:00:40.0 UTC to 00:00:41.0 UTC, after its 
         ("8 sent", "9 sent", 3, (1,), "9 sent are not 5 + 2 + 1"),
         ("messages, 2 lost", "messages, 1 lost", 3, (1,), "1 lost are not 2"),
         ("5 sent, 2 of", "5 sent, 1 of", 3, (1,), "topics have lost 1, all 2"),
+        ("report\n", "report\n  and more\n", 3, (1, 20, 21, 22, 23), None),  # which may be of a time that is not named
+        ("2 of them lost\n", f"1 of them lost\n{NOT_COUNTED}  and more\n", 3, (1,), "topics have lost 1, all 2"),
         ("8 sent = 5", "9 sent = 6", 3, (1,), "6 in the takes, which have 5"),
         ("9 messages", "8 messages", 3, (1,), "a.mcap: 8 messages stated, 9 read"),
         ("messages: 8", "8", 3, (1,), "none on the messages"),
@@ -178,6 +181,25 @@ def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
     take = Content(Path("a.mcap"), 9, {(seen_poses[0].captured_ns, 0)}, whole=True, counted=5)
     found = wrong_statement(STATED.replace(old, new), status, [take], seen_poses)
     assert [line.removeprefix("statement: ").partition(";")[0] for line in found] == ([expected] if expected else [])
+
+
+@pytest.mark.parametrize(
+    ("last_s", "clock_s", "last_pose_s", "expected"),
+    [
+        (22, 0, 40.5, []),
+        (30, 0, 40.5, ["statement: 3 poses of the times of takes are in none, 2 are stated as lost"]),
+        (30, 21, 40.5, []),
+        (22, 44, 44, []),
+        (22, 0, 44, ["statement: 4 poses are in no take, 2 are stated as lost, 1 as sent without a take"]),
+    ],
+)
+def test_poses_are_excused_at_their_own_time_alone(
+    last_s: int, clock_s: int, last_pose_s: float, expected: list[str]
+) -> None:
+    """Those without a take excused losses within one, and a step of the clock those of the whole run."""
+    take = Content(Path("a.mcap"), 9, set(), 10 * S, last_s * S, whole=True, counted=5)
+    poses = [pose(each) for each in (20, 21, 22, last_pose_s)]
+    assert wrong_statement(STATED, 3, [take], poses, clock=[(clock_s * S - S // 2, clock_s * S + S // 2)]) == expected
 
 
 @pytest.mark.slow

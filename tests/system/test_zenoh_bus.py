@@ -371,7 +371,7 @@ def test_a_false_clock_answer_moves_no_time(
         querier.query_clock()
         if isinstance(trip := querier.receive(1.0), RoundTrip) and asked.is_set():
             trips.append(trip)
-        return len(trips) == 3 and querier.counters.rejected.keys() == reasons
+        return len(trips) >= 3 and querier.counters.rejected.keys() == reasons
 
     until(three, f"answers, and {reasons} rejected: {querier.counters}")
     held.clear()

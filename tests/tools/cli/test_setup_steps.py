@@ -46,7 +46,7 @@ def test_the_commands_of_a_step_are_parsed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     lines: list[tuple[str, ...]] = []
-    given, video = iter(answers), Path("walk/videos/hall.mkv")
+    given = iter(answers)
 
     def command(*words: str) -> int:
         if words[0] == "film" and known is AWAY:
@@ -56,8 +56,9 @@ def test_the_commands_of_a_step_are_parsed(
 
     def prompt(text: str, **_: object) -> object:
         if "copied" in text:  # by the one who is asked
-            video.parent.mkdir()
-            video.touch()
+            for file in (Path("walk/videos/hall.mkv"), Path("walk/times/hall.csv")):
+                file.parent.mkdir()
+                file.touch()
         return next(given)
 
     monkeypatch.chdir(tmp_path)

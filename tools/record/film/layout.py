@@ -23,8 +23,8 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
     written = (CALIBRATION, CLIP, SYNC) if calibrated else (CLIP, SYNC)
     videos = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     own = {viewer.camera.name for viewer in viewers}
-    corners = sorted((folder / CORNERS).glob(f"*{CORNERS_SUFFIX}"))  # of the film that is replaced
-    existing = [*videos, *(path for name in written if (path := folder / name).exists()), *corners]
+    replaced = sorted([*(folder / CORNERS).glob(f"*{CORNERS_SUFFIX}"), *(folder / "times").glob("*.csv")])
+    existing = [*videos, *(path for name in written if (path := folder / name).exists()), *replaced]
     if existing and not force:
         raise UserError(f"{existing[0]} exists: allowed: another folder, or --force to replace it")
     if others := [path for path in videos if path.stem not in own]:

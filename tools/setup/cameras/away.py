@@ -71,7 +71,8 @@ def away_text(folder: Path, *, corners: bool = False) -> str:
                 places[name] = (host, there)
             case _:
                 raise UserError(f"{path}: away.{name} = {value!r}: allowed: [machine, folder]")
-    present = {one.stem for one in with_suffix(folder / "videos", VIDEO_SUFFIXES)}
+    copied = [one.stem for one in with_suffix(folder / "videos", VIDEO_SUFFIXES)]
+    present = {name for name in copied if (folder / "times" / f"{name}.csv").exists()}  # which is copied after the video
     if corners:
         present |= {one.stem for place in (folder / CORNERS, folder) for one in place.glob(f"*{CORNERS_SUFFIX}")}
     missing = {name: place for name, place in places.items() if name not in present}

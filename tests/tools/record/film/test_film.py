@@ -199,14 +199,14 @@ def test_a_full_disk_ends_the_film_with_the_reason(tmp_path, monkeypatch):
 def test_an_earlier_film_is_kept_without_force(tmp_path):
     two, folder = viewers(tmp_path), tmp_path / "a"
     prepare(folder, two, force=False)
-    (folder / "corners").mkdir()
-    for name in ("sync.toml", "corners/cam09.corners"):  # the second of a board in the film that is replaced
+    for part in ("corners", "times"):
+        (folder / part).mkdir()
+    for name in ("sync.toml", "corners/cam09.corners", "times/cam09.csv"):  # the last ones of the film that is replaced
         (folder / name).touch()
         with pytest.raises(UserError, match=rf"{name} exists: allowed: another folder, or --force to replace it"):
             prepare(folder, two, force=False)
         prepare(folder, two, force=True)
         assert not (folder / name).exists()
-        (folder / "corners").mkdir(exist_ok=True)
     (folder / "videos").mkdir()
     (folder / "videos" / "other.mp4").touch()
     with pytest.raises(UserError, match=r"other.mp4: of a camera that is not filmed"):

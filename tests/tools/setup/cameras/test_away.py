@@ -25,12 +25,14 @@ def folder(tmp_path: Path) -> Path:
 def test_missing_videos_are_named_until_they_are_copied(folder: Path) -> None:
     with pytest.raises(UserError, match="cam01 on lab1, cam02 on lab2: allowed: all videos in the folder"):
         board_films([folder])
-    (folder / "videos" / "cam01.mkv").touch()
+    (folder / "times").mkdir()
+    for name in ("videos/cam01.mkv", "videos/cam02.MP4", "times/cam01.csv"):  # an interrupted copy leaves half a video
+        (folder / name).touch()
     with pytest.raises(UserError, match="cameras: cam02 on lab2: ") as caught:
         require_copied(folder)
     lines = [line.strip() for line in str(caught.value).splitlines()[1:]]
     assert lines[1:] == copy_commands(folder, {"cam02": PLACES["cam02"]})
-    (folder / "videos" / "cam02.MP4").touch()
+    (folder / "times" / "cam02.csv").touch()
     require_copied(folder)
     write_away(folder, {})
     assert not (folder / AWAY).exists()
@@ -53,7 +55,9 @@ def test_the_commands_copy_videos_and_times(tmp_path: Path) -> None:
 
 
 def test_corners_do_in_place_of_videos_for_a_board_only(folder: Path) -> None:
-    (folder / "videos" / "cam01.mkv").touch()
+    (folder / "times").mkdir()
+    for name in ("videos/cam01.mkv", "times/cam01.csv"):
+        (folder / name).touch()
     with pytest.raises(UserError, match="cam02 on lab2: allowed: all videos in the folder; copy them") as caught:
         board_films([folder])
     text = str(caught.value)

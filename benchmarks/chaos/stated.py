@@ -19,7 +19,6 @@ UNKNOWN = re.compile(r"^not counted: what (.*) sent from ([\d:.]+) UTC to ([\d:.
 MORE_TOPICS = re.compile(r"^  \w+ of .* of them lost\n  and more$", re.MULTILINE)
 MORE_TIMES = re.compile(UNKNOWN.pattern + r".*\n  and more$", re.MULTILINE)
 DAY_S, MARGIN_S = 86400.0, 0.2  # a time is stated to 0.1 s, and received a little later
-CLOCK_MARGIN_S = MARGIN_S + STEP_S[1]
 
 
 def wrong_statement(
@@ -31,8 +30,7 @@ def wrong_statement(
     text, status: of `up`.  takes, poses: all of the run, also deleted ones.  service: that sends the poses.
     clock: times at which the rig's clock may differ from the observer's by a step of the fault.
     """
-    found = SUM.search(text)
-    if found is None:
+    if (found := SUM.search(text)) is None:
         return [f"statement: none on the messages; {text[-1000:]}"]
     sent, stored, *lost_by_cause, unlogged = map(int, found.groups())
     lost, whole = sum(lost_by_cause), ALL_LOST.findall(text) or ONE_LOST.findall(text)
@@ -41,14 +39,14 @@ def wrong_statement(
     named = dict(TAKE.findall(text))
     its = [take for take in takes if str(take.path) in named]
     recorded = set().union(*(take.poses for take in takes))
-    silent = [
+    silent = [] if MORE_TIMES.search(text) else [
         pose for pose in poses
         if (pose.captured_ns, pose.frame % 2**32) not in recorded
-        and not _is_within(pose.received_ns, unknown, CLOCK_MARGIN_S if within(pose.received_ns, clock) else MARGIN_S)
+        and not _is_within(pose.received_ns, unknown, MARGIN_S + STEP_S[1] * within(pose.received_ns, clock))
     ]  # fmt: skip
     missing = missing_poses(silent, takes, clock)
     counted = sum(take.counted for take in its)
-    more = MORE_TOPICS.search(text) is not None
+    more = bool(MORE_TOPICS.search(text))
     of_topics = sum(count for _, count in topics)
     pose_lost = lost if more else sum(count for of, count in topics if of == service)
     checks = {
@@ -58,11 +56,9 @@ def wrong_statement(
         f"{stored} in the takes, which have {counted}": stored < counted
         or (stored > counted and all(t.whole for t in its)),
         f"{len(silent)} poses are in no take, {pose_lost} are stated as lost, {unlogged} as sent without a take": (
-            len(silent) > pose_lost + unlogged and not MORE_TIMES.search(text)
+            len(silent) > pose_lost + unlogged
         ),
-        f"{len(missing)} poses of the times of takes are in none, {pose_lost} are stated as lost": (
-            len(missing) > pose_lost and not MORE_TIMES.search(text)
-        ),
+        f"{len(missing)} poses of the times of takes are in none, {pose_lost} are lost": len(missing) > pose_lost,
         f"status {status} with {lost} lost, {len(UNKNOWN.findall(text))} times not counted": (
             status == 0 and bool(lost or UNKNOWN.search(text) or "; cut: " in text)
         ),

@@ -22,7 +22,7 @@ MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
 
 @dataclass(slots=True)
 class _QueuedMessage:
-    """A message in the queue; data is None after it was dropped or taken.  foreign: its key is not the rig's own."""
+    """A message in the queue; data is None after it was dropped or taken.  foreign: any program may send it."""
 
     key: str
     topic: Topic
@@ -75,8 +75,7 @@ class Inbox:
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        foreign = topic is REQUEST or not self.is_own(topic, key)  # any program may send requests
-        queued = _QueuedMessage(key, topic, data, received_ns, foreign)
+        queued = _QueuedMessage(key, topic, data, received_ns, topic is REQUEST or not self.is_own(topic, key))
         with self._ready:
             if every or topic.queueing is Queueing.ALL:
                 self._put_last(queued, data)

@@ -42,8 +42,7 @@ class ZenohClock:
     def query(self) -> None:
         """Start one round trip; a `RoundTrip` is queued when all have answered.
 
-        Of several times, as other programs may answer too, the one that can differ least from this clock is used: equal
-        clocks stay so, and a late answer with half the time of its trip is not preferred.
+        Of several, as others may answer too, the time that can differ least from this clock is used: equal clocks stay so.
         """
         sent_ns = self._clock.now_ns()
         self._queries += 1

@@ -187,7 +187,7 @@ def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
     ("last_s", "clock_s", "last_pose_s", "expected"),
     [
         (22, 0, 40.5, []),
-        (30, 0, 40.5, ["statement: 3 poses of the times of takes are in none, 2 are stated as lost"]),
+        (30, 0, 40.5, ["statement: 3 poses of the times of takes are in none, 2 are lost"]),
         (30, 21, 40.5, []),
         (22, 44, 44, []),
         (22, 0, 44, ["statement: 4 poses are in no take, 2 are stated as lost, 1 as sent without a take"]),

@@ -68,8 +68,7 @@ Opener = Callable[[LiveSource, Size, float], Capture]
 def open_stream(source: Stream, size: Size, fps: float) -> Capture:
     """Open a stream; its images have the size and rate that it has."""
     timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, STREAM_TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, STREAM_TIMEOUT_MS]
-    stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
-    return stream
+    return cast("Capture", cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts))
 
 
 def open_device(source: Device, size: Size, fps: float) -> Capture:
@@ -86,8 +85,7 @@ def open_device(source: Device, size: Size, fps: float) -> Capture:
     capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
     capture.set(cv2.CAP_PROP_FPS, fps)
     capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
-    device: Capture = capture
-    return device
+    return cast("Capture", capture)
 
 
 def opener_of(source: LiveSource) -> Opener:

@@ -18,10 +18,6 @@ from zenocap.common.runtime.signals import HANGS_S, STACKS
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0  # after the second short run, and at most
 SHORT_PAUSE_S = 0.1  # after a run of SETTLED_S, and after the first short one; chosen by hand
 SETTLED_S = 10.0  # run time after which a start counts as successful
-# Why services now and then still ran after 8 s, the former limit, and were killed; all mended: a signal right after the
-# fork was ignored (it waits for the handlers now); one during loading had an effect only afterwards (it ends the process
-# at once); one that another thread received did not wake the main thread (WAIT_S); the interpreter's own ending took half a
-# second of processor in each service at once (it is left out); a router that hung kept each session for 7 s (CLOSE_S).
 # `tests.measures.stops` allows a stop 2 s, under load 5 s, and counts what is logged after HANGING_S as hung.  The kill is
 # later than that because it cuts the take of an integrator whose disk is slow.
 HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
@@ -152,9 +148,6 @@ class ChildProcesses:
     def given_up(self) -> list[ChildProcess]:
         """Processes that failed and are not restarted."""
         return [child for child in self.all if child.status not in (None, 0)]
-
-    def restarts(self) -> int:
-        return sum(max(0, child.starts - 1) for child in self.all)
 
     def stop(self, names: Callable[[str], bool] = lambda _: True) -> None:
         """End processes by name: SIGTERM, then SIGKILL after STOPPED_S.  One that hangs logs its stacks after HANGING_S."""

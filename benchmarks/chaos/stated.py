@@ -27,8 +27,7 @@ def wrong_statement(
 ) -> list[str]:  # fmt: skip
     """Contradictions of the statement with the takes and the observer's poses.
 
-    text, status: of `up`.  takes, poses: all of the run, also deleted ones.  service: that sends the poses.
-    clock: times at which the rig's clock may differ from the observer's by a step of the fault.
+    text, status: of `up`.  takes, poses: all of the run, also deleted ones.  service: of the poses.  clock: times of steps.
     """
     if (found := SUM.search(text)) is None:
         return [f"statement: none on the messages; {text[-1000:]}"]
@@ -44,10 +43,8 @@ def wrong_statement(
         if (pose.captured_ns, pose.frame % 2**32) not in recorded
         and not _is_within(pose.received_ns, unknown, MARGIN_S + STEP_S[1] * within(pose.received_ns, clock))
     ]  # fmt: skip
-    missing = missing_poses(silent, takes, clock)
-    counted = sum(take.counted for take in its)
-    more = bool(MORE_TOPICS.search(text))
-    of_topics = sum(count for _, count in topics)
+    missing, more = missing_poses(silent, takes, clock), bool(MORE_TOPICS.search(text))
+    counted, of_topics = sum(take.counted for take in its), sum(count for _, count in topics)
     pose_lost = lost if more else sum(count for of, count in topics if of == service)
     checks = {
         f"{sent} sent are not {stored} + {lost} + {unlogged}": sent != stored + lost + unlogged,

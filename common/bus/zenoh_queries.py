@@ -45,8 +45,7 @@ class ZenohClock:
         Of several, as others may answer too, the time that can differ least from this clock is used: equal clocks stay so.
         """
         sent_ns = self._clock.now_ns()
-        self._queries += 1
-        frame = self._queries
+        frame = self._queries = self._queries + 1
         nearest: list[RoundTrip] = []  # two at most
 
         def take(reply: zenoh.Reply) -> None:

@@ -117,8 +117,7 @@ def camera_frames(
     name, opener = source.title, opener or opener_of(source)
     unreduced = Fit(size, size, name=name)
     fit = fit or unreduced
-    capture = _opened(source, size, fps, opener)
-    if capture is None:
+    if (capture := _opened(source, size, fps, opener)) is None:
         raise _open_error(source)
     index, due_ns, period_ns, last_ns = 0, 0, round(1e9 / fps), 0
     times, rate = CaptureTimes(source, playback), rate or SourceRate()
@@ -170,8 +169,7 @@ def of_working_size(viewer: Viewer) -> Opener:
     """
     assert isinstance(viewer.source, LiveSource)
     source, (width, height), opener = viewer.source, viewer.camera.size, opener_of(viewer.source)
-    capture = _opened(source, viewer.calibrated_size, viewer.fps, opener)
-    if capture is None:
+    if (capture := _opened(source, viewer.calibrated_size, viewer.fps, opener)) is None:
         raise _open_error(source)
     for _ in range(MOST_WAITING):
         decoded, image = capture.retrieve()

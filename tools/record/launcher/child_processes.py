@@ -139,10 +139,7 @@ class ChildProcesses:
 
     def lines(self) -> list[str]:
         """Lines written since the last call."""
-        found = []
-        while not self._lines.empty():
-            found.append(self._lines.get())
-        return found
+        return [self._lines.get() for _ in range(self._lines.qsize())]
 
     @property
     def given_up(self) -> list[ChildProcess]:

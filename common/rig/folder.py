@@ -16,7 +16,7 @@ from pathlib import Path
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError, reading
 from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
-from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
+from zenocap.common.rig.sources import BARE_SUFFIXES, MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
 from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
@@ -177,13 +177,19 @@ def plain_name(text: str) -> str:
 def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
     """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder.
 
+    A bare stream beside a container of its name is what was put into it, and is left out.
     Raises UserError for a folder that cannot be read.
     """
     if not folder.is_dir():
         return []
     with reading(folder):
         found = [path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith(".")]
-    return sorted(path for path in found if path.is_file())
+    whole = {_composed(path.stem) for path in found if not _bare(path)}
+    return sorted(path for path in found if path.is_file() and not (_bare(path) and _composed(path.stem) in whole))
+
+
+def _bare(path: Path) -> bool:
+    return path.suffix.lower() in BARE_SUFFIXES
 
 
 def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
@@ -191,6 +197,8 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     found = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
+    if not all(map(_bare, found)):  # a spare stream is no camera
+        found = [path for path in found if not _bare(path) or any(_alike(path.stem, name) for name in cameras)]
     paired, notes = _paired(calibration, cameras, found)
     others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in found and path.is_file()]
     without = [name for name in cameras if name not in paired]
@@ -198,6 +206,7 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     notes += [f"videos/{name}: not used, by its suffix: allowed: {' '.join(VIDEO_SUFFIXES)}" for name in unused]
     if unused and len(paired) < 2:
         raise UserError(f"{folder}: {notes[-1]}")
+    notes += [f"videos/{path.name}: not used: a bare stream beside other videos" for path in others if _bare(path)]
     return paired, notes
 
 
@@ -239,7 +248,7 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
         free = [name for name in cameras if name not in known and name not in found]
         fits = {
             path: [name for name in free if _numbered_camera(path.stem, name)]
-            or [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
+            or [name for name in free if _alike(path.stem, name)]
             for path in videos
             if path not in found.values()
         }
@@ -253,6 +262,10 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
                 return {}
             else:
                 raise UserError(f"{path}: {found[name].name} is of camera {name} too: allowed: one video per camera")
+
+
+def _alike(one: str, other: str) -> bool:
+    return _contains(one, other) or _contains(other, one)
 
 
 def _contains(text: str, name: str) -> bool:

@@ -16,9 +16,11 @@ from zenocap.common.errors import FileNote, UserError, did_you_mean
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 
 
-# Beyond which the unit is questioned: of cameras from the origin, the middle of a room, and of the point that they look at
-# from the floor.  Chosen by hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet.
-FAR_M, HIGH_M = 100.0, 1.8
+# Beyond which the unit is questioned: of cameras from the origin, the middle of a room, and from the floor of the point
+# that they look at and of themselves: level ones on 2 m look at 2 m.  Chosen by hand: rooms are a few metres, halls 30; the
+# shared clips look at 0.6 to 1 m, 2 to 3.3 feet.
+FAR_M, HIGH_M, MOUNTED_M = 100.0, 1.8, 2.5
+WEAK = 0.05  # share of the strongest direction's weight below which the point is the origin's; 13 degrees of two axes
 
 
 def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
@@ -51,9 +53,10 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     if distance > FAR_M:
         return f"{where}: is the file in centimetres or inches? allowed: metres"
     across = np.array([np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2]) for camera in cameras])
-    offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
-    height = float(np.linalg.lstsq(across.sum(axis=0), offset)[0][1])  # of the point nearest to all optical axes
-    if height > HIGH_M:
+    centres = np.array([camera.centre for camera in cameras])
+    offset = np.einsum("nij,nj->i", across, centres)
+    height = float(np.linalg.lstsq(across.sum(axis=0), offset, WEAK)[0][1])  # of the point nearest to all optical axes
+    if height > HIGH_M and np.median(centres[:, 1]) > MOUNTED_M:
         doubt = "is the file in feet, or another axis its vertical? allowed: metres"
         return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
     return ""

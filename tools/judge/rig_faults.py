@@ -184,8 +184,12 @@ def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
     for name, unit in UNITS_M.items():
         text = f"the calibration is in {name}, not in metres: so the silhouettes show a person; convert it"
         yield Hypothesis("calibration", (), text, alike, unit=unit)
-    text = "the calibration's vertical axis is Z, not Y: so the silhouettes show a person who stands; --up-axis z"
-    yield Hypothesis("calibration", (), text, alike, world_to_world=Z_UP_TO_Y_UP.T)
+    for axis, other, world_to_world in ("Z", "Y", Z_UP_TO_Y_UP.T), ("Y", "Z", Z_UP_TO_Y_UP):
+        text = (
+            f"the calibration's vertical axis is {axis}, not {other}: so the silhouettes show a person who stands; "
+            f'up_axis = "{axis.lower()}" in clip.toml or the rig file, or --up-axis {axis.lower()} with --calibration'
+        )
+        yield Hypothesis("calibration", (), text, alike, world_to_world=world_to_world)
 
 
 def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:

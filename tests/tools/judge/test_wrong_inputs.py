@@ -138,6 +138,10 @@ def with_z_up(one: Camera) -> Camera:
     return replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP)
 
 
+def read_as_z_up(one: Camera) -> Camera:
+    return replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP.T)
+
+
 def zoomed(one: Camera) -> Camera:
     """The focal length of another video mode."""
     return replace(one, matrix=one.matrix @ np.diag([1.5, 1.5, 1.0]))
@@ -155,7 +159,8 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "3 moved": (changed(knocked, 2, since=40), ("moved",), "camera cam03 contradicts the others from about 2 s on"),
     "1 moved before": (changed(knocked, 0), ("one-view",), "cam01 contradicts the others, which agree"),
     "another mode's focal length": (calibrated(zoomed, 0), ("one-view",), "cam01 or cam02 contradicts the others"),
-    "Z up": (calibrated(with_z_up), ("calibration",), "vertical axis is Z, not Y"),
+    "Z up": (calibrated(with_z_up), ("calibration",), "Z, not Y: so the silhouettes show a person who stands; up_"),
+    "Y up, read as Z up": (calibrated(read_as_z_up), ("calibration",), "Y, not Z: so the silhouettes show a person"),
     "in feet": (calibrated(in_feet), ("calibration",), "in feet, not in metres"),
     "1 upside down": (changed(half_turn, 0), ("turned",), "camera cam01 are turned by 180°"),
     "2 upside down": (changed(half_turn, 1), ("turned",), "camera cam02 are turned by 180°"),

@@ -113,13 +113,17 @@ REVERSED = "knee_angle is negative in flexion in angles.mot, as in gait2392: its
     ("file", "expected", "notes"),
     [
         (mot({"elbow_flex_r": [np.pi / 4]}, in_degrees=False), {"elbow_flexion_r": [45.0]}, None),
+        (
+            mot({"elbow_flex_r": [np.pi / 4], "elbow_flex_l": [np.nan], "arm_rot_r": [6.4]}, in_degrees=False),
+            {"elbow_flexion_r": [45.0]}, (),
+        ),
         (mot(BENT), {"trunk_bending": [12.0]}, ()),
         (mot({"hip_flexion_r": [20.0]}), {"hip_flexion_r": [20.0], "hip_adduction_r": [0.0]},
          ("no hip_adduction_r, hip_rotation_r in angles.mot: taken as 0",)),
         (mot({"knee_angle_r": [-5.0, -60.0], "knee_angle_l": [4.0, -10.0]}), {"knee_flexion_r": [5.0, 60.0]}, (REVERSED,)),
         (mot({"knee_angle_r": [-5.0, 60.0]}), {"knee_flexion_r": [-5.0, 60.0]}, ()),
     ],
-    ids=["radians", "joints of the spine add up", "missing coordinates are zero", "knees reversed", "knees as they are"],
+    ids=["radians", "past a turn", "joints of the spine add up", "missing is zero", "knees reversed", "knees as they are"],
 )  # fmt: skip
 def test_coordinates_of_other_models_are_angles_with_notes(file, expected, notes):
     rotations, found_notes = rotations_of(file, PATH)

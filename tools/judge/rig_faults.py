@@ -34,6 +34,7 @@ from zenocap.tools.judge.parameters import (
     UNITS_M,
 )
 from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons
+from zenocap.tools.judge.view_lag import ViewLags
 
 TURNS = {1: "90° clockwise", 2: "180°", 3: "90° anticlockwise"}  # of pictures, by the quarter turns back
 
@@ -197,10 +198,11 @@ def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
         yield Hypothesis(ONE, (view,), "", {one: film for one, film in alike.items() if one != view})
 
 
-def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
-    """Reasons of a take without poses, the causes first."""
+def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReason]:
+    """Reasons of a take without poses, the causes first.  lags: of views, with which no rig is judged."""
     found = half_person(evidence) or no_legs(evidence)
-    causes = [*scene_reasons(evidence), *([] if found is None else [found])]
+    late = [] if lags is None else [lags.reason]
+    causes = [*late, *scene_reasons(evidence), *([] if found is None else [found])]
     seen_s = (
         SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
     )

@@ -42,6 +42,7 @@ ROOT_ENDS = {  # there, of the coordinates that a person leaves by walking or tu
     "pelvis_rotation": (-90, 90, "degrees"), "pelvis_tx": (-5, 5, "m"), "pelvis_ty": (-1, 2, "m"),
     "pelvis_tz": (-3, 3, "m"),
 }  # fmt: skip
+ROOT_BEYOND = {"degrees": 1.0, "m": 0.01}  # of the root beyond its range, from which there is a note; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -156,7 +157,7 @@ def warn_of_ranges(take: str, columns: Mapping[str, Floats]) -> None:
     found = []
     for name, (low, high, unit) in ROOT_ENDS.items():
         lowest, highest = float(columns[name].min()), float(columns[name].max())
-        if lowest < low or highest > high:
+        if lowest < low - ROOT_BEYOND[unit] or highest > high + ROOT_BEYOND[unit]:
             found.append(f"{name} from {lowest:.4g} to {highest:.4g} {unit} ({low} to {high})")
     for triple in (JOINTS[f"{side}_{joint}"][0][0] for side, *_ in SIDES for joint in ("hip", "shoulder")):
         for name, (lower, upper) in zip(triple.names, triple.ranges_deg, strict=True):

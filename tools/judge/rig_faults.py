@@ -86,15 +86,19 @@ class SeenRig:
         """The one that holds in most sets; None where it holds in few, or one of another kind in about as many.
 
         Without a camera whose pictures are turned the others agree too: that is no other fault.  Two views may agree by
-        chance: of faults of one view, all that hold about as often are named.
+        chance: of faults of one view, all that hold about as often are named, of orders of the videos two.
         """
         found = sorted(((float(self.held(one).mean()), one) for one in every), key=lambda each: -each[0])
         near = [one for share, one in found if share >= max(HOLDS, found[0][0] - HOLDS_MORE)]
         back = [one.viewers for one in near if one.kind == "turned"]
         near = [one for one in near if one.kind != ONE or one.viewers not in back]
-        if len({one.kind for one in near}) != 1 or (near[0].kind == ONE and len(near) == len(self.cameras)):
+        kinds, most = {one.kind for one in near}, {ONE: len(self.cameras) - 1, "swapped": 2}
+        if len(kinds) != 1 or len(near) > most.get(near[0].kind, len(near)):
             return None
-        return replace(near[0], viewers=tuple(one.viewers[0] for one in near)) if near[0].kind == ONE else near[0]
+        if near[0].kind not in most:
+            return near[0]
+        viewers = tuple(dict.fromkeys(view for one in near for view in one.viewers))
+        return replace(near[0], viewers=viewers, text="; or ".join(one.text for one in near if one.text))
 
     def _outline(self, k: int, view: str, film: str, turns: int) -> Outline | None:
         """Outline in set k of a video, turned, as that of a view; None without a silhouette."""

@@ -119,7 +119,10 @@ def turned(mask: Mask, size: tuple[int, int], turns: int) -> Mask:
 
 
 def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
-    """The likely fault of the rig; None where the silhouettes do not tell it, or show none."""
+    """The likely fault of the rig; None where the silhouettes do not show it, or none.
+
+    A move of a camera is found from FEWEST_SETS / MOST_SETS of the take, before which it is one-view, to HOLDS_NOT.
+    """
     cameras = {viewer: reduced(camera_of(info)) for viewer, info in sorted(evidence.cameras.items())}
     rig, alike = SeenRig(cameras, frame_sets(evidence, cameras)), {viewer: viewer for viewer in cameras}
     if len(rig.sets) < FEWEST_SETS:
@@ -217,7 +220,7 @@ def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReas
         )
     elif evidence.body is None and evidence.cameras and not causes:
         text = (
-            "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not tell why: the "
+            "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not show why: the "
             "empty scene (empty_seconds), the calibration of other cameras, cameras that were moved, and for two-view the "
             "T-pose"
         )

@@ -167,7 +167,7 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "all upside down": (changed(half_turn), ("turned",), "camera cam01, cam02, cam03 are turned by 180°"),
     "1 turned by a quarter": (changed(quarter_turn, 0), ("turned",), "camera cam01 are turned by 90° anticlockwise"),
     "all turned by a quarter": (changed(quarter_turn), ("turned",), "cam01, cam02, cam03 are turned by 90° anticlockwise"),
-    # Not told, the reason lists what it may be: all cameras are elsewhere, so that no change of one explains it, or one by
+    # Not found, the reason lists what it may be: all cameras are elsewhere, so that no change of one explains it, or one by
     # a few degrees or decimetres, with which most silhouettes agree.  Poses are found; views that contradict are named.
     "another set's calibration": (other_set(7), CONTRADICTION, "wrong calibration, swapped or late videos"),
     "a third set's calibration": (other_set(11), CONTRADICTION, "wrong calibration, swapped or late videos"),
@@ -205,6 +205,7 @@ def test_the_first_reason_of_a_wrong_input_is_its_cause(name: str) -> None:
     assert found.rating == "unusable"
     assert found.reasons[0].kind in kinds, [(one.kind, one.text) for one in found.reasons]
     assert words in found.reasons[0].text
+    assert not {"swapped", "turned", "calibration"} & {one.kind for one in found.reasons} - set(kinds)
 
 
 def test_the_camera_that_was_moved_is_named() -> None:

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 import struct
 import sys
 import tempfile
@@ -176,8 +175,7 @@ def with_whole_frames(path: Path, stack: ExitStack) -> tuple[Path, int | None]:
 
     Long captures have it so, as more than 65535 have no room in two bytes.  ezc3d takes whole ones alone.
     """
-    with path.open("rb") as file:
-        content = bytearray(file.read(BLOCK * 256))  # header and parameters
+    content = bytearray(np.fromfile(path, np.uint8, BLOCK * 256))  # header and parameters
     end = 512 * max(1, int.from_bytes(content[16:18], "little") - 1)
     group, found = POINT.search(content, 512, end), FRAMES.search(content, 512, end)
     if group is None or found is None or found[1][0] != 256 - group[1][0] or found[4][0] > 0xFD:
@@ -189,9 +187,7 @@ def with_whole_frames(path: Path, stack: ExitStack) -> tuple[Path, int | None]:
     # Two bytes less: the description begins with two spaces.
     content[found.start(2) : found.end()] = b"\x02" + found[2][1:] + whole + bytes([found[4][0] + 2]) + b"  "
     copy = Path(stack.enter_context(tempfile.TemporaryDirectory())) / path.name
-    shutil.copyfile(path, copy)
-    with copy.open("r+b") as file:
-        file.write(content)
+    copy.write_bytes(content + path.read_bytes()[len(content) :])
     return copy, int(count)
 
 

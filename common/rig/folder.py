@@ -175,21 +175,17 @@ def plain_name(text: str) -> str:
 
 
 def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder.
+    """Files, by name; none without the folder, hidden ones such as macOS's ._NAME, bare streams beside the same container.
 
-    A bare stream beside a container of its name is what was put into it, and is left out.
     Raises UserError for a folder that cannot be read.
     """
     if not folder.is_dir():
         return []
     with reading(folder):
         found = [path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith(".")]
-    whole = {_composed(path.stem) for path in found if not _bare(path)}
-    return sorted(path for path in found if path.is_file() and not (_bare(path) and _composed(path.stem) in whole))
-
-
-def _bare(path: Path) -> bool:
-    return path.suffix.lower() in BARE_SUFFIXES
+    whole = {_composed(path.stem) for path in found if path.suffix.lower() not in BARE_SUFFIXES}
+    found = [path for path in found if path.suffix.lower() not in BARE_SUFFIXES or _composed(path.stem) not in whole]
+    return sorted(path for path in found if path.is_file())
 
 
 def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
@@ -197,16 +193,14 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     found = with_suffix(folder / "videos", VIDEO_SUFFIXES)
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
-    if not all(map(_bare, found)):  # a spare stream is no camera
-        found = [path for path in found if not _bare(path) or any(_alike(path.stem, name) for name in cameras)]
     paired, notes = _paired(calibration, cameras, found)
-    others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in found and path.is_file()]
+    others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in paired.values() and path.is_file()]
     without = [name for name in cameras if name not in paired]
     unused = [path.name for name in without for path in others if _contains(path.stem, name)]
     notes += [f"videos/{name}: not used, by its suffix: allowed: {' '.join(VIDEO_SUFFIXES)}" for name in unused]
     if unused and len(paired) < 2:
         raise UserError(f"{folder}: {notes[-1]}")
-    notes += [f"videos/{path.name}: not used: a bare stream beside other videos" for path in others if _bare(path)]
+    notes += [f"videos/{one.name}: not used: a spare bare stream" for one in others if one.suffix.lower() in BARE_SUFFIXES]
     return paired, notes
 
 
@@ -220,7 +214,7 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
     paired = {name: by_stem[_composed(name)] for name in cameras if _composed(name) in by_stem}
     contained = _by_contained_names(cameras, [path for path in videos if path not in paired.values()], paired)
     found, notes = paired | contained, []
-    rest = [path for path in videos if path not in found.values()]
+    rest = [path for path in videos if path not in found.values() and not (found and path.suffix.lower() in BARE_SUFFIXES)]
     if contained:
         pairing = ", ".join(f"{name} = {contained[name].name}" for name in cameras if name in contained)
         notes.append(f"assigned by the names within: {pairing}")
@@ -248,7 +242,7 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
         free = [name for name in cameras if name not in known and name not in found]
         fits = {
             path: [name for name in free if _numbered_camera(path.stem, name)]
-            or [name for name in free if _alike(path.stem, name)]
+            or [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
             for path in videos
             if path not in found.values()
         }
@@ -262,10 +256,6 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
                 return {}
             else:
                 raise UserError(f"{path}: {found[name].name} is of camera {name} too: allowed: one video per camera")
-
-
-def _alike(one: str, other: str) -> bool:
-    return _contains(one, other) or _contains(other, one)
 
 
 def _contains(text: str, name: str) -> bool:

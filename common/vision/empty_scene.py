@@ -14,8 +14,7 @@ EDGE_RATIO = 1.5  # of edges at a pixel, from which only one of two images has o
 REDUCED_PX = 160  # longest side of the images that are compared with each other; chosen by hand
 SAMPLED = 15  # images whose median is compared with all of them; chosen by hand
 FEWEST_IMAGES = 3  # among which people are looked for: of two, both may show one
-LEAST_EMPTY, FEWEST_EMPTY = 4, 2  # images without people, from which a background is learnt, of many, and of less than
-# twice LEAST_EMPTY; chosen by hand
+LEAST_EMPTY, FEWEST_EMPTY = 4, 2  # images without people that a background needs, of 8 and more, of fewer; chosen by hand
 UNCOVERED = 2.0  # from so many times the edges of the usual image, a person has left it in the others; chosen by hand
 SHORTEST_BREAK = 2  # images without a person between two with one, which are taken for such too; chosen by hand
 OPTIONS = SilhouetteOptions()

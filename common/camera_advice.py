@@ -81,7 +81,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
     ),
     AdviceCode.OCCUPIED: Wording(
         "not empty",
-        "a person is in {value:.0f} % of the images that should show the empty scene; these are left out",
+        "a person is in {value:.0f} % of the images that should show the empty scene; left out where enough show none",
         "give a time before a person enters (empty_seconds, --empty-seconds), or leave the scene empty for longer",
     ),
     AdviceCode.UNCOVERED: Wording(

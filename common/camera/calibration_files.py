@@ -16,9 +16,9 @@ from zenocap.common.errors import FileNote, UserError, did_you_mean
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 
 
-# Beyond which the unit is questioned: of cameras from the origin, the middle of a room, and of the point that they look at
-# from the floor.  Chosen by hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet.
-FAR_M, HIGH_M = 100.0, 1.8
+# Beyond which the unit is questioned: of cameras from the origin; from the floor, of the point they look at and of cameras.
+# By hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet; level cameras look at 2 m.
+FAR_M, HIGH_M, MOUNTED_M, WEAK = 100.0, 1.8, 2.5, 0.05  # WEAK: of the strongest direction; weaker ones are the origin's
 
 
 def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
@@ -52,8 +52,8 @@ def unit_note(cameras: Sequence[Camera]) -> str:
         return f"{where}: is the file in centimetres or inches? allowed: metres"
     across = np.array([np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2]) for camera in cameras])
     offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
-    height = float(np.linalg.lstsq(across.sum(axis=0), offset)[0][1])  # of the point nearest to all optical axes
-    if height > HIGH_M:
+    height = float(np.linalg.lstsq(across.sum(axis=0), offset, WEAK)[0][1])  # of the point nearest to all optical axes
+    if height > HIGH_M and np.median([camera.centre[1] for camera in cameras]) > MOUNTED_M:
         doubt = "is the file in feet, or another axis its vertical? allowed: metres"
         return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
     return ""

@@ -7,6 +7,7 @@ import struct
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from math import prod
 from pathlib import Path
@@ -150,8 +151,8 @@ def main() -> None:
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # ezc3d writes warnings
         try:
-            with tempfile.TemporaryDirectory() as folder:
-                readable, frames = _counted(Path(sys.argv[1]), Path(folder))
+            with ExitStack() as stack:
+                readable, frames = with_whole_frames(Path(sys.argv[1]), stack)
                 file = ezc3d.c3d(str(readable))
             point, first = file["parameters"]["POINT"], int(file["header"]["points"]["first_frame"])
             points = np.asarray(file["data"]["points"], dtype=np.float64)
@@ -169,12 +170,12 @@ def main() -> None:
         out.write(residuals.tobytes())
 
 
-def _counted(path: Path, folder: Path) -> tuple[Path, int | None]:
-    """The file, or where POINT:FRAMES is no whole number a copy in `folder` in which it is one; and that number, or None.
+def with_whole_frames(path: Path, stack: ExitStack) -> tuple[Path, int | None]:
+    """The file, or where POINT:FRAMES is no whole number a copy of `stack` in which it is one; and that number, or None.
 
     Long captures have it so, as more than 65535 have no room in two bytes.  ezc3d takes whole ones alone.
     """
-    content = bytearray(path.read_bytes())
+    content = bytearray(np.fromfile(path, np.uint8, BLOCK * 256))  # header and parameters
     end = 512 * max(1, int.from_bytes(content[16:18], "little") - 1)
     group, found = POINT.search(content, 512, end), FRAMES.search(content, 512, end)
     if group is None or found is None or found[1][0] != 256 - group[1][0] or found[4][0] > 0xFD:
@@ -185,8 +186,8 @@ def _counted(path: Path, folder: Path) -> tuple[Path, int | None]:
     whole = struct.pack("<H", min(int(count), 0xFFFF))
     # Two bytes less: the description begins with two spaces.
     content[found.start(2) : found.end()] = b"\x02" + found[2][1:] + whole + bytes([found[4][0] + 2]) + b"  "
-    copy = folder / path.name
-    copy.write_bytes(content)
+    copy = Path(stack.enter_context(tempfile.TemporaryDirectory())) / path.name
+    copy.write_bytes(content + path.read_bytes()[len(content) :])
     return copy, int(count)
 
 

@@ -31,7 +31,7 @@ VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
 NEGATIVE_KNEE_DEG = -20.0
 # Of a hip or an arm beyond its range: least angle, and share of the rows, that give a note.  By hand: a T-pose is short.
 BEYOND_DEG, LONG = 10.0, 0.05
-MANY = 8  # angles of limbs; that all of them stay below 3.1 degrees is not likely.  Chosen by hand.
+MANY, TURNS = 8, 4.0  # angles of limbs that do not all stay below 3.1 degrees; turns that none reaches.  Chosen by hand.
 # Degrees; Rajagopal2016.osim of opensim-org/opensim-models, where all are clamped.  pelvis_rotation is free: a person turns
 # farther than its range, and the other solution lies upside down.
 HIP_DEG = ((-30.0, 120.0), (-50.0, 30.0), (-40.0, 40.0))
@@ -41,6 +41,7 @@ ROOT_ENDS = {  # there, of the coordinates that a person leaves by walking or tu
     "pelvis_rotation": (-90, 90, "degrees"), "pelvis_tx": (-5, 5, "m"), "pelvis_ty": (-1, 2, "m"),
     "pelvis_tz": (-3, 3, "m"),
 }  # fmt: skip
+ROOT_BEYOND = {"degrees": 1.0, "m": 0.01}  # of the root beyond its range, from which there is a note; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def warn_of_ranges(take: str, columns: Mapping[str, Floats]) -> None:
     found = []
     for name, (low, high, unit) in ROOT_ENDS.items():
         lowest, highest = float(columns[name].min()), float(columns[name].max())
-        if lowest < low or highest > high:
+        if lowest < low - ROOT_BEYOND[unit] or highest > high + ROOT_BEYOND[unit]:
             found.append(f"{name} from {lowest:.4g} to {highest:.4g} {unit} ({low} to {high})")
     for triple in (JOINTS[f"{side}_{joint}"][0][0] for side, *_ in SIDES for joint in ("hip", "shoulder")):
         for name, (lower, upper) in zip(triple.names, triple.ranges_deg, strict=True):
@@ -168,10 +169,10 @@ def warn_of_ranges(take: str, columns: Mapping[str, Floats]) -> None:
 
 
 def _in_its_unit(mot: Mot, path: Path) -> tuple[Mot, list[str]]:
-    """The file in degrees where angles of limbs are beyond a full turn in radians, and notes, also on small degrees."""
+    """The file in degrees where most limbs turn by more than a full turn of radians, and notes, also on small degrees."""
     limbs = [name for joint, rows in JOINTS.items() if joint != "pelvis" for triple in rows[0] for name in triple.names]
-    found = [float(np.abs(mot.columns[name]).max()) for name in limbs if name in mot.columns]
-    if not mot.in_degrees and found and max(found) > TURN:
+    found = [float(np.abs(np.nan_to_num(mot.columns[name])).max()) for name in limbs if name in mot.columns]
+    if not mot.in_degrees and found and (np.median(found) > TURN or max(found) > TURNS * TURN):
         return replace(mot, in_degrees=True), [f"inDegrees = no in {path.name}, but angles of {max(found):.0f}: degrees"]
     if mot.in_degrees and len(found) >= MANY and 0.0 < max(found) < TURN / 2:
         return mot, [f"inDegrees = yes in {path.name}, but no angle beyond {max(found):.2f}: are they radians?"]
@@ -180,10 +181,8 @@ def _in_its_unit(mot: Mot, path: Path) -> tuple[Mot, list[str]]:
 
 def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:
     zero = np.zeros(len(mot.times_s))
-    values = np.stack(
-        [sign * mot.columns.get(name, zero) for name, sign in zip(triple.names, triple.signs, strict=True)], 1
-    )
-    return euler_to_matrix(triple.axes, np.radians(values) if mot.in_degrees else values)
+    turns = np.stack([sign * mot.columns.get(one, zero) for one, sign in zip(triple.names, triple.signs, strict=True)], 1)
+    return euler_to_matrix(triple.axes, np.radians(turns) if mot.in_degrees else turns)
 
 
 def _coordinates(triple: CoordinateTriple, rotations: Floats, step_s: float) -> dict[str, Floats]:

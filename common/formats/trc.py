@@ -17,7 +17,7 @@ METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 SAME_RATE = 0.02  # relative difference up to which two rates are equal, such as 29.97 and 30; chosen by hand
-APART = 1.5  # rows that either Frame# or Time alone leaves out, from which that is said; cameras jitter less; by hand
+APART = 1.5  # rows that either Frame# or Time alone leaves out, from which there is a note; cameras jitter less; by hand
 ZEROS = "{} points are 0 0 0: taken as missing"
 NINES = [10**digits - 1 for digits in range(4, 9)]  # a point of three times one of them, of either sign, is missing too
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError, reading
 from zenocap.common.rig.file import MAX_OFFSET_S, RigFile, ViewerTable
-from zenocap.common.rig.sources import MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
+from zenocap.common.rig.sources import BARE_SUFFIXES, MAX_FIRST, MAX_FIRST_S, VIDEO_SUFFIXES, SpecError, first_text
 from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
@@ -175,7 +175,7 @@ def plain_name(text: str) -> str:
 
 
 def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files; none without the folder.
+    """Files, by name; none without the folder, hidden ones such as macOS's ._NAME, bare streams beside the same container.
 
     Raises UserError for a folder that cannot be read.
     """
@@ -183,6 +183,8 @@ def with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
         return []
     with reading(folder):
         found = [path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith(".")]
+    whole = {_composed(path.stem) for path in found if path.suffix.lower() not in BARE_SUFFIXES}
+    found = [path for path in found if path.suffix.lower() not in BARE_SUFFIXES or _composed(path.stem) not in whole]
     return sorted(path for path in found if path.is_file())
 
 
@@ -192,12 +194,13 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
     paired, notes = _paired(calibration, cameras, found)
-    others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in found and path.is_file()]
+    others = [path for path in sorted((folder / "videos").glob("[!.]*")) if path not in paired.values() and path.is_file()]
     without = [name for name in cameras if name not in paired]
     unused = [path.name for name in without for path in others if _contains(path.stem, name)]
     notes += [f"videos/{name}: not used, by its suffix: allowed: {' '.join(VIDEO_SUFFIXES)}" for name in unused]
     if unused and len(paired) < 2:
         raise UserError(f"{folder}: {notes[-1]}")
+    notes += [f"videos/{one.name}: not used: a spare bare stream" for one in others if one.suffix.lower() in BARE_SUFFIXES]
     return paired, notes
 
 
@@ -211,7 +214,7 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
     paired = {name: by_stem[_composed(name)] for name in cameras if _composed(name) in by_stem}
     contained = _by_contained_names(cameras, [path for path in videos if path not in paired.values()], paired)
     found, notes = paired | contained, []
-    rest = [path for path in videos if path not in found.values()]
+    rest = [path for path in videos if path not in found.values() and not (found and path.suffix.lower() in BARE_SUFFIXES)]
     if contained:
         pairing = ", ".join(f"{name} = {contained[name].name}" for name in cameras if name in contained)
         notes.append(f"assigned by the names within: {pairing}")

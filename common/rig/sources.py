@@ -14,10 +14,8 @@ from zenocap.common.rig.camera_settings import CameraSettings
 
 BACKGROUNDS = "adaptive, first:N, first:SECONDSs, median, image:FILE, mog2"
 FIRST, ADAPTIVE = "first:60", "adaptive"  # usual backgrounds of a video file or the simulated person, and of cameras
-VIDEO_SUFFIXES = (
-    ".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
-    ".h264", ".264", ".h265", ".265", ".hevc", ".mjpeg", ".mjpg",
-)  # fmt: skip
+BARE_SUFFIXES = (".h264", ".264", ".h265", ".265", ".hevc", ".mjpeg", ".mjpg")
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts", *BARE_SUFFIXES)
 DISCOVER = "discover"  # scheme of an announced camera
 MAX_FIRST = 10_000
 MAX_EMPTY_PX = 1 << 32  # of all empty frames: 10,000 of 640x480, 2,071 of 1920x1080, 128 of 8K; chosen by hand

@@ -39,8 +39,8 @@ RAW_TIME_BASE = Fraction(1, 1_200_000)  # of FFmpeg's readers of bare streams, w
 LATE_S, LATE_PERIODS, LATEST_S = 0.1, 4, 60.0
 FROM_ZERO = ("avi", "matroska", "mov")  # parts of the names of formats whose times begin at 0
 CAPTURE_RATE = "com.android.capture.fps"
-# In the XML of Sony's cameras, which FFmpeg does not read, at either end of a file: name, and bytes that are searched.
-SONY_RATE, SONY_BYTES = re.compile(rb'\b(captureFps)="([\d.]+)'), 1 << 20
+# In the XML of Sony's cameras at either end of a file, which FFmpeg does not read: name, rate, i for fields; bytes read.
+SONY_RATE, SONY_BYTES = re.compile(rb'\b(captureFps)="([\d.]+)(i?)'), 1 << 20
 OTHER_RATE = 0.1  # least relative difference of the rates of capture and of the times that gives a note; by hand
 UNDECODABLE = "no picture of it can be decoded: damaged, or without a key frame: allowed: a film that begins with one"
 # By the turn, counterclockwise in degrees, that a file asks for.
@@ -315,7 +315,7 @@ class VideoReader(Closable):
                 "times count from the first of them"
             )
         if self._interlaced:
-            yield "states that its pictures are interlaced, of two moments each: deinterlace it, or film progressively"
+            yield "states that its pictures are interlaced, of two moments: deinterlace it, unless filmed progressively"
         if self._mirrored:
             yield MIRRORED
         ratios = (self._stream.sample_aspect_ratio, self._stream.codec_context.sample_aspect_ratio)
@@ -329,14 +329,14 @@ class VideoReader(Closable):
     def _capture_rate(self) -> tuple[str, float]:
         """Frames/s at which a camera filmed, as slow motion and time lapses state, and its name; 0 where none is stated."""
         tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
-        name, text = CAPTURE_RATE, tags.get(CAPTURE_RATE, "")
+        name, text, fields = CAPTURE_RATE, tags.get(CAPTURE_RATE, ""), ""
         with suppress(OSError), self.path.open("rb") as file:
             content = file.read(SONY_BYTES)
             file.seek(max(SONY_BYTES, self.path.stat().st_size - SONY_BYTES))
             if not text and (found := SONY_RATE.search(content + file.read())):
-                name, text = (one.decode() for one in found.groups())
+                name, text, fields = (one.decode() for one in found.groups())
         with suppress(ValueError):
-            if 0 < (rate := float(text)) < inf:
+            if 0 < (rate := float(text) / (2.0 if fields else 1.0)) < inf:
                 return name, rate
         return name, 0.0
 

@@ -15,7 +15,7 @@ from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.adaptive.saved import taken_up
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
-from zenocap.common.vision.empty_scene import LEAST_EMPTY, with_people
+from zenocap.common.vision.empty_scene import FEWEST_EMPTY, LEAST_EMPTY, with_people
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.prediction import Prediction
@@ -59,7 +59,7 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
         people = with_people(images)
         empty = [image for image, seen in zip(images, people, strict=True) if not seen]
         watch = AdviceWatch(occupied=100.0 * float(people.mean()))
-        enough = len(empty) >= min(LEAST_EMPTY, len(images) / 2)
+        enough = len(empty) >= (LEAST_EMPTY if len(images) >= 2 * LEAST_EMPTY else FEWEST_EMPTY)
         return state, Segmentation(learn_from(empty if enough else images), watch=watch)
     return state, Segmentation(_background(setup, images))
 

@@ -34,9 +34,9 @@ from zenocap.tools.judge.parameters import (
     UNITS_M,
 )
 from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons
+from zenocap.tools.judge.view_lag import ViewLags
 
 TURNS = {1: "90° clockwise", 2: "180°", 3: "90° anticlockwise"}  # of pictures, by the quarter turns back
-
 ONE = "one-view"  # kind of the fault of a camera without which the others agree
 
 
@@ -69,14 +69,11 @@ class SeenRig:
         cameras = {}
         for view in one.films:
             own = self.cameras[view]
-            rotation, translation = own.rotation @ one.world_to_world, one.unit * own.translation
-            cameras[view] = replace(own, rotation=rotation, translation=translation)
+            cameras[view] = replace(own, rotation=own.rotation @ one.world_to_world, translation=one.unit * own.translation)
         found = np.zeros(len(self.sets), dtype=np.bool_)
         for k in range(len(self.sets)):
             seen = {view: self._outline(k, view, film, one.turns.get(view, 0)) for view, film in one.films.items()}
-            outlines = {
-                view: replace(each, rays=each.rays @ one.world_to_world) for view, each in seen.items() if each is not None
-            }
+            outlines = {view: replace(each, rays=each.rays @ one.world_to_world) for view, each in seen.items() if each}
             ends = lower_ends(cameras, outlines) if len(outlines) > 1 else {}
             found[k] = bool(ends) and max(map(abs, ends.values())) <= LEGS_ABOVE_M
         return found
@@ -85,15 +82,18 @@ class SeenRig:
         """The one that holds in most sets; None where it holds in few, or one of another kind in about as many.
 
         Without a camera whose pictures are turned the others agree too: that is no other fault.  Two views may agree by
-        chance: of faults of one view, all that hold about as often are named.
+        chance: of faults of one view, all that hold about as often are named, of orders of the videos two.
         """
         found = sorted(((float(self.held(one).mean()), one) for one in every), key=lambda each: -each[0])
         near = [one for share, one in found if share >= max(HOLDS, found[0][0] - HOLDS_MORE)]
         back = [one.viewers for one in near if one.kind == "turned"]
         near = [one for one in near if one.kind != ONE or one.viewers not in back]
-        if len({one.kind for one in near}) != 1 or (near[0].kind == ONE and len(near) == len(self.cameras)):
+        kinds, most = {one.kind for one in near}, {ONE: len(self.cameras) - 1, "swapped": 2}
+        if len(kinds) != 1 or len(near) > most.get(near[0].kind, len(near)):
             return None
-        return replace(near[0], viewers=tuple(one.viewers[0] for one in near)) if near[0].kind == ONE else near[0]
+        near = near[: most.get(near[0].kind, 1)]
+        viewers = tuple(dict.fromkeys(view for one in near for view in one.viewers))
+        return replace(near[0], viewers=viewers, text="; or ".join(one.text for one in near if one.text))
 
     def _outline(self, k: int, view: str, film: str, turns: int) -> Outline | None:
         """Outline in set k of a video, turned, as that of a view; None without a silhouette."""
@@ -114,7 +114,7 @@ def turned(mask: Mask, size: tuple[int, int], turns: int) -> Mask:
 
 
 def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
-    """The likely fault of the rig; None where the silhouettes do not tell it, or show none."""
+    """The likely fault of the rig; None where the silhouettes do not show it, or none."""
     cameras = {viewer: reduced(camera_of(info)) for viewer, info in sorted(evidence.cameras.items())}
     rig, alike = SeenRig(cameras, frame_sets(evidence, cameras)), {viewer: viewer for viewer in cameras}
     if len(rig.sets) < FEWEST_SETS:
@@ -147,7 +147,7 @@ def frame_sets(evidence: TakeEvidence, cameras: Mapping[str, Camera]) -> list[tu
 
 
 def _one_view(found: Hypothesis, now: Bools, times_s: Sequence[float]) -> Hypothesis:
-    """A camera that contradicts the others, always or from a time on.  now: (sets,) whether all agree."""
+    """A camera that contradicts the others, or from 1/4 to 3/5 of the take on.  now: (sets,) whether all agree."""
     k, who = int(np.argmax([now[:k].sum() + (~now[k:]).sum() for k in range(len(now))])), " or ".join(found.viewers)
     if k < FEWEST_SETS or now[:k].mean() < HOLDS or now[k:].mean() > HOLDS_NOT:
         text = (
@@ -184,8 +184,10 @@ def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
     for name, unit in UNITS_M.items():
         text = f"the calibration is in {name}, not in metres: so the silhouettes show a person; convert it"
         yield Hypothesis("calibration", (), text, alike, unit=unit)
-    text = "the calibration's vertical axis is Z, not Y: so the silhouettes show a person who stands; --up-axis z"
-    yield Hypothesis("calibration", (), text, alike, world_to_world=Z_UP_TO_Y_UP.T)
+    for axis, other, world_to_world in ("Z", "Y", Z_UP_TO_Y_UP.T), ("Y", "Z", Z_UP_TO_Y_UP):
+        text = f"the calibration's vertical axis is {axis}, not {other}: so the silhouettes show a person who stands; "
+        text += f'up_axis = "{axis.lower()}" in clip.toml or the rig file, or --up-axis with --calibration'
+        yield Hypothesis("calibration", (), text, alike, world_to_world=world_to_world)
 
 
 def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
@@ -193,13 +195,12 @@ def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
         yield Hypothesis(ONE, (view,), "", {one: film for one, film in alike.items() if one != view})
 
 
-def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
-    """Reasons of a take without poses, the causes first."""
+def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReason]:
+    """Reasons of a take without poses, the causes first.  lags: of views, with which no rig is judged."""
     found = half_person(evidence) or no_legs(evidence)
-    causes = [*scene_reasons(evidence), *([] if found is None else [found])]
-    seen_s = (
-        SAMPLE_NS / 1e9 * sum(any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values())
-    )
+    causes = [*([] if lags is None else [lags.reason]), *scene_reasons(evidence), *([] if found is None else [found])]
+    shown = [any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values()]
+    seen_s, text = SAMPLE_NS / 1e9 * sum(shown), "no pose"
     if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
         text = (
             f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
@@ -207,12 +208,10 @@ def no_pose(evidence: TakeEvidence) -> list[m.VerdictReason]:
         )
     elif evidence.body is None and evidence.cameras and not causes:
         text = (
-            "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not tell why: the "
+            "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not show why: the "
             "empty scene (empty_seconds), the calibration of other cameras, cameras that were moved, and for two-view the "
             "T-pose"
         )
         if (fault := rig_fault(evidence)) is not None:
             causes, text = [fault], "no pose"
-    else:
-        text = "no pose"
     return [*causes, *scene_reasons(evidence, LEFT_OUT), m.VerdictReason(kind="no-pose", viewers=[], text=text)]

@@ -51,10 +51,9 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     last_ns = max(evidence.poses, default=0)
     frame = evidence.poses[last_ns].frame if evidence.poses else 0
     if not stretches:
-        lags = view_lags(evidence)
         return m.Verdict(
             frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
-            reasons=[*([] if lags is None else [lags.reason]), *no_pose(evidence)], stretches=[],
+            reasons=no_pose(evidence, view_lags(evidence)), stretches=[],
         )  # fmt: skip
     kind = kind_of(evidence)
     errors = np.round(expected_errors(kind, stretches), ROUND)

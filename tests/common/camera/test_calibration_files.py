@@ -442,6 +442,29 @@ def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, 
         read_calibration(path)
 
 
+@pytest.mark.parametrize(
+    ("centres", "axes"),
+    [
+        ([(0, 2, 4), (4, 2, 0)], [(0, 0, -1), (-1, 0, 0)]),
+        ([(0, 2, 4), (0, 2, -4)], [(0, 0, -1), (0, 0, 1)]),
+        ([(-1, 2.6, 5), (1, 2.6, 5)], [(-0.05, -0.2, -1), (0.04, -0.2, -1)]),
+        (
+            [(-2, 3, -2), (2, 3, -2), (-2, 3, 2), (2, 3, 2)],
+            [(-0.03, -1, 0.01), (0.03, -1, 0), (0.01, -1, 0.03), (0, -1, -0.03)],
+        ),
+    ],
+    ids=["level at a right angle", "level and opposite", "nearly parallel", "straight down"],
+)
+def test_cameras_that_do_not_show_their_height_are_not_questioned(centres, axes):
+    cameras = []
+    for centre, axis in zip(np.array(centres, float), np.array(axes), strict=True):
+        forward = axis / np.linalg.norm(axis)
+        right = np.linalg.svd(forward[None])[2][1]
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        cameras.append(Camera("a", np.eye(3), np.zeros(4), (640, 480), rotation, -rotation @ centre))
+    assert unit_note(cameras) == ""
+
+
 @pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
 def test_only_in_feet_a_calibration_of_the_clips_is_questioned():
     for path in sorted(CLIPS.glob("*/calibration.toml")):

@@ -2,7 +2,9 @@
 
 import io
 import struct
+import tempfile
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +17,7 @@ from tests.support.marker_files import FRAMES, acted_centres, write_points
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.c3d import write_c3d
-from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.c3d_reader import read_c3d, with_whole_frames
 
 
 def test_written_files_are_read_back_with_frames_and_gaps(tmp_path: Path) -> None:
@@ -26,6 +28,14 @@ def test_written_files_are_read_back_with_frames_and_gaps(tmp_path: Path) -> Non
     np.testing.assert_array_equal(found.frames, data.frames)
     np.testing.assert_allclose(found.times_s, data.frames / 50.0)
     np.testing.assert_allclose(found.points, data.points, atol=1e-6)
+
+
+def test_a_file_whose_number_of_rows_is_whole_is_not_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", lambda: pytest.fail("a folder"))
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("the whole file"))
+    write_c3d(tmp_path / "a.c3d", moving(20).trajectories())
+    with ExitStack() as stack:
+        assert with_whole_frames(tmp_path / "a.c3d", stack) == (tmp_path / "a.c3d", None)
 
 
 def independent_file(path: Path, names: list[str]) -> Path:

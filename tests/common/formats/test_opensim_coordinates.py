@@ -79,7 +79,7 @@ BEYOND = "a.mcap: beyond the ranges of Rajagopal's models, to which OpenSim clam
         (800.0, 1.0, 80.0, "pelvis_rotation from -360 to 440 degrees (-90 to 90)"),
         (80.0, 4.0, 80.0, "pelvis_tz from -4 to 0 m (-3 to 3)"),
         (85.0, 2.9, 150.0, "arm_flex_r in 100% of the rows"),
-        (85.0, 2.9, 80.0, ""),
+        (90.5, 3.005, 80.0, ""),
     ],
 )
 def test_coordinates_that_leave_the_ranges_of_the_model_give_a_note(
@@ -113,13 +113,17 @@ REVERSED = "knee_angle is negative in flexion in angles.mot, as in gait2392: its
     ("file", "expected", "notes"),
     [
         (mot({"elbow_flex_r": [np.pi / 4]}, in_degrees=False), {"elbow_flexion_r": [45.0]}, None),
+        (
+            mot({"elbow_flex_r": [np.pi / 4], "elbow_flex_l": [np.nan], "arm_rot_r": [6.4]}, in_degrees=False),
+            {"elbow_flexion_r": [45.0]}, (),
+        ),
         (mot(BENT), {"trunk_bending": [12.0]}, ()),
         (mot({"hip_flexion_r": [20.0]}), {"hip_flexion_r": [20.0], "hip_adduction_r": [0.0]},
          ("no hip_adduction_r, hip_rotation_r in angles.mot: taken as 0",)),
         (mot({"knee_angle_r": [-5.0, -60.0], "knee_angle_l": [4.0, -10.0]}), {"knee_flexion_r": [5.0, 60.0]}, (REVERSED,)),
         (mot({"knee_angle_r": [-5.0, 60.0]}), {"knee_flexion_r": [-5.0, 60.0]}, ()),
     ],
-    ids=["radians", "joints of the spine add up", "missing coordinates are zero", "knees reversed", "knees as they are"],
+    ids=["radians", "past a turn", "joints of the spine add up", "missing is zero", "knees reversed", "knees as they are"],
 )  # fmt: skip
 def test_coordinates_of_other_models_are_angles_with_notes(file, expected, notes):
     rotations, found_notes = rotations_of(file, PATH)

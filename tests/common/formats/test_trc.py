@@ -169,9 +169,9 @@ def test_of_number_time_and_rate_the_time_decides(
 
 
 @pytest.mark.parametrize("column", [0, 1], ids=["numbers", "times"])
-@pytest.mark.parametrize(("left_out", "said"), [((0, 2), True), ((0, 1), False), ((2, 2), False)], ids=str)
+@pytest.mark.parametrize(("left_out", "noted"), [((0, 2), True), ((0, 1), False), ((2, 2), False)], ids=str)
 def test_rows_that_only_numbers_or_only_times_leave_out_are_noted(
-    path: Path, caplog: pytest.LogCaptureFixture, column: int, left_out: tuple[int, int], said: bool
+    path: Path, caplog: pytest.LogCaptureFixture, column: int, left_out: tuple[int, int], noted: bool
 ) -> None:
     """As where two trials were joined; one row is that of a camera that jitters."""
     lines = lines_of(path)
@@ -181,7 +181,7 @@ def test_rows_that_only_numbers_or_only_times_leave_out_are_noted(
     found = read_trc(rewritten(path, lines))
     assert (found.frames[-1], round(found.times_s[-1] * 30)) == tuple(rows)
     note = f"{path}: Frame# and Time do not leave out the same rows: the times are used"
-    assert [record.getMessage() for record in caplog.records] == [note] * said
+    assert [record.getMessage() for record in caplog.records] == [note] * noted
 
 
 def test_rows_without_rising_numbers_and_times_are_refused(path: Path) -> None:

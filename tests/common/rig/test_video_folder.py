@@ -72,6 +72,17 @@ def test_a_file_of_a_camera_that_is_not_taken_is_named(tmp_path: Path) -> None:
         load_rig(tmp_path)
 
 
+def test_bare_streams_beside_videos_are_no_videos(tmp_path: Path) -> None:
+    videos = folder(tmp_path) / "videos"
+    for name in ("cam01.h264", "preview.mjpeg"):
+        (videos / name).write_bytes(b"")
+    rig = load_rig(tmp_path)
+    assert [viewer.source.text for viewer in rig.viewers] == [f"{videos}/cam01.mp4", f"{videos}/cam02.mp4"]
+    notes = [f"videos/{name}: not used: a spare bare stream" for name in ("cam01.h264", "preview.mjpeg")]
+    assert [note for note in rig.notes if "not used" in note] == notes
+    assert videos / "cam01.h264" not in videos_in(tmp_path)
+
+
 def rig_file(path: Path, viewers: str, method: str = "auto") -> Path:
     """A rig file in a `folder`."""
     file = folder(path) / "rig.toml"

@@ -198,7 +198,7 @@ def test_slow_motion_and_time_lapses_are_said(tmp_path: Path, suffix: str, state
 
 
 @pytest.mark.parametrize("behind", [0, 3 << 20])
-@pytest.mark.parametrize(("stated", "notes"), [("119.88p", 1), ("29.97p", 0), ("1.2.3", 0)])
+@pytest.mark.parametrize(("stated", "notes"), [("119.88p", 1), ("29.97p", 0), ("59.94i", 0), ("1.2.3", 0)])
 def test_slow_motion_of_sonys_cameras_is_noted(tmp_path: Path, behind: int, stated: str, notes: int) -> None:
     """Their XML is in a box that FFmpeg skips."""
     path = write_video(tmp_path / "a.mp4", grey_frames(10))
@@ -299,7 +299,8 @@ def test_a_mirror_in_the_display_matrix_is_said_and_no_half_turn(
 def test_an_interlaced_film_is_noted(tmp_path: Path, suffix: str, codec: str, options: dict[str, str]) -> None:
     """As camcorders film."""
     (note,) = read(write_video(tmp_path / f"a.{suffix}", grey_frames(5), codec=codec, options=options))[1].notes
-    assert note.startswith("states that its pictures are interlaced, of two moments each")
+    text = "states that its pictures are interlaced, of two moments: deinterlace it, unless filmed progressively"
+    assert note == text
 
 
 def test_pixels_that_are_not_square_are_said(tmp_path: Path) -> None:

@@ -110,7 +110,7 @@ def test_poses_alone_are_never_good_and_a_take_without_poses_is_unusable() -> No
     assert (found.rating, found.evidence, found.reasons[0].kind) == ("doubtful", "poses-only", "no-silhouettes")
     found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
-    assert "the silhouettes do not tell why" in found.reasons[0].text
+    assert "the silhouettes do not show why" in found.reasons[0].text
 
 
 @pytest.mark.slow

@@ -138,6 +138,10 @@ def with_z_up(one: Camera) -> Camera:
     return replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP)
 
 
+def read_as_z_up(one: Camera) -> Camera:
+    return replace(one, rotation=one.rotation @ Z_UP_TO_Y_UP.T)
+
+
 def zoomed(one: Camera) -> Camera:
     """The focal length of another video mode."""
     return replace(one, matrix=one.matrix @ np.diag([1.5, 1.5, 1.0]))
@@ -155,14 +159,15 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "3 moved": (changed(knocked, 2, since=40), ("moved",), "camera cam03 contradicts the others from about 2 s on"),
     "1 moved before": (changed(knocked, 0), ("one-view",), "cam01 contradicts the others, which agree"),
     "another mode's focal length": (calibrated(zoomed, 0), ("one-view",), "cam01 or cam02 contradicts the others"),
-    "Z up": (calibrated(with_z_up), ("calibration",), "vertical axis is Z, not Y"),
+    "Z up": (calibrated(with_z_up), ("calibration",), "Z, not Y: so the silhouettes show a person who stands; up_"),
+    "Y up, read as Z up": (calibrated(read_as_z_up), ("calibration",), "Y, not Z: so the silhouettes show a person"),
     "in feet": (calibrated(in_feet), ("calibration",), "in feet, not in metres"),
     "1 upside down": (changed(half_turn, 0), ("turned",), "camera cam01 are turned by 180°"),
     "2 upside down": (changed(half_turn, 1), ("turned",), "camera cam02 are turned by 180°"),
     "all upside down": (changed(half_turn), ("turned",), "camera cam01, cam02, cam03 are turned by 180°"),
     "1 turned by a quarter": (changed(quarter_turn, 0), ("turned",), "camera cam01 are turned by 90° anticlockwise"),
     "all turned by a quarter": (changed(quarter_turn), ("turned",), "cam01, cam02, cam03 are turned by 90° anticlockwise"),
-    # Not told, the reason lists what it may be: all cameras are elsewhere, so that no change of one explains it, or one by
+    # Not found, the reason lists what it may be: all cameras are elsewhere, so that no change of one explains it, or one by
     # a few degrees or decimetres, with which most silhouettes agree.  Poses are found; views that contradict are named.
     "another set's calibration": (other_set(7), CONTRADICTION, "wrong calibration, swapped or late videos"),
     "a third set's calibration": (other_set(11), CONTRADICTION, "wrong calibration, swapped or late videos"),
@@ -200,6 +205,7 @@ def test_the_first_reason_of_a_wrong_input_is_its_cause(name: str) -> None:
     assert found.rating == "unusable"
     assert found.reasons[0].kind in kinds, [(one.kind, one.text) for one in found.reasons]
     assert words in found.reasons[0].text
+    assert not {"swapped", "turned", "calibration"} & {one.kind for one in found.reasons} - set(kinds)
 
 
 def test_the_camera_that_was_moved_is_named() -> None:

@@ -8,7 +8,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, with_suffix
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
+from zenocap.common.rig.sources import BARE_SUFFIXES, VIDEO_SUFFIXES, FirstFrames
 from zenocap.tools.record.film.camera import Filmed
 from zenocap.tools.setup.sync.synchronize import write_sync
 
@@ -21,7 +21,7 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
     calibrated: whether a calibration is written; otherwise one that is there is kept.
     """
     written = (CALIBRATION, CLIP, SYNC) if calibrated else (CLIP, SYNC)
-    videos = with_suffix(folder / "videos", VIDEO_SUFFIXES)
+    videos = [path for path in with_suffix(folder / "videos", VIDEO_SUFFIXES) if path.suffix.lower() not in BARE_SUFFIXES]
     own = {viewer.camera.name for viewer in viewers}
     replaced = sorted([*(folder / CORNERS).glob(f"*{CORNERS_SUFFIX}"), *(folder / "times").glob("*.csv")])
     existing = [*videos, *(path for name in written if (path := folder / name).exists()), *replaced]

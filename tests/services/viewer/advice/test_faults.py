@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.walkers import walker
 from zenocap.common.arrays import Image
-from zenocap.common.camera_advice import TakeAdvice
+from zenocap.common.camera_advice import TakeAdvice, found_text
 from zenocap.common.messages import AdviceCode, CameraAdvice
 from zenocap.common.rig.sources import FirstFrames, parse_background
 from zenocap.common.vision.background import Background
@@ -124,7 +124,7 @@ def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "early"), [(EMPTY, 2), (5, 1)])
+@pytest.mark.parametrize(("count", "early"), [(EMPTY, 2), (5, 1), (5, 2)])
 def test_a_person_in_the_empty_scene_is_stated_and_not_learnt(count: int, early: int) -> None:
     """The background is that of the images without the person, and without the one before."""
     empty, walking = film()[:EMPTY], film()[EMPTY:]
@@ -133,6 +133,14 @@ def test_a_person_in_the_empty_scene_is_stated_and_not_learnt(count: int, early:
     assert A.OCCUPIED not in codes(film(), f"first:{count}")
     before, after = learnt(empty[: count - early - 1]), learnt(entered[:count])
     np.testing.assert_array_equal(after.mean, before.mean)
+
+
+@pytest.mark.slow
+def test_where_too_few_images_are_empty_all_are_learnt_and_the_advice_does_not_deny_it() -> None:
+    entered = [*film()[:2], *film()[EMPTY:]]
+    occupied = [one for message in found(entered, "first:3") for one in message.faults if one.code == A.OCCUPIED]
+    assert found_text(occupied[0]).endswith("; left out where enough show none")
+    assert not np.array_equal(learnt(entered[:3]).mean, learnt(entered[:1]).mean)
 
 
 @pytest.mark.slow

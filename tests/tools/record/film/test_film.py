@@ -208,10 +208,13 @@ def test_an_earlier_film_is_kept_without_force(tmp_path):
         prepare(folder, two, force=True)
         assert not (folder / name).exists()
     (folder / "videos").mkdir()
+    (folder / "videos" / f"{two[0].camera.name}.h264").touch()  # of another program
     (folder / "videos" / "other.mp4").touch()
     with pytest.raises(UserError, match=r"other.mp4: of a camera that is not filmed"):
         prepare(folder, two, force=True)
-    assert (folder / "videos" / "other.mp4").exists()
+    (folder / "videos" / "other.mp4").unlink()
+    prepare(folder, two, force=True)
+    assert [path.suffix for path in (folder / "videos").iterdir()] == [".h264"]
 
 
 def test_a_rig_without_cameras_has_nothing_to_film():

@@ -239,7 +239,7 @@ class ChildProcesses:
 def _exit_text(status: int) -> str:
     if status < 0:
         if status == -getattr(signal, "SIGALRM", 0):
-            return f"did nothing for {HANGS_S:g} s and was ended (SIGALRM)"
+            return f"did nothing, or sent no health, for {HANGS_S:g} s and was ended (SIGALRM)"
         try:
             return f"died ({signal.Signals(-status).name})"
         except ValueError:

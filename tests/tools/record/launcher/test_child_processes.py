@@ -109,7 +109,7 @@ def test_killed_process_is_restarted_after_a_pause() -> None:
     harness.pass_time(0.06)
     assert len(harness.started) == 2
     assert any("started again" in line for line in harness.children.lines())
-    assert "did nothing for 120 s and was ended (SIGALRM); starting it again in 1 s" in harness.end_newest(-14, 1.0)
+    assert "no health, for 120 s and was ended (SIGALRM); starting it again in 1 s" in harness.end_newest(-14, 1.0)
 
 
 def test_output_that_another_process_holds_open_delays_no_restart() -> None:

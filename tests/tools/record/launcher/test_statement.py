@@ -343,9 +343,9 @@ def check(faults: list[tuple], *, on_request: bool = False) -> tuple[World, Stat
     frames = frames_of(world.view, world.reports, SERVICES, SIGHTING)
     assert frames.captured == sum(frames.fates.values())
     assert frames.fates["processed"] == sum(frames.uses.values())
-    said = [frames.fates[name] for name in ("dropped", "skipped under overload", "failed")]
+    lost = [frames.fates[name] for name in ("dropped", "skipped under overload", "failed")]
     spans = [span for its in frames.unknown.values() for span in its]
-    for fate, count in zip((*FATES, "sent"), (*said, frames.uses["for the background"], frames.uses["sent"]), strict=True):
+    for fate, count in zip((*FATES, "sent"), (*lost, frames.uses["for the background"], frames.uses["sent"]), strict=True):
         times = [at_ns for one, at_ns in world.frames if one == fate]
         uncounted = sum(any(begin <= time <= end for begin, end in spans) for time in times)
         assert len(times) - uncounted <= count <= len(times), (fate, frames)

@@ -20,7 +20,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import PROCESS
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import Queueing, service_at, topic_at
-from zenocap.tools.record.launcher.shell import DONE, LOSS
+from zenocap.tools.record.launcher.shell import LOSS
 
 pytestmark = [
     pytest.mark.nightly,
@@ -120,13 +120,14 @@ def holds(run: Run) -> int:
     return lost
 
 
-def test_a_killed_service_of_a_run_that_records_nothing_has_lost_nothing(tmp_path: Path) -> None:
+def test_a_killed_viewer_of_a_run_that_records_nothing_leaves_frames_without_a_count(tmp_path: Path) -> None:
     run = run_with_a_kill(tmp_path, "viewer 1", records=False)
     assert "viewer 1: died (SIGKILL)" in run.text
     assert run.take is None
     assert "take: " not in run.text
     assert re.search(r"\d lost", run.text) is None
-    assert run.status == DONE, run.text
+    assert "not counted: what viewer 1 captured from " in run.text
+    assert run.status == LOSS, run.text
 
 
 def test_a_killed_viewer_leaves_a_time_without_a_count(tmp_path: Path) -> None:

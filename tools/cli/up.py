@@ -61,8 +61,8 @@ def up(rig: RigPath, *, given: RunArguments, zenoh: ZenohArguments) -> None:
 
     The services are processes that communicate over loopback; with --listen the integrator accepts connections from other
     machines. Cameras run until Ctrl-C, videos are played once at their own frame rate (FPS). To track every frame of
-    videos, use `zenocap track`. At the end it lists the takes, and what became of all messages: exit status 3 when some
-    are in no take, or were sent without a count by a process that was killed.
+    videos, use `zenocap track`. At the end it lists the takes, and what became of all messages and frames: exit status 3
+    when messages are in no take, or what a killed process sent or captured is in no count.
 
     Example: `zenocap up studio.toml`
     """

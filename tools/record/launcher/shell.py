@@ -19,7 +19,7 @@ from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions, free_ports
 from zenocap.common.messages import ENDED
 from zenocap.common.observe.account import Account
-from zenocap.common.observe.losses import lost
+from zenocap.common.observe.losses import SUMMED
 from zenocap.common.observe.view import RigView
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.common.rig.methods import method_of
@@ -193,10 +193,11 @@ class Supervisor:
         """Print the result; return the exit status.  interrupted: whether the user has ended the run."""
         failed = self._failed_services()
         if self._first_s is not None:
-            dropped = sum(lost(health.counts) for health in self._status.services.health.values())
+            own = [one for key, one in self._status.services.services.items() if key in self._services]
+            lost = sum(one.total(name) for one in own for name in SUMMED)
             self._print(
                 f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
-                f"{self._status.complete} of them by all viewers; frames dropped: {dropped}"
+                f"{self._status.complete} of them by all viewers; lost frames, messages and steps: {lost}"
             )
         else:
             self._print("no pose: the body is measured when all viewers see a T-pose")
@@ -251,7 +252,7 @@ class Supervisor:
         integrator = self._status.services.services.get((TIMEKEEPER, MAIN))
         asked = integrator is not None and any(integrator.total(f"log_{name}") for name in ("messages", "lost", "removed"))
         if self._take is None and not (takes or asked):  # a file of others is none of this run
-            return False
+            return self._has_begun and not frames.complete
         if not (takes or unreadable or self._has_begun):
             self._print("take: none, the end came before its beginning")
             return False

@@ -31,7 +31,7 @@ SERVICES = [("viewer", "1"), ("integrator", "main")]
 
 
 def health(service: str, id: str, **counts: int) -> m.Health:
-    return built(m.Health, service=service, id=id, counts={"process": 1, **counts})
+    return built(m.Health, service=service, id=id, counts={"process": 1} | counts)
 
 
 def whole(path: Path) -> None:
@@ -201,6 +201,25 @@ def test_a_failed_service_is_a_failure(take: Path) -> None:
     assert summary(take, DONE, write=lambda _: None, logged=False) == (DONE, NO_POSE)
 
 
+@pytest.mark.parametrize(
+    ("counts", "ended", "line"),
+    [
+        ({"captured_frames": 9, "frames": 9, "sent.silhouette": 9}, DONE, "frames: 9 captured = 9 processed + "),
+        ({"captured_frames": 9, "frames": 8, "sent.silhouette": 8}, LOSS, " + 1 not accounted for; 8 processed"),
+        ({"frames": 8}, LOSS, "frames of viewer 1: 8 processed of an unknown number"),
+    ],
+)
+def test_a_run_without_a_take_states_its_frames(take: Path, counts: dict[str, int], ended: int, line: str) -> None:
+    """Those without a count ended with status 0."""
+    for last, status in (({"ended": 1}, ended), ({}, LOSS)):
+        healths = health("integrator", "main"), health("viewer", "1", **counts, **last)
+        found = summary(take, DONE, *healths, write=lambda _: None, logged=False)
+        assert line in found[1]
+        assert ("not counted: what viewer 1 captured from " in found[1]) == (not last)
+        assert "integrator" not in found[1]
+        assert found[0] == status
+
+
 def test_a_take_that_the_page_has_started_is_named_with_its_loss_where_the_run_has_none(take: Path) -> None:
     """With --no-log its loss was without a word."""
     first = health("integrator", "main")
@@ -260,6 +279,18 @@ def test_an_end_is_noticed_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     supervisor, _ = supervised(tmp_path, None, bus, is_terminal=is_terminal, viewer=None)
     supervisor.run(None, lambda: now_s > 0.55)
     assert now_s <= 0.55 + shell.POLL_S
+
+
+def test_losses_are_those_of_all_processes_of_the_rigs_own_services(tmp_path: Path) -> None:
+    """They were those of the last process and of strangers, of all kinds, and named "frames dropped"."""
+    bus = LocalNetwork("studio", ManualClock(1)).bus()
+    supervisor, text = supervised(tmp_path, None, bus, viewer=None)
+    for id, process, lost in (("1", 1, 3), ("1", 2, 4), ("stranger", 1, 10)):
+        bus.publish(HEALTH, health("viewer", id, process=process, step_errors=lost))
+    bus.publish(UNIVERSAL_BAP, bap(1))
+    supervisor.run(0.1, lambda: False)
+    supervisor.summary()
+    assert "lost frames, messages and steps: 7\n" in text.getvalue()
 
 
 def test_after_a_pause_of_the_launcher_no_time_is_made_up_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,6 @@ from zenocap.common.messages import SCHEMA_VERSION, Message, PartialBdp
 from zenocap.common.runtime.foreign_text import printable
 
 M = TypeVar("M", bound=Message)
-Plain = dict[str, object]
 
 SMALL_BYTES = 64 << 10  # a message without its `bytes` fields
 MAX_CONTAINERS = 4096  # number of lists and maps in a message with `bytes` fields

@@ -83,6 +83,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "system/test_film_machines.py::test_messages_of_a_stranger_write_nothing_elsewhere",
         f"{SECURED}::test_only_the_operator_films_and_copies_pictures",
     ),
+    "a flood of questions to a camera that is filmed": (
+        "common/bus/test_query_server.py::test_a_flood_of_queries_keeps_nobody_who_films_from_an_answer",
+        f"{SECURED}::test_only_the_operator_films_and_copies_pictures",
+    ),
     "a flood of messages of megabytes": (
         "common/bus/test_inbox.py::test_a_queue_is_limited_in_bytes",
         "common/bus/test_inbox.py::test_an_unread_queue_is_bounded",

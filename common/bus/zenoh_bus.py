@@ -218,10 +218,12 @@ class ZenohBus(Closable):
         """Answer service information queries with `about`."""
         self._declared.append(serve_service_info(self._session, self._rig, about))
 
-    def serve_films(self, viewer: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None]) -> None:
+    def serve_films(
+        self, viewer: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None], first: Callable[[], str]
+    ) -> None:
         """Answer film queries to a viewer of this rig until `close`; see `QueryServer`."""
         key = FILM.format(rig=self._rig, viewer=checked_name("viewer", viewer))
-        self._declared.append(QueryServer(self._session, key, FilmQuery, answer, idle))
+        self._declared.append(QueryServer(self._session, key, FilmQuery, answer, idle, first))
 
     def query_service_info(self, timeout_s: float) -> dict[tuple[str, str], ServiceInfo | str]:
         """Information of each service of the rig, by name and id, or an error text; waits `timeout_s` at most."""

@@ -72,9 +72,12 @@ class FilmSession(Closable):
         found = replies(self._session, key, AssignReply, timeout_s, codec.encode(query)).get(key)
         return None if found is None else _sole(found)
 
-    def serve(self, key: str, kind: type[Q], answer: Callable[[Q], Message], idle: Callable[[], None]) -> QueryServer[Q]:
+    def serve(
+        self, key: str, kind: type[Q], answer: Callable[[Q], Message], idle: Callable[[], None],
+        first: Callable[[], str] = str,
+    ) -> QueryServer[Q]:  # fmt: skip
         """See `QueryServer`."""
-        return QueryServer(self._session, key, kind, answer, idle)
+        return QueryServer(self._session, key, kind, answer, idle, first)
 
     def announce(self, machine: str, cameras: Callable[[], CameraHost]) -> HostServer:
         """See `HostServer`."""

@@ -5,6 +5,7 @@ import queue
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from typing import Generic, TypeVar
 
 import zenoh
@@ -16,7 +17,7 @@ from zenocap.common.runtime.logs import OncePerSource
 
 logger = logging.getLogger(__name__)
 
-WAITING = 32  # queries that wait for their answer; more are not answered; chosen by hand
+WAITING = 32  # queries that wait for their answer, of the first and of others; more are not answered; chosen by hand
 IDLE_S = 0.25  # between calls of `idle`; chosen by hand
 ANSWER_S = 5.0  # to end an answer, at the end; chosen by hand
 
@@ -27,15 +28,16 @@ class QueryServer(Generic[Q]):
     """Answers the queries on one key until `undeclare`.
 
     kind: of the queries.  answer, idle: called on one thread; idle every IDLE_S s at least.
+    first: name in those that come before all others, which any program may send without end; "" for none.
     """
 
     def __init__(
         self, session: zenoh.Session, key: str, kind: type[Q], answer: Callable[[Q], Message],
-        idle: Callable[[], None] = lambda: None,
+        idle: Callable[[], None] = lambda: None, first: Callable[[], str] = str,
     ) -> None:  # fmt: skip
-        self._kind, self._answer, self._idle, self._key = kind, answer, idle, key
-        self._queue: queue.Queue[zenoh.Query | None] = queue.Queue(WAITING)  # None ends a wait
-        self._stop = threading.Event()
+        self._kind, self._answer, self._idle, self._first, self._key = kind, answer, idle, first, key
+        self._queue = queue.PriorityQueue[tuple[bool, int, zenoh.Query | None]]()  # whether of others, number; None: end
+        self._number = count()
         self._log_once = OncePerSource(logger)
         self._thread = threading.Thread(target=self._work, name=f"answer {key}", daemon=True)
         self._thread.start()
@@ -45,22 +47,22 @@ class QueryServer(Generic[Q]):
         try:
             self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
         finally:
-            self._stop.set()
-            with suppress(queue.Full):
-                self._queue.put_nowait(None)
+            self._queue.put((False, -1, None))
             self._thread.join(ANSWER_S)
 
     def _enqueue(self, query: zenoh.Query) -> None:
-        try:
-            self._queue.put_nowait(query)
-        except queue.Full:
+        first, payload = self._first().encode(), query.payload
+        other = not (first and payload and len(payload) <= codec.size_limit(self._kind) and first in payload.to_bytes())
+        if self._queue.qsize() < (WAITING if other else 2 * WAITING):
+            self._queue.put((other, next(self._number), query))
+        else:
             query.drop()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
     def _work(self) -> None:
-        while not self._stop.is_set():
+        while True:
             try:
                 with suppress(queue.Empty):
-                    query = self._queue.get(timeout=IDLE_S)
+                    _, _, query = self._queue.get(timeout=IDLE_S)
                     if query is None:
                         return
                     with query:

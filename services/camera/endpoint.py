@@ -49,17 +49,10 @@ class FilmEndpoint:
     """Films of one camera, into `folder`/NAME/videos, `folder`/NAME/times and `folder`/NAME/corners, and nowhere else."""
 
     def __init__(
-        self,
-        feed: Feed,
-        camera: str | None,
-        folder: Path,
-        permission: Permission,
-        clock: Clock,
-        host: str = "",
-        free_bytes: Callable[[Path], int] = free_bytes_of,
-        used_by: Callable[[], str] = lambda: "",
+        self, feed: Feed, camera: str | None, folder: Path, permission: Permission, clock: Clock, host: str = "",
+        free_bytes: Callable[[Path], int] = free_bytes_of, used_by: Callable[[], str] = lambda: "",
         detect: Command | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """camera: name that the files must have; None: that of the query.  host: default: that of this machine.
 
         used_by: user of the camera, which cannot be filmed here then; empty for none.  detect: command that searches a
@@ -83,12 +76,16 @@ class FilmEndpoint:
     def is_recording(self) -> bool:
         return self._state in ("opening", "ready", "filming")
 
+    def sender(self) -> str:
+        """Who films; "" before any."""
+        return "" if self._query is None else self._query.sender
+
     def answer(self, query: FilmQuery) -> FilmReply:
         """The reply to one query."""
         with self._lock:
             self.check()
             refused, data = "", b""
-            if self._query is not None and query.sender == self._query.sender:
+            if query.sender == self.sender():
                 self._asked_ns = self._clock.elapsed_ns()
             try:
                 if query.what != "state":
@@ -244,7 +241,7 @@ class FilmEndpoint:
         return files.part(query.file, query.offset)
 
     def _reply(self, query: FilmQuery, refused: str, data: bytes) -> FilmReply:
-        own = self._query is not None and query.sender == self._query.sender
+        own = query.sender == self.sender()
         recorder, writer = (None, None) if self._recorder is None else (self._recorder, self._recorder.writer)
         search = self._search if own else None
         files = self._files if query.file != "corners" else None if search is None else search.files

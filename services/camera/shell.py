@@ -63,19 +63,10 @@ class CameraHostServer:
     """The cameras of one machine on the network, until `close`."""
 
     def __init__(
-        self,
-        session: FilmSession,
-        machine: str,
-        named: Mapping[str, LiveSource],
-        folder: Path,
-        clock: Clock,
-        opener: Opener,
-        found: Callable[[], Sequence[FoundCamera]] = found_cameras,
-        viewers: Viewers | None = None,
-        detect: Command | None = None,
-        *,
-        previews: bool = False,
-    ) -> None:
+        self, session: FilmSession, machine: str, named: Mapping[str, LiveSource], folder: Path, clock: Clock,
+        opener: Opener, found: Callable[[], Sequence[FoundCamera]] = found_cameras, viewers: Viewers | None = None,
+        detect: Command | None = None, *, previews: bool = False,
+    ) -> None:  # fmt: skip
         """named: cameras besides those of this machine.  folder: of the films.  opener: of a camera.
 
         found: raises UserError without cameras.
@@ -118,7 +109,7 @@ class CameraHostServer:
             key = HOST_ASSIGN.format(machine=self._machine, camera=id)
             servers.append(self._session.serve(key, AssignQuery, assigned.answer, assigned.check))
         key = HOST_FILM.format(machine=self._machine, camera=id)
-        servers.append(self._session.serve(key, FilmQuery, film.answer, film.check))
+        servers.append(self._session.serve(key, FilmQuery, film.answer, film.check, film.sender))
         return _Endpoints(film, assigned, servers)
 
     def used_by(self, id: str) -> str:

@@ -144,7 +144,7 @@ def run_viewer(
         if rate is not None and filming is not None:
             films = filming(tap, clock)
             stack.callback(films.close)
-            bus.serve_films(viewer.id, films.answer, films.check)
+            bus.serve_films(viewer.id, films.answer, films.check, films.sender)
         return run(
             service, bus, clock, frames, stopped, first_messages=(camera_info(viewer, epoch_ns),), choice=choice,
             extra_counts=rate.counts if rate else dict,

@@ -271,7 +271,7 @@ def test_only_the_operator_films_and_copies_pictures(
         assert not isinstance(reply, str)
         return reply
 
-    joined("viewer-1").serve_films("1", film.answer, film.check)
+    joined("viewer-1").serve_films("1", film.answer, film.check, film.sender)
     answered: list[str] = []
 
     def answer(query: m.FilmQuery) -> m.FilmReply:

@@ -168,6 +168,7 @@ def test_a_film_ends_when_its_commander_is_gone(place):
     for k in range(int(FILM_LEASE_S) - 2):
         place.image(1001.5 + k)
         place.ask("state", "stranger")  # does not keep it alive
+        assert place.endpoint.sender() == "me"
         place.endpoint.check()
     assert place.endpoint.is_recording
     place.image(1001.5 + FILM_LEASE_S)

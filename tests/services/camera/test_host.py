@@ -64,6 +64,7 @@ def test_films_leave_no_host_also_where_previews_may(tmp_path, previews):
     assert assign(AssignQuery(frame=1, captured_ns=0, what="state", rig="demo")).previews == previews
     state = film(FilmQuery(frame=1, captured_ns=0, what="state", sender="me"))
     assert (state.may_film, state.may_read) == (True, False)
+    assert session.serve.call_args.args[4] == film.__self__.sender  # whose queries come first
 
 
 def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):

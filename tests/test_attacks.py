@@ -79,6 +79,8 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         f"{ENDPOINT}::test_pictures_stay_without_permission_to_read",
         f"{ENDPOINT}::test_films_of_a_running_viewer_leave_its_machine_with_certificates_only",
         "services/camera/test_host.py::test_films_leave_no_host_also_where_previews_may",
+        "tools/record/film/test_remote.py::"
+        "test_on_an_open_network_nothing_is_copied_also_from_what_has_the_name_of_this_machine",
         "system/test_film_machines.py::test_pictures_stay_where_they_are_without_permission",
         "system/test_film_machines.py::test_messages_of_a_stranger_write_nothing_elsewhere",
         f"{SECURED}::test_only_the_operator_films_and_copies_pictures",

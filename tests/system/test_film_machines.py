@@ -244,6 +244,7 @@ def test_differing_clocks_are_corrected_and_films_copied(rig: Path, tmp_path: Pa
         try:
             with cameras_of(loaded, loaded.viewers, client(endpoint, "peer"), "walk", print) as (own, remote):
                 assert own == []
+                remote.secured = True
                 filmed, reason = film([], tmp_path / "out", 2.0, lambda: False, print, remote=remote)
                 clocks = [camera.clock for camera in remote.cameras]
                 _, failures = collected(remote, tmp_path / "out", fetch=True, report=print)

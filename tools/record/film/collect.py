@@ -19,15 +19,7 @@ from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.signals import WAIT_S
 from zenocap.common.video.parameters import RESERVE_BYTES
 from zenocap.services.camera.files import Kind
-from zenocap.tools.record.film.parameters import (
-    CHECKSUM_S,
-    DETECT_S,
-    FETCH_TRIES,
-    FILE_BYTES,
-    FRAME_BYTES,
-    POLL_S,
-    QUERY_S,
-)
+from zenocap.tools.record.film.parameters import CHECKSUM_S, DETECT_S, FETCH_TRIES, FILE_BYTES, FRAME_BYTES, POLL_S, QUERY_S
 from zenocap.tools.record.film.remote import RemoteCamera, Unanswered
 from zenocap.tools.record.film.remote_film import RemoteFilm
 
@@ -37,7 +29,7 @@ FILES: dict[Kind, str] = {"video": "videos/{name}.mkv", "times": "times/{name}.c
 def check_fetch(remote: RemoteFilm) -> None:
     """Raises UserError when a film could not be copied afterwards."""
     for camera in remote.cameras:
-        if not camera.reply.may_read and camera.reply.host != socket.gethostname():
+        if not (remote.secured and camera.reply.may_read) and camera.reply.host != socket.gethostname():
             raise UserError(
                 f"{camera.name} on {camera.host}: pictures do not leave that machine: allowed with --fetch: a rig with "
                 "certificates (zenocap certs); without --fetch the film is made, and the commands that copy it are printed"
@@ -47,7 +39,7 @@ def check_fetch(remote: RemoteFilm) -> None:
 def collected(
     remote: RemoteFilm, folder: Path, *, fetch: bool, report: Callable[[str], None], board: FilmBoard | None = None
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:
-    """Bring the videos of other programs into `folder`: those on this machine, and with `fetch` all.
+    """Bring the videos of other programs into `folder`: those on this machine, and with `fetch` and certificates all.
 
     board: whose corners are brought in place of the videos that stay; None: none.  Returns notes by camera, and failures.
     """
@@ -62,7 +54,7 @@ def collected(
         try:
             if is_here(camera):
                 move(camera, folder)
-            elif fetch:
+            elif fetch and remote.secured:
                 size, seconds = copy(camera, folder, report)
                 rate = size / 1e6 / max(seconds, 1e-3)
                 notes[camera.name] = (f"{size / 1e6:.1f} MB copied from {place} at {rate:.0f} MB/s",)

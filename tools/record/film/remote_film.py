@@ -25,9 +25,10 @@ from zenocap.tools.record.film.remote import RemoteCamera
 
 @dataclass
 class RemoteFilm:
-    """cameras: opened, started and ended at the same time."""
+    """cameras: opened, started and ended at the same time.  secured: with certificates; else a stranger may be one."""
 
     cameras: Sequence[RemoteCamera] = ()
+    secured: bool = False
     _reported: set[str] = field(default_factory=set)
 
     @property
@@ -152,6 +153,6 @@ def cameras_of(
         places = places_of(session, rig, viewers, sender)
         name = film_name(folder, datetime.now(UTC))
         remote = [RemoteCamera(session, one, places[one.id], sender, name) for one in viewers if one.id in places]
-        yield [one for one in viewers if one.id not in places], RemoteFilm(remote)
+        yield [one for one in viewers if one.id not in places], RemoteFilm(remote, security is not None)
     finally:
         session.close()

@@ -73,10 +73,10 @@ def network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Network
     thread.join()
 
 
-def remote_of(network: Network) -> RemoteFilm:
+def remote_of(network: Network, *, secured: bool = True) -> RemoteFilm:
     query = FilmQuery(frame=0, captured_ns=0, what="state", sender="me")
     place = Place(KEY, network.ask(KEY, query, 1.0)[KEY], running=True)
-    return RemoteFilm([RemoteCamera(network, demo_rig().viewers[0], place, "me", "walk")])  # type: ignore[arg-type]
+    return RemoteFilm([RemoteCamera(network, demo_rig().viewers[0], place, "me", "walk")], secured)  # type: ignore[arg-type]
 
 
 def filmed(network: Network, folder: Path, at_s: float, event: Callable[[], None]) -> tuple[RemoteFilm, int, str]:
@@ -178,10 +178,24 @@ def test_a_false_machine_gets_no_more_of_the_disk_than_it_announced(
     assert len(list((tmp_path / "out").rglob("cam01.*"))) == (0 if text else 2)
 
 
-def test_a_film_that_could_not_be_copied_is_refused_before(network: Network, tmp_path: Path) -> None:
-    network.restart(read=False)
+@pytest.mark.parametrize(("read", "secured"), [(False, True), (True, False)])
+def test_a_film_that_could_not_be_copied_is_refused_before(network: Network, read: bool, secured: bool) -> None:
+    """On an open network only a stranger offers one."""
+    network.restart(read=read)
     with pytest.raises(UserError, match="cam01 on lab1: pictures do not leave that machine"):
-        check_fetch(remote_of(network))
+        check_fetch(remote_of(network, secured=secured))
+
+
+def test_on_an_open_network_nothing_is_copied_also_from_what_has_the_name_of_this_machine(
+    network: Network, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = false_film(network, bytes(1000), 10**12, monkeypatch)
+    one.secured = False
+    monkeypatch.setattr(collect.socket, "gethostname", lambda: "lab1")
+    check_fetch(one)
+    one.cameras[0].ask("state")
+    assert collected(one, tmp_path / "out", fetch=True, report=print)[1] == []
+    assert not list(tmp_path.rglob("cam01.*"))
 
 
 BOARD = FilmBoard(kind="charuco", columns=5, rows=6, square_mm=35.0)

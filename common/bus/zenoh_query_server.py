@@ -77,8 +77,7 @@ class QueryServer(Generic[Q]):
             self._log_once.warn(self._key, "size", f"{self._key}: {len(payload)} bytes, more than {limit}")
             return
         try:
-            data = payload.to_bytes() if payload else b""
-            reply = codec.encode(self._answer(codec.decode(data, self._kind)))
+            reply = codec.encode(self._answer(codec.decode(payload.to_bytes() if payload else b"", self._kind)))
         except codec.BadMessage as error:
             self._log_once.warn(self._key, "invalid", f"{self._key}: {error}")
             return

@@ -5,6 +5,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Collection
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import replace
 from itertools import repeat
@@ -115,12 +116,19 @@ def run_rig(
             supervisor.run(seconds, stopped)
         finally:
             console.print("stopping ...", markup=False)
-            stack.close()
-            children.stop(lambda name: name != TIMEKEEPER)
-            children.stop()
+            end(children, stack.close)
             supervisor.print_output()
             supervisor.receive_rest()
     return supervisor.summary(interrupted=stopped())
+
+
+def end(children: ChildProcesses, give_back: Callable[[], object]) -> None:
+    """End all services but the integrator at once, those of other machines by `give_back`, and then the integrator."""
+    with ThreadPoolExecutor(1) as pool:
+        given_back = pool.submit(give_back)
+        children.stop(lambda name: name != TIMEKEEPER)
+    children.stop()
+    given_back.result()
 
 
 class Supervisor:

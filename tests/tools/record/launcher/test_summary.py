@@ -4,6 +4,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from threading import Barrier
 from unittest.mock import Mock
 
 import pytest
@@ -279,6 +280,19 @@ def test_an_end_is_noticed_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     supervisor, _ = supervised(tmp_path, None, bus, is_terminal=is_terminal, viewer=None)
     supervisor.run(None, lambda: now_s > 0.55)
     assert now_s <= 0.55 + shell.POLL_S
+
+
+def test_services_here_end_beside_those_of_other_machines_and_the_integrator_last() -> None:
+    """After them, a machine that was frozen kept the end for 10 s."""
+    both, ended = Barrier(2), list[str]()
+
+    def stop(is_one: Callable[[str], bool] = lambda _: True) -> None:
+        ended.append(" ".join(filter(is_one, ("viewer 1", "integrator"))))
+        if len(ended) == 1:
+            both.wait(5.0)
+
+    shell.end(Mock(stop=stop), lambda: both.wait(5.0))
+    assert ended == ["viewer 1", "viewer 1 integrator"]
 
 
 def test_losses_are_those_of_all_processes_of_the_rigs_own_services(tmp_path: Path) -> None:

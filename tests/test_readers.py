@@ -5,6 +5,7 @@ import random
 import re
 import sys
 import zipfile
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 import typer
 
+from tests.common.recording.test_writer import record_take
 from tests.common.rig.test_hosted import STREAM
 from tests.common.rig.test_hosted import rig as hosted_studio
 from tests.measures.house import PACKAGE, sources
@@ -49,10 +51,12 @@ from zenocap.common.formats.opensim_coordinates import coordinates_of
 from zenocap.common.formats.opensim_model import read_model as read_osim
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trc import write_trc
+from zenocap.common.observe.account import METADATA, Account, Life, Report, Sender
 from zenocap.common.recording.mcap_records import Attachment
 from zenocap.common.recording.reader import items_of
 from zenocap.common.recording.setup_file import read_parameters, read_setup
 from zenocap.common.recording.summary import read_summary
+from zenocap.common.recording.take_account import take_account
 from zenocap.common.rig.folder import read_offsets
 from zenocap.common.rig.hosted import assignment
 from zenocap.common.rig.rig import demo_rig, load_rig
@@ -79,6 +83,8 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.tools.cli.options import one_line_errors
 from zenocap.tools.measure.unit_costs import COSTS, read_costs, write_costs
+from zenocap.tools.record.launcher.statement import statement
+from zenocap.tools.record.replay.timeline import Timeline
 from zenocap.tools.setup.calibration.board import checked_board
 from zenocap.tools.setup.calibration.corners_file import packed as packed_corners
 from zenocap.tools.setup.calibration.corners_file import read_corners
@@ -92,6 +98,7 @@ from zenocap.tools.setup.certificates.folder import certify, revoke
 from zenocap.tools.setup.models.wheel import INSIDE, from_file
 from zenocap.tools.setup.state import CAMERAS, read_cameras
 from zenocap.tools.setup.sync.sound import read_sound
+from zenocap.tools.takes.recover import recover
 from zenocap.tools.takes.render.caption import read_labels
 from zenocap.tools.takes.take_videos import SeekableVideo
 
@@ -243,6 +250,30 @@ def take(path: Path) -> None:
     path.write_bytes((ROOT / "tests" / "golden" / "arms.mcap").read_bytes())
 
 
+def logged(path: Path) -> None:
+    """With an account of its log, in which messages are missing."""
+    last = Report(10**18, 0, {"sighting": 9}, {"sighting": 7})
+    sender = Sender({"sighting": 9}, {1: Life(Report(0, 0, {}, {}), last)})
+    recording = record_take(path, 30)
+    recording.closing = lambda: {METADATA: Account({("viewer", "1"): sender}, 2 * 10**18).metadata()}
+    recording.close()
+
+
+def stated(path: Path) -> None:
+    found = take_account(path)
+    list(statement([found], Account(), [("viewer", "1")]).text())
+
+
+def recovered(path: Path) -> None:
+    path.with_name("whole.mcap").unlink(missing_ok=True)
+    recover(path, path.with_name("whole.mcap"))
+
+
+def replayed(path: Path) -> None:
+    timeline = Timeline([path])
+    deque(timeline.read(timeline.duration_ns // 2), 0)
+
+
 def attached(name: str) -> Callable[[Path], None]:
     """Writes an attachment of a take as a file."""
 
@@ -311,6 +342,9 @@ KINDS: Mapping[str, Kind] = {
         Kind("beside.mcap", take, comparison_reader.read_track),
         Kind("labels.mcap", take, read_labels),
         Kind("summary.mcap", take, read_summary),
+        Kind("account.mcap", logged, stated),
+        Kind("cut.mcap", take, recovered),
+        Kind("played.mcap", take, replayed),
         Kind("setup.json", attached("setup.json"), lambda path: read_setup(path, path.read_bytes())),
         Kind("parameters.json", attached("parameters.json"), lambda path: read_parameters(path, path.read_bytes())),
         Kind("sync.toml", film_folder, lambda path: (read_offsets(path, ["cam01", "cam02"]), film_of(path))),

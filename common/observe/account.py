@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping
 import msgspec
 
 from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.messages import ENDED, PROCESS, SENT, Health
+from zenocap.common.messages import ENDED, PROCESS, SENT, Health, Nanoseconds
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.topics import HEALTH, TOPICS, Queueing, Topic, service_at, topic_at
 
@@ -25,7 +25,7 @@ HEALTH_NS = 1_100_000_000  # a clock is set at most so long after an event, and 
 STEP_NS = 100_000_000  # by which events of several threads are out of order, at most; chosen by hand
 COUNTED = {SENT + topic.name: topic.name for topic in TOPICS}
 
-Span = tuple[int, int]  # log times, ns
+Span = tuple[Nanoseconds, Nanoseconds]  # log times
 Counts = dict[str, int]  # by name of the topic
 
 
@@ -49,7 +49,7 @@ class Report(msgspec.Struct, frozen=True):
     sent, seen: before this health, or with it if it is the last of its process (ended).
     """
 
-    at_ns: int
+    at_ns: Nanoseconds
     step: int
     sent: Counts
     seen: Counts
@@ -68,7 +68,7 @@ class Life(msgspec.Struct):
     missing: Counts = {}
     unlogged: Counts = {}
     off: Counts = {}
-    gone_ns: int = 0
+    gone_ns: Nanoseconds = 0
     unknown: list[Span] | None = None
 
 
@@ -220,7 +220,8 @@ def read_account(metadata: Mapping[str, str]) -> Account | None:
             if space and " " not in id:
                 senders[service, id] = msgspec.json.decode(text, type=Sender)
         steps = msgspec.json.decode(metadata["steps"], type=list[Span])
-        return Account(senders, int(metadata["end_ns"]), steps, int(metadata["dropped"]))
+        end_ns = msgspec.json.decode(metadata["end_ns"], type=Nanoseconds)
+        return Account(senders, end_ns, steps, int(metadata["dropped"]))
     except (KeyError, ValueError, msgspec.MsgspecError):
         return None
 

@@ -157,6 +157,11 @@ def test_the_account_is_kept_in_the_metadata_of_a_take() -> None:
     assert (again.missing, again.end_ns, again.dropped) == (found.missing, found.end_ns, 3)
     assert read_account({}) is None
     assert read_account(found.metadata() | {"viewer 1": "7"}) is None
+    beyond = "9" * 20  # a time that no clock shows ended `up` with a traceback
+    damaged = found.metadata()[" ".join(INTEGRATOR)].replace('"at_ns":', f'"at_ns":{beyond}')
+    for name, text in {" ".join(INTEGRATOR): damaged, "end_ns": beyond, "steps": f"[[0,{beyond}]]"}.items():
+        assert text != found.metadata()[name]
+        assert read_account(found.metadata() | {name: text}) is None
 
 
 @pytest.mark.parametrize("cut", range(1, 8))

@@ -429,11 +429,12 @@ VIDEO_720, NOT_HALF = 'video_resolution="720p"', 'right="959" bottom="499"'
             "translation = [0.0, 39.0, 205.0]",
             "camera 'left' is 209 m from the origin: is the file in centimetres or inches?",
         ),
-        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet, or another"),
-        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet, or another"),
-        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet, or another"),
+        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet or"),
+        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet or"),
+        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet or"),
+        ("translation = [0.0, 39.0, 79.0]", "camera 'left' is 88 m .* a point 39.0 m high: is the file in feet or inches"),
     ],
-    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras"],
+    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras", "inches, of near cameras"],
 )
 def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, note):
     path = tmp_path / "calibration.toml"

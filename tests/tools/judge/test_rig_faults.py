@@ -5,6 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built
+from zenocap.common import messages as m
+from zenocap.common.arrays import Bools
+from zenocap.tools.judge import rig_faults
+from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.rig_faults import Hypothesis, SeenRig
 
 
@@ -24,3 +29,23 @@ def test_two_orders_that_hold_about_as_often_are_both_stated(
     found = SeenRig({}, []).likeliest(Hypothesis("swapped", (text,), text, {}) for text in shares)
     assert (found and found.text) == stated
     assert found is None or set(found.viewers) == set(stated.split("; or ") if stated else ())
+
+
+@pytest.mark.parametrize(
+    ("since", "kind"), [(3, "one-view"), (6, "moved"), (12, "moved"), (18, "moved"), (21, None), (24, None)]
+)
+def test_a_camera_that_is_moved_within_a_take_is_found_from_a_quarter_to_three(
+    monkeypatch: pytest.MonkeyPatch, since: int, kind: str | None
+) -> None:
+    """Of 24 seconds: from then on the views agree only without it."""
+
+    def held(rig: SeenRig, one: Hypothesis) -> Bools:
+        agree = one.kind in ("", "one-view")
+        return np.array([agree and (captured_ns < 1e9 * since or "cam02" not in one.films) for captured_ns, _ in rig.sets])
+
+    evidence = evidence_of(built(m.CameraInfo, viewer=f"cam0{k}") for k in range(4))
+    monkeypatch.setattr(SeenRig, "held", held)
+    monkeypatch.setattr(rig_faults, "frame_sets", lambda *_: [(k * 1_000_000_000, {}) for k in range(24)])
+    found = rig_faults.rig_fault(evidence)
+    assert (found and (found.kind, found.viewers)) == (kind and (kind, ["cam02"]))
+    assert kind != "moved" or (found is not None and f"from about {since} s on" in found.text)

@@ -177,8 +177,7 @@ def _unlz4(packed: memoryview, size: int) -> bytes:
     except ImportError:
         raise BrokenChunk(f"{COMPRESSED}'lz4', which needs the package lz4: pip install lz4") from None
     try:
-        with LZ4FrameFile(BytesIO(packed)) as stream:
-            return bytes(stream.read(size + 1))
+        return bytes(LZ4FrameFile(BytesIO(packed)).read(size + 1))
     except (RuntimeError, EOFError, MemoryError) as error:
         raise BrokenChunk("a chunk that cannot be decompressed") from error
 

@@ -67,8 +67,8 @@ def edges(image: Image | Floats32) -> Floats32:
 
 def _without_breaks(found: Bools) -> Bools:
     """Images with people, and short breaks; where FEWEST_EMPTY remain, the ones beside them too: a hand at the border."""
-    around = np.pad(found.astype(np.uint8), SHORTEST_BREAK + 1)[None]
-    closed = cv2.morphologyEx(around, cv2.MORPH_CLOSE, np.ones((1, SHORTEST_BREAK + 1), np.uint8))
+    beside = SHORTEST_BREAK + 1
+    around = np.pad(found.astype(np.uint8), beside)[None]
+    closed = cv2.morphologyEx(around, cv2.MORPH_CLOSE, np.ones((1, beside), np.uint8))[:, beside:-beside]
     wide = cv2.dilate(closed, np.ones((1, 3), np.uint8))
-    result, least = (one[0, SHORTEST_BREAK + 1 : -SHORTEST_BREAK - 1] != 0 for one in (wide, closed))
-    return result if np.count_nonzero(~result) >= FEWEST_EMPTY else least
+    return np.asarray((wide if np.count_nonzero(wide == 0) >= FEWEST_EMPTY else closed)[0] != 0, dtype=np.bool_)

@@ -31,18 +31,18 @@ def test_two_orders_that_hold_about_as_often_are_both_stated(
     assert found is None or set(found.viewers) == set(stated.split("; or ") if stated else ())
 
 
-@pytest.mark.parametrize(("since", "timed"), [(3, False), (6, True), (12, True), (18, True), (21, None), (24, None)])
+@pytest.mark.parametrize(("since", "timed"), [(3, False), (6, True), (12, True), (18, True), (21, None), (0, None)])
 def test_a_camera_moved_within_a_take_is_found_from_a_quarter_to_three(
     monkeypatch: pytest.MonkeyPatch, since: int, timed: bool | None
 ) -> None:
-    """Of 24 seconds: from then on the views agree only without it."""
+    """Of 24 seconds: from then on the views agree only without it.  0: nobody is seen."""
 
     def held(rig: SeenRig, one: Hypothesis) -> Bools:
         agree = one.kind in ("", "one-view")
-        return np.array([agree and (captured_ns < 1e9 * since or "cam02" not in one.films) for captured_ns, _ in rig.sets])
+        return np.array([agree and (k < since * 10**9 or "cam02" not in one.films) for k, _ in rig.sets], dtype=np.bool_)
 
     monkeypatch.setattr(SeenRig, "held", held)
-    monkeypatch.setattr(rig_faults, "frame_sets", lambda *_: [(k * 1_000_000_000, {}) for k in range(24)])
+    monkeypatch.setattr(rig_faults, "frame_sets", lambda *_: [(k * 10**9, {}) for k in range(24 if since else 0)])
     found = rig_faults.rig_fault(evidence_of(built(m.CameraInfo, viewer=f"cam0{k}") for k in range(4)))
     when = f" from about {since} s on, not before" if timed else ", which agree"
     begin = None if timed is None else f"camera cam02 contradicts the others{when}"

@@ -250,6 +250,10 @@ SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before
         "the file was refused",
         (f"{CALIBRATIONS}::test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read",),
     ),
+    "vendors: Qualisys' cameras that are shown turned": (
+        "no note",
+        (f"{CALIBRATIONS}::test_qualisys_cameras_that_are_shown_turned_are_noted",),
+    ),
     "vendors: Qualisys' ProReflex, and the resolution none": (
         "read as cameras of video",
         (f"{CALIBRATIONS}::test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said",),
@@ -258,7 +262,7 @@ SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before
         "damage",
         (f"{DAMAGE}::test_what_later_versions_and_other_programs_may_write_is_no_damage",),
     ),
-    "containers: a chunk of two LZ4 frames, as no writer is known to make": ("damage", ()),
+    "containers: a chunk of two LZ4 frames": ("damage", (f"{TAKES}/test_recover.py::test_chunks_of_lz4_are_read",)),
     "names: letters with accents of macOS; cameras 1 and 2 with films of trials": (
         "refused; exchanged",
         (f"{FOLDER}::test_videos_belong_to_the_camera_whose_name_they_contain",),

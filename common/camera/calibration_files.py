@@ -42,7 +42,7 @@ def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
 
 
 def unit_note(cameras: Sequence[Camera]) -> str:
-    """Suspicion of another unit than metres, in words; empty without one."""
+    """Suspicion of another unit than metres, in words; empty without one.  Yards, 0.91 m, look like metres."""
     if not cameras:
         return ""
     farthest = max(cameras, key=lambda camera: float(np.linalg.norm(camera.centre)))
@@ -54,7 +54,7 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
     height = float(np.linalg.lstsq(across.sum(axis=0), offset, WEAK)[0][1])  # of the point nearest to all optical axes
     if height > HIGH_M and np.median([camera.centre[1] for camera in cameras]) > MOUNTED_M:
-        doubt = "is the file in feet, or another axis its vertical? allowed: metres"
+        doubt = "is the file in feet or inches, or another axis its vertical? allowed: metres"
         return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
     return ""
 

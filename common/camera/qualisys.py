@@ -24,6 +24,7 @@ FALSE = ("0", "false", "no")
 MARKER_MODEL = re.compile(r"(?:ProReflex|Oqus \d+|Miqus M\d|Arqus)\b(?!.*(?:video|hybrid))", re.IGNORECASE)  # not Oqus 210c
 NO_VIDEO = ("", "none", "0", "0p")  # as its resolution
 SOURCE = "zenocap"  # of files that this module writes
+TURNED = "is shown turned (viewrotation): its calibration is taken as that of the video as recorded, not turned upright"
 BINNED = 1.5  # height of the sensor to that of the video, from which its pixels are joined
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
 
@@ -39,21 +40,22 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
     except (ElementTree.ParseError, LookupError, ValueError) as error:  # also for an encoding that is unknown
         raise UserError(f"{path}: not XML: {error}") from error
     cameras: dict[str, Camera] = {}
-    left_out: dict[str, list[str]] = {}
+    noted: dict[str, list[str]] = {}
     for element in root.iter("camera"):
         name = element.get("serial", "")
         if reason := _unusable(element):
-            left_out.setdefault(reason, []).append(name)
+            noted.setdefault(f"is {reason}: left out", []).append(name)
             continue
         if name in cameras:
             raise Entry(path, "camera").error("serial", repr(name), "a serial that no other camera has")
         cameras[name] = _camera(Entry(path, f"camera[{name}]"), name, element, up_axis)
-    reasons = [f"camera {', '.join(names)} is {reason}" for reason, names in left_out.items()]
+        if element.get("viewrotation", "0") != "0":
+            noted.setdefault(TURNED, []).append(name)
+    notes = [f"camera {', '.join(names)} {note}" for note, names in noted.items()]
     if not cameras:
-        found = "; ".join(reasons) or "no camera in it"
-        raise UserError(f"{path}: {found}: allowed: Qualisys calibration with <camera serial=...> of calibrated videos")
-    for reason in reasons:
-        warnings.warn(f"{path}: {reason}: left out", FileNote, stacklevel=2)
+        raise UserError(f"{path}: {'; '.join(notes) or 'no camera in it'}: allowed: Qualisys calibration of videos")
+    for note in notes:
+        warnings.warn(f"{path}: {note}", FileNote, stacklevel=2)
     if root.get("source") != SOURCE and any(camera.distortions.any() for camera in cameras.values()):
         note = "the distortions are divided by 64, as the focal lengths are; programs differ in that"
         warnings.warn(f"{path}: {note}: compare a straight edge near the border of an image", FileNote, stacklevel=2)
@@ -87,10 +89,8 @@ def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z"
             raise UserError(f"{path}: camera {camera.name!r} has a fisheye lens: allowed in this layout: other lenses")
         lens = np.pad(camera.distortions, (0, max(0, 4 - len(camera.distortions))))
         if np.any(lens[4:]):
-            count = int(np.flatnonzero(lens)[-1]) + 1
-            raise UserError(
-                f"{path}: camera {camera.name!r} has a lens with {count} coefficients: allowed in this layout: the first 4"
-            )
+            text = f"a lens with {np.flatnonzero(lens)[-1] + 1} coefficients: allowed in this layout: the first 4"
+            raise UserError(f"{path}: camera {camera.name!r} has {text}")
         element = ElementTree.SubElement(
             every, "camera",
             {"serial": camera.name, "active": "1", "model": "none", "avg-residual": "0.0", "viewrotation": "0"}
@@ -131,8 +131,7 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     video = _numbers(entry, element, "fov_video", ("left", "top", "right", "bottom"))
     keys = ("focalLengthU", "focalLengthV", "centerPointU", "centerPointV", "radialDistortion1", "radialDistortion2")
     fu, fv, cu, cv, k1, k2 = _numbers(entry, element, "intrinsic", keys)
-    tangential = ("tangentalDistortion1", "tangentalDistortion2")  # Qualisys' spelling
-    p1, p2 = _numbers(entry, element, "intrinsic", tangential)
+    p1, p2 = _numbers(entry, element, "intrinsic", ("tangentalDistortion1", "tangentalDistortion2"))  # Qualisys' spelling
     k3 = _numbers(entry, element, "intrinsic", ("radialDistortion3",), missing="0")
     transform = ("r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33", "x", "y", "z")
     numbers = _numbers(entry, element, "transform", transform)

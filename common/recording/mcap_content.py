@@ -171,13 +171,13 @@ def _unpacked(body: bytes) -> bytes:
 
 
 def _unlz4(packed: memoryview, size: int) -> bytes:
-    """At most `size` + 1 bytes."""
+    """At most `size` + 1 bytes, of one frame or several."""
     try:
-        from lz4.frame import LZ4FrameDecompressor  # a dependency of mcap
+        from lz4.frame import LZ4FrameFile  # a dependency of mcap
     except ImportError:
         raise BrokenChunk(f"{COMPRESSED}'lz4', which needs the package lz4: pip install lz4") from None
     try:
-        return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+        return bytes(LZ4FrameFile(BytesIO(packed)).read(size + 1))
     except (RuntimeError, EOFError, MemoryError) as error:
         raise BrokenChunk("a chunk that cannot be decompressed") from error
 

@@ -24,8 +24,8 @@ BOTH_ENDS = 2  # runs of images with people: a person leaves, and one enters; mo
 def with_people(images: Sequence[Image]) -> Bools:
     """(n,) images (height, width, 3) of the scene that show a person who is not in the others.
 
-    All False where it cannot be decided: for two images, for a person who stays in place, and for what comes and goes, such
-    as a curtain or a screen.
+    All False where it cannot be decided: for two images, for a person in half of less than 8 or who stays in place, and for
+    what comes and goes, such as a curtain or a screen.
     """
     none = np.zeros(len(images), dtype=np.bool_)
     if len(images) < FEWEST_IMAGES:
@@ -66,9 +66,9 @@ def edges(image: Image | Floats32) -> Floats32:
 
 
 def _without_breaks(found: Bools) -> Bools:
-    """Images with people, those of short breaks between them, and the ones just before and after: a hand at the border."""
-    around = np.pad(found.astype(np.uint8), SHORTEST_BREAK + 1)[None]
-    closed = cv2.morphologyEx(around, cv2.MORPH_CLOSE, np.ones((1, SHORTEST_BREAK + 1), np.uint8))
-    wide = cv2.dilate(closed, np.ones((1, 3), np.uint8))[0]
-    result: Bools = wide[SHORTEST_BREAK + 1 : len(wide) - SHORTEST_BREAK - 1] != 0
-    return result
+    """Images with people, and short breaks; where FEWEST_EMPTY remain, the ones beside them too: a hand at the border."""
+    beside = SHORTEST_BREAK + 1
+    around = np.pad(found.astype(np.uint8), beside)[None]
+    closed = cv2.morphologyEx(around, cv2.MORPH_CLOSE, np.ones((1, beside), np.uint8))[:, beside:-beside]
+    wide = cv2.dilate(closed, np.ones((1, 3), np.uint8))
+    return np.asarray((wide if np.count_nonzero(wide == 0) >= FEWEST_EMPTY else closed)[0] != 0, dtype=np.bool_)

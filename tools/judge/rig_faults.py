@@ -117,27 +117,33 @@ def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
     """The likely fault of the rig; None where the silhouettes do not show it, or none."""
     cameras = {viewer: reduced(camera_of(info)) for viewer, info in sorted(evidence.cameras.items())}
     rig, alike = SeenRig(cameras, frame_sets(evidence, cameras)), {viewer: viewer for viewer in cameras}
-    if len(rig.sets) < FEWEST_SETS:
-        return None
     now = rig.held(Hypothesis("", (), "", alike))
-    if now.mean() > HOLDS_NOT:
+    since = _since(now)
+    if len(now) < FEWEST_SETS or now[since:].mean() > HOLDS_NOT:
         return None
-    found = rig.likeliest([*_changes(alike), *_without_one(alike)])
+    found = SeenRig(cameras, rig.sets[since:]).likeliest([*([] if since else _changes(alike)), *_without_one(alike)])
     if found is not None and found.kind == ONE:
-        start_ns = min(one.captured_ns for one in evidence.cameras.values())
-        found = _one_view(found, now, [(captured_ns - start_ns) / 1e9 for captured_ns, _ in rig.sets])
+        found = _one_view(found, since and rig.sets[since][0] - min(one.captured_ns for one in evidence.cameras.values()))
     return None if found is None else m.VerdictReason(kind=found.kind, viewers=list(found.viewers), text=found.text)
 
 
+def _since(now: Bools) -> int:
+    """First set from which on the views no longer agree, from 1/4 to 3/4 of a long take on; 0 for none.  now: (sets,)."""
+    k = int(np.argmax([now[:k].sum() + (~now[k:]).sum() for k in range(len(now) + 1)]))
+    sure = FEWEST_SETS <= k <= len(now) - FEWEST_SETS and now[:k].mean() >= HOLDS and now[k:].mean() <= HOLDS_NOT
+    return k if sure else 0
+
+
 def frame_sets(evidence: TakeEvidence, cameras: Mapping[str, Camera]) -> list[tuple[int, Mapping[str, Mask]]]:
-    """Silhouettes of two views or more, MOST_SETS at most.  cameras: reduced."""
+    """Silhouettes of two views or more, MOST_SETS where there are as many.  cameras: reduced."""
     seen = [
         (number * SAMPLE_NS, {viewer: one for viewer, one in sample.silhouettes.items() if viewer in cameras and one.data})
         for number, sample in sorted(evidence.samples.items())
     ]
     seen = [one for one in seen if len(one[1]) > 1]
     found: list[tuple[int, Mapping[str, Mask]]] = []
-    for captured_ns, silhouettes in seen[:: max(1, -(-len(seen) // MOST_SETS))]:
+    count = min(MOST_SETS, len(seen))
+    for captured_ns, silhouettes in [seen[k * len(seen) // count] for k in range(count)]:
         masks = {}
         for viewer, one in silhouettes.items():
             with suppress(ValueError):  # damaged
@@ -146,21 +152,19 @@ def frame_sets(evidence: TakeEvidence, cameras: Mapping[str, Camera]) -> list[tu
     return found
 
 
-def _one_view(found: Hypothesis, now: Bools, times_s: Sequence[float]) -> Hypothesis:
-    """A camera that contradicts the others, or from 1/4 to 3/5 of the take on.  now: (sets,) whether all agree."""
-    k, who = int(np.argmax([now[:k].sum() + (~now[k:]).sum() for k in range(len(now))])), " or ".join(found.viewers)
-    if k < FEWEST_SETS or now[:k].mean() < HOLDS or now[k:].mean() > HOLDS_NOT:
-        text = (
-            f"camera {who} contradicts the others, which agree: it was moved after its calibration, has that of another "
-            "camera, zoom or mode, is late, or its silhouettes are wrong: look at them (--overlay), calibrate again, or "
-            "leave it out (--cameras)"
-        )
-        return replace(found, text=text)
-    text = (
-        f"camera {who} contradicts the others from about {times_s[k]:.0f} s on, not before: it was "
-        "moved, or its picture froze: trim the take with --until of other commands, or leave the camera out (--cameras)"
+def _one_view(found: Hypothesis, since_ns: int) -> Hypothesis:
+    """A camera that contradicts the others, or does from a time after the begin of the take on; 0 for none."""
+    why = (
+        ", which agree: it was moved after its calibration, has that of another camera, zoom or mode, is late, or its "
+        "silhouettes are wrong: look at them (--overlay), calibrate again, or leave it out (--cameras)"
     )
-    return replace(found, kind="moved", text=text)
+    if since_ns:
+        why = (
+            f" from about {since_ns / 1e9:.0f} s on, not before: it was moved, or its picture froze: trim the take with "
+            "--until of other commands, or leave the camera out (--cameras)"
+        )
+    text = f"camera {' or '.join(found.viewers)} contradicts the others{why}"
+    return replace(found, kind="moved" if since_ns else ONE, text=text)
 
 
 def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:

@@ -351,7 +351,7 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     assert texts[0] == f"{path}: camera 2 is {reason}: left out"
     assert "the distortions are divided by 64" in texts[1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
-    refused(path, alone, re.escape(f"camera 2 is {reason}: allowed: Qualisys calibration"))
+    refused(path, alone, re.escape(f"camera 2 is {reason}: left out: allowed: Qualisys calibration"))
 
 
 def test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read(tmp_path):
@@ -359,6 +359,14 @@ def test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_other
     path.write_text(f"<calibration><cameras>{qualisys_camera('1', '')}{empty}</cameras></calibration>")
     with pytest.warns(FileNote, match=r"camera 2 is without a part of its video \(fov_video\): left out"):
         assert list(read_calibration(path, "z")) == ["1"]
+
+
+def test_qualisys_cameras_that_are_shown_turned_are_noted(tmp_path):
+    path, turns = tmp_path / "room.qca.txt", {"1": 0, "2": 90, "3": 180}
+    cameras = "".join(qualisys_camera(name, f'viewrotation="{turn}"') for name, turn in turns.items())
+    path.write_text(f"<calibration><cameras>{cameras}</cameras></calibration>")
+    with pytest.warns(FileNote, match=r"camera 2, 3 is shown turned \(viewrotation\): .* as recorded, not turned upright"):
+        assert list(read_calibration(path, "z")) == list(turns)
 
 
 @pytest.mark.parametrize("model", ["Miqus Video", "Oqus 210c", "Miqus Hybrid", "Miqus VC1", "none", ""])
@@ -429,11 +437,12 @@ VIDEO_720, NOT_HALF = 'video_resolution="720p"', 'right="959" bottom="499"'
             "translation = [0.0, 39.0, 205.0]",
             "camera 'left' is 209 m from the origin: is the file in centimetres or inches?",
         ),
-        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet, or another"),
-        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet, or another"),
-        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet, or another"),
+        ("translation = [0.0, 6.5, 17.0]", "camera 'left' is 18 m .* a point 6.5 m high: is the file in feet or"),
+        ("translation = [0.0, 3.9, 13.0]", "camera 'left' is 14 m .* a point 3.9 m high: is the file in feet or"),
+        ("translation = [0.0, 3.3, 6.6]", "camera 'left' is 7 m .* a point 3.3 m high: is the file in feet or"),
+        ("translation = [0.0, 39.0, 79.0]", "camera 'left' is 88 m .* a point 39.0 m high: is the file in feet or inches"),
     ],
-    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras"],
+    ids=["centimetres", "inches", "feet", "feet, of low cameras", "feet, of near cameras", "inches, of near cameras"],
 )
 def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, note):
     path = tmp_path / "calibration.toml"

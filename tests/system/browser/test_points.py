@@ -68,7 +68,8 @@ def test_clicked_points_give_the_cameras_and_both_files(browser, tmp_path, known
     lenses = {one.name: Lens.of(one) for one in cameras} if known else None
     task = ScenePointTask(["cam01", "cam02"], tmp_path / "points.toml", tmp_path / "room.toml", lenses)
     with opened(browser, cameras, task) as (visit, mode):
-        tab = visit.page
+        tab, top = visit.page, "document.getElementById('picture').getBoundingClientRect().top + scrollY"
+        before = tab.evaluate(top)
         assert "Add " in tab.inner_text("#sentence")
         for name, place in ROOM.items():
             add_point(visit, name, place)
@@ -77,6 +78,7 @@ def test_clicked_points_give_the_cameras_and_both_files(browser, tmp_path, known
             for name, point in ROOM.items():
                 pick(visit, mode, camera, name, point)
         visit.until(lambda: "good" in tab.inner_text("#outcome"), "the verdict")
+        assert tab.evaluate(top) == before  # under the pointer, whatever is written above
         visit.until(lambda: "one pixel matters" in tab.inner_text("#effect"), "the effect of a pixel")
         tab.click("#save")
         visit.until(lambda: "written:" in tab.inner_text("#outcome"), "the files")

@@ -29,7 +29,8 @@ class FrameStatement:
 
     @property
     def complete(self) -> bool:
-        return self.captured == sum(self.fates.values()) and not (self.unknown or self.uncounted)
+        whole = self.captured == sum(self.fates.values()) and self.fates["processed"] == sum(self.uses.values())
+        return whole and not (self.unknown or self.uncounted)
 
     def text(self) -> Iterator[str]:
         """Lines for display; none without a frame."""
@@ -55,9 +56,10 @@ def frames_of(view: RigView, reports: Account, services: Collection[ServiceKey],
 
     fates = {"processed": total(PROCESSED), "failed": total("failed_frames"), "dropped": total(DROPPED)}
     uses = {"sent": total(SENT + topic.name), "for the background": total("learning_frames")}
+    uses["not sendable"] = max(0, min(fates["processed"] - sum(uses.values()), total("unsendable")))  # of any topic
     unknown = {key: line.unknown for (key, name), line in reports.lines().items() if name == HEALTH.name and key in all}
     return FrameStatement(
-        total(CAPTURED), fates | {"skipped under overload": total(SKIPPED)}, uses | {"not sendable": total("unsendable")},
+        total(CAPTURED), fates | {"skipped under overload": total(SKIPPED)}, uses,
         {key: spans for key, spans in unknown.items() if spans}, {key: count for key, count in uncounted.items() if count},
     )  # fmt: skip
 

@@ -541,11 +541,12 @@ def test_what_the_queue_drops_and_what_never_arrives_are_terms() -> None:
 
 
 def frames_after(
-    processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0, killed: bool = False
+    processes: Mapping[int, list[int]], *, lost: int = 0, unsent: int = 0, unsendable: int = 0, killed: bool = False
 ) -> FrameStatement:
     """The frames of one viewer.  processes: by number, processed frames at each health.
 
     lost: frames of each process that are in no count.  unsent: processed ones of which no message was sent.
+    unsendable: messages that could not be sent.
     killed: whether no health is the last of its process.
     """
     view, reports = RigView("studio"), Account()
@@ -553,7 +554,7 @@ def frames_after(
         for frames in reports_of:
             meter = Meter(*VIEWER, process=process)
             meter.counts.update(frames=frames, failed_frames=1, dropped_frames=2, skipped_frames=3, learning_frames=4)
-            meter.counts["captured_frames"] = frames + 6 + lost
+            meter.counts.update(captured_frames=frames + 6 + lost, unsendable=unsendable)
             meter.counts.update({} if killed or frames != reports_of[-1] else {ENDED: 1})
             bus = Counters(0, {}, {}, sent={"silhouette": frames - 4 - unsent})
             health = meter.report(0, 0, Phase.RUNNING, "", bus, None)
@@ -604,5 +605,22 @@ def test_frames_that_are_in_no_count_are_a_term() -> None:
         "frames: 18 captured = 10 processed + 1 failed + 2 dropped + 3 skipped under overload + 2 not accounted for; "
         "10 processed = 6 sent + 4 for the background + 0 not sendable"
     ]
-    (text,) = frames_after({1: [10]}, unsent=1).text()
-    assert text.endswith("; 10 processed = 5 sent + 4 for the background + 0 not sendable + 1 not accounted for")
+
+
+@pytest.mark.parametrize(
+    ("unsent", "unsendable", "uses"),
+    [
+        (0, 0, "6 sent + 4 for the background + 0 not sendable"),
+        (1, 0, "5 sent + 4 for the background + 0 not sendable + 1 not accounted for"),
+        (2, 1, "4 sent + 4 for the background + 1 not sendable + 1 not accounted for"),
+        (1, 1, "5 sent + 4 for the background + 1 not sendable"),
+        (1, 3, "5 sent + 4 for the background + 1 not sendable"),
+        (-1, 0, "7 sent + 4 for the background + 0 not sendable + -1 not accounted for"),
+    ],
+)
+def test_processed_frames_without_a_use_are_a_term(unsent: int, unsendable: int, uses: str) -> None:
+    """They were no reason for status 3; unsendable: messages of any topic."""
+    found = frames_after({1: [10]}, unsent=unsent, unsendable=unsendable)
+    assert found.complete == ("accounted" not in uses)
+    (text,) = found.text()
+    assert text.endswith(f"; 10 processed = {uses}")

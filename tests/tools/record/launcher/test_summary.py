@@ -207,6 +207,7 @@ def test_a_failed_service_is_a_failure(take: Path) -> None:
     [
         ({"captured_frames": 9, "frames": 9, "sent.silhouette": 9}, DONE, "frames: 9 captured = 9 processed + "),
         ({"captured_frames": 9, "frames": 8, "sent.silhouette": 8}, LOSS, " + 1 not accounted for; 8 processed"),
+        ({"captured_frames": 9, "frames": 9, "sent.silhouette": 8}, LOSS, " + 0 not sendable + 1 not accounted for"),
         ({"frames": 8}, LOSS, "frames of viewer 1: 8 processed of an unknown number"),
     ],
 )

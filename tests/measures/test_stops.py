@@ -2,8 +2,11 @@
 
 import pytest
 
+from benchmarks.chaos.observer import SeenHealth
 from tests.measures import stops
-from tests.measures.stops import ALONE_S, LOADED_S, Stop, table
+from tests.measures.stops import ALONE_S, LOADED_S, Stop, table, works
+from tests.support.built_messages import built
+from zenocap.common.messages import Health
 
 
 def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, text: str = "") -> Stop:
@@ -27,6 +30,23 @@ def test_a_limit_that_is_broken_is_named(one: Stop, failed: int, longest_s: floa
     lines, holds = table(found, failed, longest_s)
     assert [line for line in lines if line.endswith("NO |")] == ([f"| {broken} | NO |"] if broken else [])
     assert holds is not bool(broken)
+
+
+@pytest.mark.parametrize(
+    ("service", "counts", "expected"),
+    [
+        ("viewer 1", {"process": 2, "frames": 0}, False),
+        ("viewer 1", {"process": 2, "frames": 3}, True),
+        ("viewer 1", {"process": 1, "frames": 3}, False),
+        ("tracker", {"process": 2}, True),
+        ("tracker", {"process": 1}, False),
+    ],
+)
+def test_a_viewer_works_again_with_its_first_frame(service: str, counts: dict[str, int], expected: bool) -> None:
+    """The first health, before the camera was open, ended the time of a start."""
+    others = [SeenHealth(0, name, built(Health, counts={"process": 3, "frames": 9})) for name in ("viewer 2", "animator")]
+    seen = [SeenHealth(0, service, built(Health, counts=counts)), *others]
+    assert works(service, seen, {1, None}) is expected
 
 
 def test_a_start_that_fails_is_counted_and_the_others_go_on(

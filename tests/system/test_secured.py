@@ -3,7 +3,8 @@
 import json
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -171,10 +172,40 @@ def test_members_publish_only_on_their_own_keys(joined: Callable[[str], ZenohBus
     assert found == awaited  # no previews of other viewers for `two`
 
 
+def matrix(received: Iterable[tuple[str, str, str]], keys: Iterable[str]) -> Iterator[str]:
+    """Table of what certificates may do, by group of keys.  received: by whom, key, from whom, where each put on each key.
+
+    Columns: keys; then of each certificate those on which what it put arrived, and those of which it received others' puts.
+    """
+
+    def group(key: str) -> str:
+        parts = key.split("/")[2:]
+        return "/".join(parts[:2]) if len(parts) == 3 else parts[0]
+
+    arrived = Counter((group(key), name) for key, name in {(key, sender) for _, key, sender in received})
+    seen = Counter((group(key), name) for key, name in {(key, receiver) for receiver, key, _ in received})
+    names = sorted({name for _, name in (*arrived, *seen)})
+    yield "| group | keys |" + "".join(f" {name} put | {name} received |" for name in names)
+    yield "|---|" + "--:|" * (1 + 2 * len(names))
+    for one, count in Counter(map(group, keys)).items():
+        yield f"| {one} | {count} |" + "".join(f" {arrived[one, name]} | {seen[one, name]} |" for name in names)
+
+
+def test_the_matrix_of_certificates_counts_keys() -> None:
+    a, b, clock = "zenocap/demo/viewer/1/bap", "zenocap/demo/viewer/1/bdp", "zenocap/demo/clock"
+    assert list(matrix({("x", a, "y"), ("z", a, "y"), ("x", b, "y"), ("y", clock, "x")}, [a, b, clock])) == [
+        "| group | keys | x put | x received | y put | y received | z put | z received |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|",
+        "| viewer/1 | 2 | 0 | 2 | 2 | 0 | 0 | 1 |",
+        "| clock | 1 | 1 | 0 | 0 | 1 | 0 | 0 |",
+    ]
+
+
 @pytest.mark.nightly
 def test_every_certificate_puts_and_receives_on_every_key_what_the_rules_allow_and_no_more(
     rig_file: Path, session: Callable[[str], zenoh.Session]
 ) -> None:
+    """`pytest -m "" -s tests/system/test_secured.py -k every_certificate` prints the matrix."""
     rig = load_rig(rig_file)
     members = {member.name: member for member in (*needed_members(rig), Member(REPLAY), Member(OPERATOR))}
     places = [(service, id) for service in ("viewer", "integrator") for id in ("1", "2", "main")]
@@ -219,6 +250,7 @@ def test_every_certificate_puts_and_receives_on_every_key_what_the_rules_allow_a
         time.sleep(0.1)
         if not end_s and received >= expected:
             end_s = time.monotonic() + SHORT_S
+    print("", *matrix(received, (*keys, *others)), sep="\n")
     assert received == expected
 
 

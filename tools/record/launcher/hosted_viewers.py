@@ -19,16 +19,13 @@ from zenocap.tools.setup.cameras.hosts import host_problem
 PERIOD_S = 2.0  # between queries, well below the lease of an assignment; chosen by hand
 ANSWER_S = 1.0  # for the answer to each; chosen by hand
 PATIENCE_S = 4.0  # in which a machine may be found, or be away, before that is reported; chosen by hand
-RELEASE_S = 10.0  # for a viewer to end; chosen by hand
+RELEASE_S = 10.0  # for a viewer to end on a machine that answers; chosen by hand
 CLOCK_S = 60.0  # of another machine's clock from this one's, from which it is reported; chosen by hand
 
 
 @dataclass
 class _State:
-    """Of one viewer.  told: last text about it.  problem: last one.  assigned: whether its host has obeyed.
-
-    good_s: time of its last good answer, monotonic.
-    """
+    """Of one viewer.  told, problem: last ones.  good_s: of its last good answer, monotonic.  assigned: its host obeyed."""
 
     camera: HostedCamera
     query: AssignQuery
@@ -77,7 +74,8 @@ class HostedViewers:
 
     def _release(self, one: _State) -> None:
         query = AssignQuery(frame=0, captured_ns=time.time_ns(), what="release", rig=one.query.rig)
-        self._session.assign(_key(one.camera.source), query, RELEASE_S)
+        away = one.problem and time.monotonic() - one.good_s >= PATIENCE_S  # its viewer ends without the assignments
+        self._session.assign(_key(one.camera.source), query, ANSWER_S if away else RELEASE_S)
 
     def _work(self) -> None:
         while not self._stop.is_set():

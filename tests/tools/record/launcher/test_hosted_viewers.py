@@ -12,7 +12,7 @@ from tests.support.live_cameras import until
 from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, HostCamera
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.tools.record.launcher import hosted_viewers
-from zenocap.tools.record.launcher.hosted_viewers import HostedViewers, secured_advice
+from zenocap.tools.record.launcher.hosted_viewers import ANSWER_S, RELEASE_S, HostedViewers, secured_advice
 
 
 def host(k: int, instance: str = "i", camera: str = "cam") -> CameraHost:
@@ -28,6 +28,7 @@ class Session:
     def __init__(self) -> None:
         self.present = [host(0), host(1)]
         self.asked: list[tuple[str, AssignQuery]] = []
+        self.waits: dict[str, float] = {}  # for the last answer (s)
         self.reply: Callable[[str], AssignReply | str | None] = lambda _: self.good()
 
     def good(self, **changes: object) -> AssignReply:
@@ -39,6 +40,7 @@ class Session:
 
     def assign(self, key: str, query: AssignQuery, timeout_s: float) -> AssignReply | str | None:
         self.asked.append((key, query))
+        self.waits[key] = timeout_s
         return self.reply(key)
 
     def close(self) -> None:
@@ -144,6 +146,17 @@ def test_a_machine_that_vanishes_is_named_and_gets_its_viewer_again(session, tmp
         follow(running, found, lambda text=text: any(text in line for line in found))
     running.close()
     assert running.never_ran == []
+
+
+def test_a_machine_that_does_not_answer_keeps_the_end_no_longer_than_an_answer(session, tmp_path):
+    """One that was frozen kept it for the 10 s in which a viewer may end."""
+    running, found = viewers(session, tmp_path), []
+    running.start()
+    follow(running, found, lambda: len(found) == 2)
+    session.reply = lambda key: None if "lab0" in key else session.good()
+    follow(running, found, lambda: any("lab0 does not answer" in line for line in found))
+    running.close()
+    assert list(session.waits.values()) == [ANSWER_S, RELEASE_S]
 
 
 def test_a_viewer_that_never_ran_and_a_clock_far_off_are_named(session, tmp_path):

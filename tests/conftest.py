@@ -11,6 +11,7 @@ pytest_plugins = ["tests.support.tiers"]
 # The same examples in each run, so that a failure is reproducible; more of them with --hypothesis-profile nightly.
 settings.register_profile("zenocap", derandomize=True, deadline=None, max_examples=30)
 settings.register_profile("nightly", derandomize=True, deadline=None, max_examples=100)
+settings.register_profile("search", deadline=None, max_examples=10_000)  # others in each run
 settings.load_profile("zenocap")
 
 

@@ -1,5 +1,6 @@
 """Whole rigs under load, as `zenocap load` measures them, and the cores that `zenocap plan` predicts."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import inf
 from typing import cast
@@ -22,7 +23,7 @@ from zenocap.tools.measure.unit_costs import COSTS
 
 OVERLOAD = 2.0  # of the capacity
 OVERLOAD_SETTLE_S, OVERLOAD_S = 15.0, 60.0  # until the integrator has found the rate, and measured; chosen by hand
-LEAST_WHOLE, MOST_PERIODS = 80.0, 3.0  # limits where that is offered: % of the capacity; p99
+LEAST_WHOLE, MOST_PERIODS = 80.0, 3.0  # limits there: whole sets, % of the capacity; p99, frame periods of the offer
 OF_MEASURING = ("busy", "more", "overload")  # options: see `run` and `run_capacity`
 
 
@@ -61,26 +62,22 @@ def figures(point: Measurement) -> dict[str, float]:
 
 
 def run_capacity(one: Case) -> Figures:
-    """The largest load without loss and with p99 within a frame period.  Options: of `plan_of`; more: rate or rigs.
-
-    overload: also what comes out of a rig that is offered OVERLOAD times that rate.
-    """
+    """The largest load that is held.  Options: as of `plan_of`; more: rate or rigs; overload: with `overload_figures`."""
     plan, what = plan_of(one), cast(RampQuantity, one.option("more", "rate"))
-    overload = one.option("overload", False)
     with stop_signals() as stopped, prepared(plan, LoadNetwork(), stopped, Console(stderr=True)) as session:
         found = ramp(plan, what, session.measure, stopped, lambda point: None)
         held = max((getattr(point.plan, what) for point in found.points if point.held), default=0.0)
-        if not overload or not held:
-            return {"held": held, **({HOLDS: 0.0} if overload else {})}
-        more = replace(plan, rate=OVERLOAD * held, settle_s=OVERLOAD_SETTLE_S, seconds=OVERLOAD_S)
-        return {"held": held, **overload_figures(session.measure(more), held)}
+        return {"held": held, **(overload_figures(plan, held, session.measure) if one.option("overload", False) else {})}
 
 
-def overload_figures(point: Measurement, capacity: float) -> Figures:
-    """Whole frame sets, % of the capacity (1/s), p99 in frame periods of what is offered, and whether the limits hold."""
-    whole = 100 * point.figures.completed / point.seconds / capacity
+def overload_figures(plan: Plan, held: float, measure: Callable[[Plan], Measurement]) -> Figures:
+    """Figures where OVERLOAD times the capacity is offered: whole frame sets/s of an unlimited offer, at least `held`."""
+    most = measure(replace(plan, rate=MAX_RATE, settle_s=OVERLOAD_SETTLE_S, seconds=OVERLOAD_S))
+    capacity = max(held, most.figures.completed / most.seconds)
+    point = measure(replace(most.plan, rate=OVERLOAD * capacity)) if capacity else most
+    whole = 100 * point.figures.completed / point.seconds / (capacity or inf)
     periods = point.figures.latency_ms.get("p99", inf) / (1e3 * point.plan.period_s)
-    return {"whole": whole, "p99": periods, HOLDS: whole >= LEAST_WHOLE and periods <= MOST_PERIODS}
+    return {"capacity": capacity, "whole": whole, "p99": periods, HOLDS: whole >= LEAST_WHOLE and periods <= MOST_PERIODS}
 
 
 _HYBRID = {"method": "hybrid"}
@@ -149,12 +146,13 @@ LOAD = Kind(
 )
 CAPACITY = Kind(
     "capacity",
-    "The largest load that is held without loss and with p99 within one frame period, found by a ramp; whole frame sets "
-    "and p99 where twice that rate is offered.",
+    "The largest load that is held without loss and with p99 within one frame period, found by a ramp; the capacity, whole "
+    "frame sets a second without a limit of the offer; whole frame sets and p99 where twice the capacity is offered.",
     run_capacity,
     (
         Quantity("held", "", 1, "low", "median"),
-        Quantity("whole", f"% of it, at least {LEAST_WHOLE:g}", 0, "low", "median"),
+        Quantity("capacity", "instants/s", 1, "low", "median"),
+        Quantity("whole", f"% of that, at least {LEAST_WHOLE:g}", 0, "low", "median"),
         Quantity("p99", f"periods, at most {MOST_PERIODS:g}", 1, joined="median"),
         Quantity(HOLDS, worst="low"),
     ),

@@ -198,7 +198,7 @@ COUNTS = (
 )
 RANGES = f"{FORMATS}/test_opensim_coordinates.py::test_coordinates_that_leave_the_ranges_of_the_model_give_a_note"
 FOLDER = "common/rig/test_video_folder.py"
-SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before, and its tests; none: it stays
+SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before, and its tests
     "Euler: a person who turns beyond 90 degrees, in OpenSim": ("clamped without a note", (RANGES,)),
     "Euler: a person 4 m beside the origin, in OpenSim": ("clamped without a note", (RANGES,)),
     "Euler: an arm raised beyond the ranges of both solutions": ("clamped without a note", (RANGES,)),
@@ -224,6 +224,10 @@ SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before
         "points, kilometres away",
         (f"{FORMATS}/test_trc.py::test_three_times_a_number_of_nines_is_a_missing_point",),
     ),
+    "missing data: C3D points with a residual below 0, elsewhere than at 0": (
+        "right: missing",
+        (f"{FORMATS}/test_c3d_reader.py::test_points_with_a_residual_below_zero_are_missing_wherever_they_are",),
+    ),
     "films: JPEG pictures that ask for a mirror": (
         "turned by 180 degrees; single pictures mirrored",
         (
@@ -232,7 +236,10 @@ SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before
         ),
     ),
     "films: slow motion of Sony's cameras": ("no note", (f"{FILMS}::test_slow_motion_of_sonys_cameras_is_noted",)),
-    "films: slow motion of Apple's telephones": ("right: their times are those of the capture", ()),
+    "films: slow motion of Apple's telephones": (
+        "right: their times are those of the capture",
+        (f"{FILMS}::test_slow_motion_of_apples_telephones_has_the_times_of_the_capture",),
+    ),
     "films: interlaced": ("no note", (f"{FILMS}::test_an_interlaced_film_is_noted",)),
     "films: a bare stream in a folder": (
         "not used",
@@ -242,10 +249,13 @@ SEARCHED: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what each gave before
         "no note",
         (
             f"{CALIBRATIONS}::test_distances_of_another_unit_than_metres_are_questioned",
-            f"{CALIBRATIONS}::test_only_in_feet_a_calibration_of_the_clips_is_questioned",
+            f"{CALIBRATIONS}::test_in_feet_a_calibration_of_the_clips_is_questioned_and_not_in_metres_or_yards",
         ),
     ),
-    "units: yards": ("as metres, which they nearly are", ()),
+    "units: yards": (
+        "as metres, which they nearly are: it stays",
+        (f"{CALIBRATIONS}::test_in_feet_a_calibration_of_the_clips_is_questioned_and_not_in_metres_or_yards",),
+    ),
     "vendors: a Qualisys camera without a part of its video": (
         "the file was refused",
         (f"{CALIBRATIONS}::test_a_qualisys_camera_without_a_part_of_its_video_is_left_out_and_the_others_are_read",),

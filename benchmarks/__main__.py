@@ -39,19 +39,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.publish and options.small:
         parser().error("--publish with --small: figures of the smallest case have no meaning")
     try:
-        if options.list:
-            _list()
-            return 0
-        if options.stale:
-            _stale()
+        if options.list or options.stale:
+            for line in _listed() if options.list else _stale():
+                print(line)
             return 0
         for name in options.pictures:
             cast(Callable[[Path], None], attribute(DRAWN[name]))(options.folder)
         names = KINDS.names() if options.kind == ["all"] else options.kind
         failed = [name for name in names if not _measured(KINDS.row(name), options, named=options.kind != ["all"])]
-        if options.publish:
-            for page in pages.publish(results.load_all()):
-                print(f"written: {page}")
+        for page in pages.publish(results.load_all()) if options.publish else ():
+            print(f"written: {page}")
         return 1 if failed else 0
     except UserError as error:
         print(error, file=sys.stderr)
@@ -65,9 +62,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("kind", nargs="*", help="kinds, or `all`")
     found.add_argument("--list", action="store_true", help="list kinds and cases")
     found.add_argument("--stale", action="store_true", help="list stored figures whose sources have changed since")
-    found.add_argument(
-        "--only", nargs="+", default=(), metavar="TEXT", help="cases of these names, or with one of these in their names"
-    )
+    found.add_argument("--only", nargs="+", default=(), metavar="TEXT", help="cases of these names, or with these in them")
     found.add_argument("--seeds", type=int, metavar="N", help="seeds of a case (default: those of the kind)")
     found.add_argument("--jobs", type=int, default=2, metavar="N", help="processes (default 2); timed kinds have one")
     found.add_argument("--fresh", action="store_true", help="run again what is kept for the same sources and inputs")
@@ -78,17 +73,12 @@ def parser() -> argparse.ArgumentParser:
     return found
 
 
-def _list() -> None:
-    for name, kind in KINDS.rows().items():
-        print(f"{name}: {kind.about}")
-        for case in kind.cases:
-            print(f"    {case}")
+def _listed() -> list[str]:
+    return [line for key, one in KINDS.rows().items() for line in (f"{key}: {one.about}", *map("    {}".format, one.cases))]
 
 
-def _stale() -> None:
-    for name, found in results.load_all().items():
-        for line in results.stale(found, KINDS.row(name)):
-            print(line)
+def _stale() -> list[str]:
+    return [line for name, found in results.load_all().items() for line in results.stale(found, KINDS.row(name))]
 
 
 def _measured(kind: Kind, options: argparse.Namespace, *, named: bool) -> bool:

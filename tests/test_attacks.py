@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support.places import ROOT
-from tests.test_strangers import Outcomes, exists, run
+from tests.test_strangers import AFTER, Outcomes, exists, run
 
 SECURED, ENDPOINT = "system/test_secured.py", "services/camera/test_endpoint.py"
 TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first column
@@ -194,14 +194,15 @@ def test_each_row_is_printed_with_what_became_of_it_and_its_command(
             ("b.py::one", "setup", "passed"), ("b.py::one", "call", "failed"), ("b.py::one", "teardown", "passed"),
         ]:  # fmt: skip
             report = SimpleNamespace(nodeid=f"tests/{name}", when=when, outcome=outcome, passed=outcome == "passed")
+            report.caplog, report.user_properties = "", [(AFTER, "refused")]
             plugins[0].pytest_runtest_logreport(report)
         return 1
 
     monkeypatch.setattr(pytest, "main", main)
     assert run({"first": ("a.py::one", "a.py::two"), "second": ("a.py::one", "b.py")}, {"first": "1 GB"}) == 1
     assert capsys.readouterr().out.splitlines()[2:] == [
-        "| first | 1 GB | not run, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/a.py::two` |",
-        "| second |  | failed, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/b.py` |",
+        "| first | 1 GB | refused | not run, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/a.py::two` |",
+        "| second |  | refused | failed, passed, skipped | `python -m pytest -m '' tests/a.py::one tests/b.py` |",
     ]
 
 

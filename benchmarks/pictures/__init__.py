@@ -6,4 +6,5 @@ DRAWN = {  # by name: function of a folder
     "page-of-take": "benchmarks.pictures.page:draw_take",
     "paper": "benchmarks.pictures.paper:draw",
     "terminal": "benchmarks.pictures.terminal:draw",
+    "windows": "benchmarks.pictures.page:draw_windows",
 }

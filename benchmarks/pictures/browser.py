@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from benchmarks.chaos.page_visitors import answers
-from tests.support.browser import CHROMIUM, FLAGS
+from tests.support.browser import chromium
 
 PATIENCE_S = 90.0
 
@@ -17,14 +17,12 @@ PATIENCE_S = 90.0
 @contextmanager
 def served(words: Sequence[str], port: int) -> Iterator[tuple[Browser, str]]:
     """A browser, and the address of the page that a command of zenocap serves."""
-    with sync_playwright() as driver:
+    with chromium() as browser:
         command = [sys.executable, "-P", "-m", "zenocap", *words]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             _await(lambda: answers(port), f"page on port {port}", lambda: time.sleep(0.2))
-            browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
             yield browser, f"http://127.0.0.1:{port}/"
-            browser.close()
         finally:
             process.terminate()
             process.wait(30)

@@ -13,13 +13,16 @@ from typing import Literal
 
 import cv2
 import numpy as np
+import pytest
 from playwright.sync_api import Browser, Page, ViewportSize
 
 from benchmarks.harness.cache import ROOT
 from benchmarks.harness.case import SHARED
 from benchmarks.pictures.browser import await_true, served
+from tests.support.browser import Visit
 from tests.support.demo_rigs import written_demo
 from zenocap.common.bus.zenoh_session import free_ports
+from zenocap.common.errors import UserError
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
 SIZES: tuple[ViewportSize, ...] = (
@@ -67,6 +70,15 @@ def draw_take(folder: Path) -> None:
         with served(["show", str(take), "--port", str(port)], port) as (browser, address):
             paused(browser, address, SIZE, "dark").screenshot(path=folder / "page-take.png")
             sheet_of_sizes(folder / "page-sizes.jpg", lambda size, scheme: paused(browser, address, size, scheme))
+
+
+def draw_windows(folder: Path) -> None:
+    """Write every page and its slides in windows of all sizes, dark and light, as tests open them.  Raises UserError."""
+    if folder.resolve() == ROOT / "docs":
+        raise UserError(f"--folder {folder}: allowed with windows: another one, for it gets many pictures")
+    Visit.pictures = folder.resolve()
+    if pytest.main(["-m", "", "-k", "window or board_is_guided", str(ROOT / "tests" / "system" / "browser")]):
+        raise UserError("--pictures windows: a test of a page failed: see above")
 
 
 def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:

@@ -13,12 +13,11 @@ from contextlib import suppress
 from io import StringIO
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
 from rich.console import Console
 from rich.terminal_theme import DEFAULT_TERMINAL_THEME, MONOKAI
 from rich.text import Text
 
-from tests.support.browser import CHROMIUM, FLAGS
+from tests.support.browser import chromium
 
 COLUMNS, LINES = 80, 24
 DEMO_S = 40.0  # until the screenshot; it begins with compiled kernels
@@ -34,7 +33,7 @@ CONTROL = re.compile(r"(\r\n|\n|\x1b\[1A|\x1b\[2K|\r|\x1b\[\?25[hl])")
 def draw(folder: Path) -> None:
     """Write terminal-dark.png and terminal-light.png."""
     shown = Text("\n").join(screen_of(written_by_demo()))
-    with sync_playwright() as driver, driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS) as browser:
+    with chromium() as browser:
         page = browser.new_page()
         for scheme, theme in THEMES.items():
             console = Console(record=True, width=COLUMNS, file=StringIO(), force_terminal=True)

@@ -21,8 +21,8 @@ def continuous_euler(axes: str, rotations: Floats, ranges: Sequence[tuple[float,
     """Euler angles (n, 3) of rotations (n, 3, 3) about three different `axes`, radians.
 
     Of the two solutions and their full turns, those with the least time outside `ranges`, each (lowest, highest), and the
-    smallest jumps.  No row decides for the others: takes begin in a T-pose, where both solutions of an arm meet.  A free
-    angle is within half a turn of 0 in the middle row.  step_s: interval of the rows, seconds; 0 for one row.
+    smallest jumps; outside where both are, as of arms of our body.  No row decides for the others: takes begin in a T-pose,
+    where both meet.  A free angle is within half a turn of 0 in the middle row.  step_s: interval of the rows, seconds.
     """
     if not len(rotations):
         return np.empty((0, 3))

@@ -11,6 +11,7 @@ sync.toml              [offset_s] NAME = time in seconds at which the camera's v
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
@@ -23,6 +24,7 @@ SYNC_FILE = "sync.toml"
 CORNERS, CORNERS_SUFFIX = "corners", ".corners"
 MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+MISSPELT = 0.8  # likeness of a key of clip.toml to a known one; by hand: above those of others, as stretched_frames
 
 
 def folder_rig(
@@ -46,19 +48,20 @@ def folder_rig(
         raise UserError(f"{clip_path}: {error}") from error
     calibrated = list(read_calibration(calibration, str(up_axis)))
     videos, notes = _videos(folder, calibration, calibrated)
+    near = ((key, get_close_matches(key, [known for known, *_ in CLIP_KEYS], 1, MISSPELT)) for key in clip)
+    notes += [f"clip.toml: {key!r} is not used: did you mean {one[0]}?" for key, one in near if one and key not in one]
     offsets = read_offsets(folder / SYNC_FILE, calibrated)
     if offsets:
         notes.append(f"{SYNC_FILE}: videos begin at {', '.join(f'{name} {time:+.3f} s' for name, time in offsets.items())}")
     viewers = []
     for name, video in videos.items():
         plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
-        own_background = f"image:{plate}" if plate else empty or MEDIAN
         viewers.append(
             ViewerTable(
                 id=plain_name(name),
                 camera=name,
                 source=str(video.relative_to(folder)),
-                background=background or own_background,
+                background=background or (f"image:{plate}" if plate else empty or MEDIAN),
                 fps=None if fps is None else float(str(fps)),
                 initial=_camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES),
                 offset_s=offsets.get(name, 0.0),
@@ -89,8 +92,7 @@ def rig_of_files(
         for name, video in paired.items()
     ]
     viewers = chosen(calibration, viewers, cameras)
-    name = videos[0].resolve().parent.name
-    content = _rig_file(name, str(calibration.resolve()), viewers, up_axis, method)
+    content = _rig_file(videos[0].resolve().parent.name, str(calibration.resolve()), viewers, up_axis, method)
     return content, (*notes, *_median_notes(viewers))
 
 
@@ -113,8 +115,7 @@ def chosen(path: Path, viewers: Sequence[ViewerTable], cameras: Sequence[str] | 
 
 
 def _rig_file(name: str, calibration: str, viewers: Sequence[ViewerTable], up_axis: str, method: str) -> RigFile:
-    name = plain_name(name)
-    return RigFile(name=name, calibration=calibration, viewer=tuple(viewers), up_axis=up_axis, method=method)
+    return RigFile(name=plain_name(name), calibration=calibration, viewer=tuple(viewers), up_axis=up_axis, method=method)
 
 
 def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
@@ -295,8 +296,7 @@ def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) 
     """
     files = with_suffix(folder, suffixes)
     for candidate in (name, stem):
-        same = [path for path in files if _composed(path.stem).lower() == _composed(candidate).lower()]
-        if same:
+        if same := [path for path in files if _composed(path.stem).lower() == _composed(candidate).lower()]:
             found = min(same, key=lambda path: (path.stem != candidate, suffixes.index(path.suffix.lower())))
             return f"{folder.name}/{found.name}"
     return None

@@ -1,11 +1,13 @@
 """Pages in Chromium: start, visit without console errors, waiting for a state."""
 
+import os
 import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from itertools import product
+from itertools import count, product
+from pathlib import Path
 from typing import TYPE_CHECKING, cast
 from urllib.parse import urlsplit
 
@@ -76,10 +78,15 @@ def chromium() -> Iterator["Browser"]:
 
 
 class Visit:
-    """A page at an address.  requests: every URL that it requested.  problems: errors on its console."""
+    """A page at an address.  requests: every URL that it requested.  problems: errors on its console.
+
+    pictures: folder of pictures of every window that is checked, as `python -m benchmarks --pictures windows` writes them.
+    """
+
+    pictures: Path | None = None
 
     def __init__(self, page: "Page", address: str) -> None:
-        self.page, self._home = page, f"//{urlsplit(address).netloc}/"
+        self.page, self._home, self._checks = page, f"//{urlsplit(address).netloc}/", count(1)
         self.requests: list[str] = []
         self.problems: list[str] = []
         page.on("request", lambda request: self.requests.append(request.url))
@@ -110,6 +117,7 @@ class Visit:
     def check_windows(self) -> None:
         """In every window and colour scheme nothing is wider, and every text that is seen has contrast."""
         before, widths = self.page.viewport_size, "[innerWidth, Math.max(innerWidth, document.documentElement.scrollWidth)]"
+        name = f"{re.split(r'::|[ [(]', os.environ['PYTEST_CURRENT_TEST'])[1]}-{next(self._checks)}"
         for width, scheme in product(WIDTHS, SCHEMES):
             self.page.set_viewport_size({"width": width, "height": HEIGHT})
             self.page.emulate_media(color_scheme=scheme)
@@ -119,6 +127,8 @@ class Visit:
             assert np.abs(ink - back).min() > 150
             assert (back.mean() > 128) == (scheme == "light")
             self.until(lambda: not self.faint_texts(), f"contrast of {CONTRAST}, {scheme}, {width}: {self.faint_texts()}")
+            if self.pictures is not None:
+                self.page.screenshot(path=self.pictures / f"{name}-{width}-{scheme}.png")
         self.page.set_viewport_size(before)
 
     def faint_texts(self) -> list[str]:

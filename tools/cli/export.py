@@ -22,6 +22,7 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.cli.suggestions import WrongArgument
 from zenocap.tools.option_groups import EXPERT, option
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -132,12 +133,11 @@ def export(
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
     new, output = output is None, output or beside(take, given.to)
-    form = chosen_format(output, given.to)
-    options = _options(form, given, span, expert)
     with one_line_errors(), progress(f"exporting {take}", remote=expert.remote):
         from zenocap.tools.takes.export import export as run_export
 
-        written = run_export(checked_take(take), output, options, new=new)
+        form = chosen_format(output, given.to)
+        written = run_export(checked_take(take), output, _options(form, given, span, expert), new=new)
     axes = "opensim" if form.model else given.axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
@@ -197,7 +197,7 @@ def beside(take: Path, to: str | None) -> Path:
 
 
 def chosen_format(output: Path, to: str | None) -> ExportFormat:
-    """The format of that name, or else of the output's suffix.  Raises typer.BadParameter."""
+    """The format of that name, or else of the output's suffix.  Raises typer.BadParameter, WrongArgument."""
     if to is not None:
         if to not in FORMATS.names():
             raise typer.BadParameter(f"--to {to!r}: allowed: {', '.join(FORMATS.names())}")
@@ -205,7 +205,7 @@ def chosen_format(output: Path, to: str | None) -> ExportFormat:
     found = format_of(output.suffix)
     if found is None:
         allowed = ", ".join(suffix for one in FORMATS.rows().values() for suffix in one.suffixes)
-        raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
+        raise WrongArgument(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
     return found
 
 

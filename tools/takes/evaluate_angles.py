@@ -20,6 +20,7 @@ ONE_TRUNK = "one side has no joint between pelvis and trunk: hips and shoulders 
 BAD_DEG = 5.0  # mean error beyond which a change of the truth is searched; chosen by hand
 RADIANS = {"radians": 180.0 / np.pi, "degrees, and declared as radians": np.pi / 180.0}
 SOLUTIONS = ("shoulder_flexion", "shoulder_adduction", "shoulder_rotation")
+SOLUTIONS_NOTE = "of two equal Euler solutions of a shoulder, that nearer to the truth was compared: the other one"
 STILL_DEG = 1e-6  # standard deviation below which an angle has no correlation; chosen by hand, beyond rounding
 
 
@@ -113,13 +114,15 @@ def compared(
         raise UserError(f"{take_path.name} and {truth_path.name} have no pose in the same frame: check --offset")
     expected = {name: np.where(both, values[truth_at], np.nan) for name, values in truth.angles.items()}
     found = {name: np.where(both, values[take_at], np.nan) for name, values in take.angles.items()}
-    found |= _nearest_solutions(found, expected)
+    nearest = _nearest_solutions(found, expected)
+    turned = both & np.any([np.abs(values - found[name]) > 0.0 for name, values in nearest.items()], axis=0)
+    notes = [f"{SOLUTIONS_NOTE} in {turned.sum() / both.sum():.1%} of the rows"] if turned.any() else []
+    found |= nearest
     angles, not_compared = {}, {}
     curves: tuple[dict[str, Floats], dict[str, Floats]] = ({}, {})
     for name in (angle.name for angle in ANGLES):
         if name not in expected or name not in found:
-            there = (name in expected, name in found)
-            not_compared[name] = ABSENT[there]
+            not_compared[name] = ABSENT[name in expected, name in found]
             continue
         # Continuous over time: 181 after 179 degrees; the take's within half a turn of the truth's.
         curves[0][name] = _unwrapped(expected[name])
@@ -130,13 +133,10 @@ def compared(
             not_compared[name] = "defined in no common frame"
     if not angles:
         raise UserError(f"{take_path.name} and {truth_path.name} have no joint angle in common")
-    count = len(both)
+    without, take_lost, truth_lost = (100.0 * float(np.mean(~known)) for known in (both, take_known, truth_known))
     result = AngleAccuracy(
-        convention=CONVENTION, frames=int(np.count_nonzero(both)),
-        without_pose_pct=100.0 * float(np.count_nonzero(~both)) / count,
-        take_lost_pct=100.0 * float(np.count_nonzero(~take_known)) / count,
-        truth_lost_pct=100.0 * float(np.count_nonzero(~truth_known)) / count, angles=angles, not_compared=not_compared,
-        notes=(*take.notes, *truth.notes), doubts=_doubts(take, truth, rows, shift_s),
+        CONVENTION, int(np.count_nonzero(both)), without, take_lost, truth_lost, angles=angles, not_compared=not_compared,
+        notes=(*take.notes, *truth.notes, *notes), doubts=_doubts(take, truth, rows, shift_s),
     )  # fmt: skip
     instants = np.where(truth_at >= 0, truth.times_s[truth_at], take.times_s[take_at] - shift_s)
     return result, AngleCurves(instants, *curves)

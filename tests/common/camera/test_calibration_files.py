@@ -475,12 +475,14 @@ def test_cameras_that_do_not_show_their_height_are_not_questioned(centres, axes)
 
 
 @pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
-def test_only_in_feet_a_calibration_of_the_clips_is_questioned():
+def test_in_feet_a_calibration_of_the_clips_is_questioned_and_not_in_metres_or_yards():
     for path in sorted(CLIPS.glob("*/calibration.toml")):
         cameras = list(read_calibration(path, "z" if path.parent.name.startswith("real") else "y").values())
         assert unit_note(cameras) == "", path
         feet = [replace(camera, translation=camera.translation / 0.3048) for camera in cameras]
         assert "is the file in feet" in unit_note(feet), path
+        yards = [replace(camera, translation=camera.translation / 0.9144) for camera in cameras]
+        assert unit_note(yards) == "", path
 
 
 def test_a_note_about_a_file_is_shown_once(tmp_path):

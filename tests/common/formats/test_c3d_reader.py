@@ -241,3 +241,16 @@ def test_zeros_with_a_valid_residual_are_missing_and_said_once(tmp_path: Path, c
     assert [record.getMessage() for record in caplog.records] == [
         f"{tmp_path / 'a.c3d'}: 2 points are 0 0 0: taken as missing"
     ]
+
+
+def test_points_with_a_residual_below_zero_are_missing_wherever_they_are(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As Vicon writes them, which leaves coordinates of before."""
+    path = tmp_path / "a.c3d"
+    write_c3d(path, moving(20).trajectories())
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<f", content, 512 * (content[16] - 1) + 16 * 4 + 12, -1.0)
+    path.write_bytes(content)
+    assert [tuple(at) for at in np.argwhere(np.isnan(read_c3d(path).points).all(axis=2))] == [(0, 4)]
+    assert caplog.messages == []

@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.angle_cases import posed, track_of_angles, walking_person
 from tests.support.opensim_models import hands_off, needs_opensim
+from tests.support.places import ROOT
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.clinical_angles import JOINT_AXES, other_solution
@@ -15,8 +16,9 @@ from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.formats.euler_solutions import NO_RANGES, continuous_euler
 from zenocap.common.formats.mot import read_mot, write_mot
-from zenocap.common.formats.opensim_coordinates import ARM_DEG, JOINTS, CoordinateTriple, coordinates_of
+from zenocap.common.formats.opensim_coordinates import ARM_DEG, BEYOND_DEG, JOINTS, LONG, CoordinateTriple, coordinates_of
 from zenocap.common.formats.pose_track import PoseTrack
+from zenocap.common.formats.take_poses import read_poses
 
 STEP_S = 1 / 30
 ARM = [(np.radians(low), np.radians(high)) for low, high in ARM_DEG]
@@ -85,6 +87,16 @@ def test_of_both_solutions_and_their_turns_the_one_inside_is_chosen(angles: Floa
 def test_an_arm_that_leaves_its_range_for_a_moment_does_not_jump() -> None:
     angles = np.column_stack([100.0 * np.sin(np.linspace(0, np.pi, 60)), np.full(60, 10.0), np.full(60, 20.0)])
     np.testing.assert_allclose(found_deg(angles), angles, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["arms", "live"])
+def test_arms_of_golden_takes_that_are_beyond_their_ranges_are_so_in_both_solutions(name: str) -> None:
+    columns = coordinates_of(read_poses(ROOT / "tests" / "golden" / f"{name}.mcap").track())[1]
+    for ((triple,),) in (JOINTS["left_shoulder"], JOINTS["right_shoulder"]):
+        written, ends = np.stack([columns[one] for one in triple.names], -1) * triple.signs, np.degrees(triple.ranges)
+        beyond = [np.maximum(ends[:, 0] - one, one - ends[:, 1]).max(axis=1) for one in (written, other_solution(written))]
+        assert np.mean(beyond[0] > BEYOND_DEG) > 0.3
+        assert np.mean((beyond[0] > BEYOND_DEG) & (beyond[1] <= 0.0)) < LONG
 
 
 def test_a_free_angle_grows_past_a_turn_and_begins_in_the_middle() -> None:

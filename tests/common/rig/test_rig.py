@@ -304,6 +304,12 @@ def test_errors_of_clip_toml(tmp_path, text, reason):
         load_rig(write_folder(tmp_path / "take", [0, 90], text))
 
 
+def test_a_misspelt_key_of_clip_toml_is_noted_and_keys_of_others_are_not(tmp_path):
+    text = "empty_second = 0.1\nempty_frames = 2\nframes = 4\nstretched_frames = 4\nmotion_from_frame = 2\nunits = 'm'"
+    rig = load_rig(write_folder(tmp_path / "take", [0, 90], text))
+    assert rig.notes == ("clip.toml: 'empty_second' is not used: did you mean empty_seconds?",)
+
+
 def test_errors_of_a_folder(tmp_path):
     def refused(path, reason):
         with pytest.raises(UserError, match=reason):

@@ -208,6 +208,13 @@ def test_slow_motion_of_sonys_cameras_is_noted(tmp_path: Path, behind: int, stat
     assert read(path)[1].notes == (f"{rates} slow motion it is 4 times slower",) * notes
 
 
+def test_slow_motion_of_apples_telephones_has_the_times_of_the_capture(tmp_path: Path) -> None:
+    whole = write_video(tmp_path / "whole.mov", grey_frames(10), fps=240)
+    intent = {"com.apple.quicktime.full-frame-rate-playback-intent": "0"}
+    frames, summary = read(copied(whole, tmp_path / "a.mov", tags=intent))
+    assert (summary.notes, frames[-1].time_ns) == ((), pytest.approx(9 / 240 * 1e9, abs=1e6))
+
+
 @pytest.mark.parametrize("suffix", ["ts", "h264"])
 def test_a_recording_that_begins_between_key_frames_keeps_its_times_and_says_so(tmp_path: Path, suffix: str) -> None:
     whole = with_key_frames(tmp_path / f"whole.{suffix}")

@@ -70,6 +70,7 @@ def folder(tmp_path: Path) -> Path:
         ("up studi", 1, ("no such rig", "a TOML file")),
         ("up studio", 1, ("no such rig", "did you mean", "studio.toml?")),
         ("info studio.toml", 2, ("is a rig file", "zenocap up", "zenocap track")),
+        ("export walk.mcap -o no/such/a.xyz", 2, ("a.xyz: allowed: a name ending in ", ".bvh")),
         ("export clip -o a.bvh", 2, ("is a folder of videos", "zenocap track")),
         ("replay .", 2, ("is a folder", "its newest is walk.mcap")),
         ("verify film.mp4", 2, ("is a video", "zenocap track")),

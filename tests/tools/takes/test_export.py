@@ -307,7 +307,7 @@ def test_uneven_times_in_a_format_with_one_rate_are_said(to: str, fps: tuple[str
     assert ("the times are uneven" in err) == (f"{to} has one rate: rows are up to 0.49 s" in err) == said, err
 
 
-@pytest.mark.parametrize("to", ["trc", "csv"])
+@pytest.mark.parametrize("to", ["trc", "csv", "npz", "parquet"])
 def test_frames_that_a_live_take_leaves_out_are_rows_without_pose(to: str, tmp_path: Path) -> None:
     """So that a reader who counts rows by DataRate is right about time."""
     track = moving(30, first=4)

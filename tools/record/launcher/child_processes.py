@@ -18,8 +18,8 @@ from zenocap.common.runtime.signals import HANGS_S, STACKS
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0  # after the second short run, and at most
 SHORT_PAUSE_S = 0.1  # after a run of SETTLED_S, and after the first short one; chosen by hand
 SETTLED_S = 10.0  # run time after which a start counts as successful
-# `tests.measures.stops` allows a stop 2 s, under load 5 s, and counts what is logged after HANGING_S as hung.  The kill is
-# later than that because it cuts the take of an integrator whose disk is slow.
+# `tests.measures.stops` allows a stop 2 s, under load 5 s.  Services that hung at a stop had lost its signal: it came right
+# after their fork, while it was ignored.  The kill is later: it cuts the take where a disk is slow.
 HANGING_S = 8.0  # for a process to end, after which the stacks of its threads are logged; chosen by hand
 STOPPED_S = 20.0  # for a process to end by itself, as of systemd and compose in `deploy`; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S

@@ -12,10 +12,10 @@ from zenocap.common.runtime.foreign_text import printable
 
 MAX_POSTURES = 256  # labels that are counted, as many as a model may have
 
-# Joint angles that are easy to recognize; degrees, a straight elbow or knee is 0.
+# Joint angles that are easy to recognize, as the page shows them, and their signs: a knee bends about -X.
 SHOWN_ANGLES = (
-    ("turn", "navel.y"), ("right elbow", "right_elbow.x"), ("left elbow", "left_elbow.x"), ("right knee", "right_knee.x"),
-    ("left knee", "left_knee.x"),
+    ("turn", "navel.y", 1), ("right elbow", "right_elbow.x", 1), ("left elbow", "left_elbow.x", 1),
+    ("right knee", "right_knee.x", -1), ("left knee", "left_knee.x", -1),
 )  # fmt: skip
 
 
@@ -52,11 +52,11 @@ class RigStatus:
                 return self if services is self.services else replace(self, services=services)
 
     def angles(self) -> dict[str, int]:
-        """The displayed joint angles of the last pose, integer degrees."""
+        """The displayed joint angles of the last pose, integer degrees: 0 of a straight elbow or knee, above 0 bent."""
         if self.pose is None:
             return {}
         named = self.pose.angles
-        return {label: round(degrees(named[name])) for label, name in SHOWN_ANGLES if name in named}
+        return {label: round(sign * degrees(named[name])) for label, name, sign in SHOWN_ANGLES if name in named}
 
 
 def view_of(pose: m.UniversalBap | m.TrackerPose | None, viewer: str) -> tuple[str, float | None]:

@@ -74,8 +74,8 @@ def test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows() -> None:
     page = built(m.Health, service="animator", id="main", state=state, phase=m.Phase.RUNNING)
     learning = built(m.Health, id="1", state="learning the background (21 frames)", phase=m.Phase.LEARNING_BACKGROUND)
     long = built(m.Health, service="tracker", id="main", state="tracking, " * 9, phase=m.Phase.TRACKING, rate=14.9)
-    names = ("right_elbow.x", "left_elbow.x", "right_knee.x", "left_knee.x")
-    pose = tracker_pose(angles={"navel.y": -3.1, **dict.fromkeys(names, 2.4)})
+    bent = {f"{side}_{joint}.x": turn for joint, turn in (("elbow", 2.4), ("knee", -2.1)) for side in ("right", "left")}
+    pose = tracker_pose(angles={"navel.y": -3.1, **bent})
     status = status_after(learning, health("2"), page, long, pose, alive=tuple(services))
     console = Console(width=80, file=io.StringIO())
     with console.capture() as capture:
@@ -83,7 +83,7 @@ def test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows() -> None:
     lines = capture.get().splitlines()
     assert len(lines) < 24 - 6  # below the notes
     assert max(map(len, lines)) <= 80
-    assert "turn -178°  right elbow 138°  left elbow 138°  right knee 138°  left knee 138°" in lines
+    assert "turn -178°  right elbow 138°  left elbow 138°  right knee 120°  left knee 120°" in lines
     assert "page: http://127.0.0.1:43210/    Ctrl-C ends" in lines[0]
     assert lines[-1] == "take: recordings/demo-2026-11-28T17-00-00.mcap"
     for service, words in (("viewer 1", "learning background"), ("tracker", "tracking"), ("animator", "running")):

@@ -294,6 +294,8 @@ def test_nothing_is_cut_off_or_covered_on_a_telephone_and_on_a_small_screen(visi
         assert alert["x"] >= brand["x"] + brand["width"] or alert["y"] >= brand["y"] + brand["height"]
         assert visit.evaluate("document.documentElement.scrollWidth <= innerWidth") is True
         visit.until(lambda: visit.evaluate(under_actor) == "scene", "the actor is not covered")
+    visit.evaluate("scrollTo(0, document.body.scrollHeight), document.querySelector('[data-tab]').focus()")
+    assert visit.evaluate("document.activeElement.getBoundingClientRect().top > 0.51 * innerHeight")  # below the scene
 
 
 def test_scene_points_are_drawn_at_their_position(visit: Visit, animator: StandIn) -> None:

@@ -348,7 +348,8 @@ class Outcomes:
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
         """Keep the text of each error and note, also of those that the test expects."""
 
-        def kept(_: Exception, *given: object) -> None:
+        def kept(error: Exception, *given: object) -> None:
+            Exception.__init__(error, *given)
             item.user_properties.append((AFTER, " ".join(map(str, given))))
 
         with pytest.MonkeyPatch.context() as patch:
@@ -405,11 +406,15 @@ def test_what_the_report_has_is_of_points_of_the_table() -> None:
 
 
 def test_after_is_what_the_program_gives_last_in_the_first_test_that_has_something() -> None:
+    class Wrapped(UserError):
+        def __init__(self, text: str) -> None:
+            super().__init__(f"{text}, wrapped")
+
     outcomes = Outcomes()
     for name, kinds, logged in (
         ("a", (), ""),
         ("b", (), "WARNING  log:c.py:3 /tmp/x/c.trc: cut"),
-        ("c", (FileNote, UserError), ""),
+        ("c", (FileNote, UserError, Wrapped), ""),
     ):
         item = SimpleNamespace(user_properties=[])
         for _ in outcomes.pytest_runtest_call(item):
@@ -420,7 +425,7 @@ def test_after_is_what_the_program_gives_last_in_the_first_test_that_has_somethi
         outcomes.pytest_runtest_logreport(report)
     assert outcomes.after(["f.py::a"]) == ""
     assert outcomes.after(["f.py::a", "f.py::b", "f.py::c"]) == "c.trc: cut"
-    assert outcomes.after(["f.py::c"]) == "a.trc: at 25/s, by UserError"
+    assert outcomes.after(["f.py::c"]) == "a.trc: at 25/s, by Wrapped, wrapped"
 
 
 def film(name: str) -> VideoSummary:

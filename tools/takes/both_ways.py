@@ -57,7 +57,7 @@ def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
 
 def track_both_ways(
     rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, watch: Watch = lambda *_: None,
-    jobs: int | None = None,
+    jobs: int | None = None, on_repeat: Callable[[float], None] = lambda _: None,
 ) -> Tracked:  # fmt: skip
     """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with the progress after the first pass.
 
@@ -66,11 +66,11 @@ def track_both_ways(
     """
     has_second_pass(rig, True)
     jobs = available_cores() if jobs is None else jobs
-    result = track(rig, take, on_frame_set, jobs)
+    result = track(rig, take, on_frame_set, jobs, on_repeat)
     if not result.poses or not result.complete:
         return result
     try:
-        messages, verdict = add_both_ways(rig, take, watch, jobs)
+        messages, verdict = add_both_ways(result.rig_of(rig), take, watch, jobs)
     except (UserError, OSError) as error:
         text = f"second pass: {error}; the poses are those of the forward pass"
         return replace(result, problems=(*result.problems, text))

@@ -15,7 +15,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, Verdict
+from zenocap.common.messages import CameraAdvice, Message, Silhouette, TrackerBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import VIDEO_NOTES, recorded_rig
@@ -38,6 +38,8 @@ from zenocap.tools.takes.inputs import Inputs
 from zenocap.tools.takes.members import cameras, members
 from zenocap.tools.takes.take_writer import TakeWriter
 
+WAITED_SHARE = 0.05  # of the frame sets, before the first pose: more is worth a second run; chosen by hand
+
 logger = logging.getLogger(__name__)
 
 
@@ -59,6 +61,7 @@ class Tracked:
     estimated: first height (m) then is that of the visual hull over the floor; None for other bodies.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
+    waited: frame sets with the person in view before the first pose.  repeated: whether the height is that `estimated`.
     verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
     """
 
@@ -75,6 +78,12 @@ class Tracked:
     left_out: tuple[str, ...] = ()
     verdict: Verdict | None = None
     advice: tuple[TakeFault, ...] = ()
+    waited: int = 0
+    repeated: bool = False
+
+    def rig_of(self, rig: Rig) -> Rig:
+        """The rig with which the take was made.  rig: with which it was wanted."""
+        return replace(rig, person_height=self.estimated, height_estimated=True) if self.repeated else rig
 
 
 def track(
@@ -83,8 +92,9 @@ def track(
 ) -> Tracked:  # fmt: skip
     """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
 
-    A method without a tracker that has measured no body tracks the frames again with the height that the tracker takes
-    from the visual hull over the floor; on_repeat: is called with it (m) before.
+    Where no body was measured, the frames are tracked again with the height that the tracker takes from the visual hull
+    over the floor: with a tracker where it had waited for more than WAITED_SHARE of them, else where there is no pose.
+    on_repeat: is called with the height (m) before.
     jobs: number of cores to use, on which the take does not depend; default: the available ones.
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
@@ -93,14 +103,18 @@ def track(
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     jobs = available_cores() if jobs is None else jobs
     result = _tracked(rig, take, on_frame_set, jobs)
-    if result.poses or not result.complete or rig.person_height is not None or method_of(rig.method).has_tracker:
+    if not result.complete or rig.person_height is not None:
         return result
-    height = height_over_floor(rig, take)
+    if method_of(rig.method).has_tracker:
+        height = result.estimated if result.waited > WAITED_SHARE * result.frame_sets else None
+    else:
+        height = None if result.poses else height_over_floor(rig, take)
     if height is None:
         return result
     on_repeat(height)
-    again = _tracked(replace(rig, person_height=height, height_estimated=True), take, on_frame_set, jobs)
-    return replace(again, measured=False, estimated=height)
+    wanted = replace(result, estimated=height, repeated=True)
+    again = _tracked(wanted.rig_of(rig), take, on_frame_set, jobs)
+    return replace(again, measured=False, estimated=height, repeated=True)
 
 
 def _tracked(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None], jobs: int) -> Tracked:
@@ -154,7 +168,7 @@ def track_frames(
         recording.closing = lambda: {VIDEO_NOTES: notes} if (notes := inputs.video_notes()) else {}
         count, poses, measured, method = 0, 0, True, method_of(rig.method)
         estimated: float | None = None
-        advice, verdict = TakeAdvice(), None
+        advice, verdict, waited = TakeAdvice(), None, 0
         report_ns = EPOCH_NS + HEALTH_NS
         with TakeWriter(recording, rig.name) as writer:
             for camera in cameras(rig, EPOCH_NS):
@@ -169,6 +183,7 @@ def track_frames(
                     if isinstance(message, CameraAdvice):
                         advice.add(message)
                 poses += sum(type(message) is method.poses.message for message in messages)
+                waited += not poses and sum(isinstance(one, Silhouette) and one.region[2] > 0 for one in messages) > 1
                 for message in messages:
                     if isinstance(message, TrackerBdp):
                         measured, estimated = message.measured, estimated or _height(message)
@@ -185,7 +200,7 @@ def track_frames(
     return Tracked(
         count, poses, written.messages, tuple(problems), session.states(), measured,
         None if measured or rig.person_height is not None else estimated, complete=written.failure is None,
-        verdict=None if written.failure else verdict, advice=tuple(advice.faults()),
+        verdict=None if written.failure else verdict, advice=tuple(advice.faults()), waited=waited,
     )  # fmt: skip
 
 

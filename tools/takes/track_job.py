@@ -43,7 +43,7 @@ class TrackJob:
         self._shown, self._count = shown, 0
         if not self.two_passes:
             return track(self.rig, take, self._on_frame_set, self.jobs, self._on_repeat)
-        result = track_both_ways(self.rig, take, self._on_frame_set, self._on_second_pass, self.jobs)
+        result = track_both_ways(self.rig, take, self._on_frame_set, self._on_second_pass, self.jobs, self._on_repeat)
         if self.drawing is not None:
             self._draw(take, self.drawing, result)
         return result

@@ -64,6 +64,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "common/bus/test_access.py::test_only_the_animator_publishes_requests",
     ),
     "assignments to `--discover`": (
+        "services/camera/test_assigned.py::test_a_viewer_is_run_until_it_is_released",
         "common/rig/test_hosted.py::test_an_assignment_that_makes_no_viewer_is_refused",
         "tools/cli/test_services.py::test_an_assignment_has_no_working_size_above_the_cameras_own",
     ),

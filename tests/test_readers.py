@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from inspect import isfunction
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -52,8 +53,9 @@ from zenocap.common.formats.opensim_model import read_model as read_osim
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trc import write_trc
 from zenocap.common.observe.account import METADATA, Account, Life, Report, Sender
+from zenocap.common.recording import writer
 from zenocap.common.recording.mcap_records import Attachment
-from zenocap.common.recording.reader import items_of
+from zenocap.common.recording.reader import TakeReader, items_of
 from zenocap.common.recording.setup_file import read_parameters, read_setup
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.recording.take_account import take_account
@@ -101,6 +103,7 @@ from zenocap.tools.setup.sync.sound import read_sound
 from zenocap.tools.takes.recover import recover
 from zenocap.tools.takes.render.caption import read_labels
 from zenocap.tools.takes.take_videos import SeekableVideo
+from zenocap.tools.takes.verify.recompute import verify
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
 SEEDS, FEW = 200, 2  # mutations of a file in the tiers nightly and slow
@@ -259,6 +262,18 @@ def logged(path: Path) -> None:
     recording.close()
 
 
+def part(path: Path, repeated: str = "2") -> None:
+    """The first messages of a take, with the input traces of their services, as a later part of it."""
+    take = TakeReader(ROOT / "tests" / "golden" / "arms.mcap")
+    first = list(islice(take.envelopes(), 100))
+    attachments = tuple(writer.Attachment(name, "", data) for name, data in take.attachments.items())
+    metadata = {"part": {"number": "2", "repeated": repeated}}
+    recording = writer.Recording(path, rig="demo", start_ns=0, metadata=metadata, attachments=attachments)
+    for received in first:
+        recording.record(received)
+    assert recording.close().failure is None
+
+
 def stated(path: Path) -> None:
     found = take_account(path)
     list(statement([found], Account(), [("viewer", "1")]).text())
@@ -345,6 +360,7 @@ KINDS: Mapping[str, Kind] = {
         Kind("account.mcap", logged, stated),
         Kind("cut.mcap", take, recovered),
         Kind("played.mcap", take, replayed),
+        Kind("verified.mcap", part, lambda path: verify([path])),
         Kind("setup.json", attached("setup.json"), lambda path: read_setup(path, path.read_bytes())),
         Kind("parameters.json", attached("parameters.json"), lambda path: read_parameters(path, path.read_bytes())),
         Kind("sync.toml", film_folder, lambda path: (read_offsets(path, ["cam01", "cam02"]), film_of(path))),
@@ -534,6 +550,13 @@ def test_a_damaged_assignment_leaves_the_camera_free(tmp_path: Path, old: bytes,
         saved_rig(path, tmp_path)
     host = AssignedCamera(STREAM, path, lambda file: ["false"], ManualClock(), previews=False)
     assert host.used_by == ""
+
+
+@pytest.mark.parametrize("repeated", ["x", "-1", "9" * 5000])
+def test_a_part_with_a_damaged_number_of_repeated_messages_is_verified(tmp_path: Path, repeated: str) -> None:
+    """A traceback ended `verify`: only the end of the file has a checksum of it."""
+    part(tmp_path / "a.mcap", repeated)
+    assert verify([tmp_path / "a.mcap"]).checked
 
 
 @pytest.mark.parametrize("name", ["utf-9", "utf-7", "shift_jis"])

@@ -20,6 +20,7 @@ import msgpack
 import msgspec
 import zenoh
 
+from benchmarks.chaos.schedule import SKEWED_NS
 from tests.support.hostile import (
     bombs,
     corrupted_copies,
@@ -122,9 +123,9 @@ def skew(session: zenoh.Session, rig: str, rng: random.Random, until_s: float) -
     def again(sample: zenoh.Sample) -> None:
         nonlocal sent
         message = codec.decode(sample.payload.to_bytes(), m.Silhouette)
-        if isinstance(message, m.Silhouette) and message.captured_ns % 1000 != 777:  # not its own copy
+        if isinstance(message, m.Silhouette) and message.captured_ns % 1_000_000 != SKEWED_NS:  # not its own copy
             shifted_ns = message.captured_ns + rng.randint(-LARGEST_SKEW_NS, LARGEST_SKEW_NS)
-            copy = msgspec.structs.replace(message, captured_ns=shifted_ns // 1000 * 1000 + 777)
+            copy = msgspec.structs.replace(message, captured_ns=shifted_ns // 1_000_000 * 1_000_000 + SKEWED_NS)
             waiting.append((str(sample.key_expr), codec.encode(copy)))
 
     waiting: list[Message] = []

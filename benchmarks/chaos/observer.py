@@ -1,20 +1,36 @@
 """A peer of the rig: real poses, the health of its services, and nothing of strangers."""
 
 import threading
+from collections import defaultdict
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 
+from benchmarks.chaos.schedule import SKEWED_NS
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.rig.services import title
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import HEALTH, REQUEST, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP
+from zenocap.common.topics import (
+    HEALTH,
+    PARTIAL_BAP,
+    POSTURE,
+    REQUEST,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    Queueing,
+    service_at,
+    topic_at,
+)
 
 SETTLED = 5  # consecutive poses that count as recovered
 GAP_NS = 500_000_000  # largest interval between two of them
-REAL_AGE_NS = 10_000_000_000  # poses of other times are forged ones
+REAL_AGE_NS = 10_000_000_000  # messages of other times are forged ones
+Place = tuple[str, str]  # of messages: topic and service, such as "silhouette" and "viewer 1"
 
 
 @dataclass(frozen=True)
@@ -30,7 +46,7 @@ class SeenPose:
 
 @dataclass(frozen=True)
 class SeenFrame:
-    """A frame of which a viewer has published a silhouette or a sighting."""
+    """A message of a capture time, such as the silhouette or the sighting of a frame."""
 
     received_ns: int
     captured_ns: int
@@ -47,7 +63,10 @@ class SeenHealth:
 
 
 class Observer(threading.Thread):
-    """Collects poses and health from `start` to `close`, and publishes requests.  frames: collects frames too."""
+    """Collects poses and health from `start` to `close`, and publishes requests.
+
+    frames: collects frames and postures too.  messages: all that it has received of the services.
+    """
 
     def __init__(
         self, endpoint: str, rig: str, viewers: Collection[str], services: Collection[str], *, frames: bool = False
@@ -61,6 +80,7 @@ class Observer(threading.Thread):
         self.poses: list[SeenPose] = []
         self.frames: dict[str, list[SeenFrame]] = {viewer: [] for viewer in viewers} if frames else {}
         self.health: list[SeenHealth] = []
+        self.messages: dict[Place, list[SeenFrame]] = defaultdict(list)
         self.sent: list[tuple[int, str]] = []  # requests: time, and what they ask for
         self.dropped = 0
         self.problem: str | None = None
@@ -77,7 +97,8 @@ class Observer(threading.Thread):
     def run(self) -> None:
         try:
             with ZenohBus.open(self._options, self._rig, self._clock, self._ended.is_set) as bus:
-                for topic in (TRACKER_POSE, UNIVERSAL_BAP, *((SILHOUETTE, SIGHTING) if self.frames else ())):
+                frames = (SILHOUETTE, SIGHTING, PARTIAL_BAP, POSTURE) if self.frames else ()
+                for topic in (TRACKER_POSE, UNIVERSAL_BAP, *frames):
                     bus.subscribe(topic, every=True)
                 bus.subscribe(HEALTH)
                 while not self._ended.is_set():
@@ -93,7 +114,10 @@ class Observer(threading.Thread):
             self.problem = str(error)
 
     def _take(self, event: Envelope) -> None:
-        match event.message:
+        place, message = place_at(event.key), event.message
+        if place is not None and place[1] in self._services and is_real(message.captured_ns, event.received_ns):
+            self.messages[place].append(SeenFrame(event.received_ns, message.captured_ns, message.frame))
+        match message:
             case m.TrackerPose(views=views) as pose if self._is_real(pose, views):
                 seen = SeenPose(event.received_ns, pose.captured_ns, pose.frame, pose.lost, len(views))
                 self.poses.append(seen)
@@ -112,6 +136,19 @@ class Observer(threading.Thread):
     def _is_real(self, pose: m.TrackerPose | m.UniversalBap, views: Collection[str]) -> bool:
         recent = abs(pose.captured_ns - self._clock.now_ns()) < REAL_AGE_NS
         return recent and bool(views) and self._viewers.issuperset(views)
+
+
+def place_at(key: str) -> Place | None:
+    """The place of a message that its service counts as sent; None for others."""
+    topic, service = topic_at(key), service_at(key)
+    if topic is None or service is None or topic.queueing is Queueing.LATCHED:
+        return None
+    return topic.name, title(service)
+
+
+def is_real(captured_ns: int, received_ns: int) -> bool:
+    """Whether a message is of its time, and no skewed copy of another one."""
+    return abs(captured_ns - received_ns) < REAL_AGE_NS and captured_ns % 1_000_000 != SKEWED_NS
 
 
 def settled_ns(poses: Collection[SeenPose], since_ns: int, views: int = 0) -> int | None:

@@ -49,7 +49,7 @@ class Run:
             file = rig_file(folder, RIG, SIZE, FPS, outcome.seed)
             rig = stack.enter_context(RunningRig(folder, recordings, file))
             viewers = [name.partition(" ")[2] for name in VIEWERS]
-            observer = Observer(rig.endpoint, RIG, viewers, SERVICES)
+            observer = Observer(rig.endpoint, RIG, viewers, SERVICES, frames=True)
             observer.start()
             stack.callback(observer.close)
             self._rig, self._observer = rig, observer
@@ -139,7 +139,7 @@ class Run:
         found += invariants.too_many_takes(len(paths), records, starts, self._removals, output[-500:])
         found += losses(outcome, observer.health, self._injector.deleted_ns)
         clock = [(begin - round(1e9 * STEP_S[1]), end) for begin, end in outcome.spans("clock")]
-        found += wrong_statement(output, rig.status, outcome.takes, outcome.poses, clock=clock)
+        found += wrong_statement(output, rig.status, outcome.takes, observer.messages, clock)
         for take in outcome.takes:
             forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in outcome.spans(IMPOSTOR))
             found += dishonest(take, forged=forged)

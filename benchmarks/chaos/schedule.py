@@ -15,6 +15,7 @@ POSE_PATH = frozenset((ROUTER, INTEGRATOR, TRACKER, *VIEWERS))  # without these,
 # Kinds of messages of a peer that does not belong to the rig: see `hostile`.
 FLOODS = ("malformed", "strangers", "huge", "skewed", "false orders")
 IMPOSTOR = "impostor"
+SKEWED_NS = 777_777  # the last digits of the capture time of every copy of "skewed", in its millisecond
 MACHINE = "machine"
 PAGE_FLOODS = ("connections", "requests", "malformed requests", "never reads")
 

@@ -2,42 +2,45 @@
 
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
-from benchmarks.chaos.observer import SeenPose
+from benchmarks.chaos.observer import Place, SeenFrame, SeenPose, is_real, place_at
 from benchmarks.chaos.schedule import SERVICES
 from tests.support.places import ROOT
-from zenocap.common.rig.services import title
-from zenocap.common.topics import Queueing, service_at, topic_at
+from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP
 
-POSE_KEYS = ("/tracker/pose", "/integrator/bap")
+POSES: tuple[Place, ...] = ((TRACKER_POSE.name, "tracker"), (UNIVERSAL_BAP.name, "integrator"))
 DONE, FAILED, LOSS = 0, 1, 3
 MOST_S, MOST_MEMORY_KB = 240.0, 8 << 20  # of `info` and `verify`; address space, of which numpy and LLVM reserve much
 Span = tuple[int, int]  # from, until (ns)
+Seen = TypeVar("Seen", SeenFrame, SeenPose)
 BEGIN_NS, END_NS = 1_500_000_000, 2_500_000_000  # at the ends of a file, in which a pose may or may not be in it
 
 
 @dataclass
 class Content:
-    """What the mcap package reads from a take.  poses: (capture time, frame).  whole: finished, checksums right.
+    """What the mcap package reads from a take.  recorded: (capture time, frame) of what services of the rig count as sent.
 
-    counted: messages that a service of the rig counts as sent.
+    counted, forged: numbers of these, and of those that another program has sent.  whole: finished, checksums right.
     """
 
     path: Path
     messages: int = 0
-    poses: set[tuple[int, int]] = field(default_factory=set)
+    recorded: dict[Place, set[tuple[int, int]]] = field(default_factory=lambda: defaultdict(set))
     first_ns: int = 0
     last_ns: int = 0
     whole: bool = False
     counted: int = 0
+    forged: Counter[Place] = field(default_factory=Counter)
 
 
 def content(path: Path) -> Content:
@@ -64,25 +67,28 @@ def _add(found: Content, key: str, message: Message) -> None:
     found.messages += 1
     found.first_ns = found.first_ns or message.log_time
     found.last_ns = max(found.last_ns, message.log_time)
-    topic, service = topic_at(key), service_at(key)
-    found.counted += topic is not None and topic.queueing is not Queueing.LATCHED and service is not None and (
-        title(service) in SERVICES
-    )  # fmt: skip
-    if key.endswith(POSE_KEYS):
-        found.poses.add((message.publish_time, message.sequence))
+    place = place_at(key)
+    if place is not None and place[1] in SERVICES:
+        found.counted += 1
+        found.forged[place] += not is_real(message.publish_time, message.log_time)
+        found.recorded[place].add((message.publish_time, message.sequence))
+
+
+def unrecorded(seen: Iterable[Seen], takes: Sequence[Content], places: Collection[Place]) -> list[Seen]:
+    """Messages of some places that are in no take."""
+    recorded = set().union(*(take.recorded.get(place, ()) for take in takes for place in places))
+    return [one for one in seen if (one.captured_ns, one.frame % 2**32) not in recorded]
+
+
+def in_takes(seen: Iterable[Seen], takes: Sequence[Content], excused: Sequence[Span]) -> list[Seen]:
+    """Messages that were received while a take was being written; without those of excused times."""
+    spans = [(take.first_ns + BEGIN_NS, take.last_ns - END_NS) for take in takes]
+    return [one for one in seen if within(one.received_ns, spans) and not within(one.received_ns, excused)]
 
 
 def missing_poses(poses: Sequence[SeenPose], takes: Sequence[Content], excused: Sequence[Span]) -> list[SeenPose]:
     """Poses that were published while a take was being written, and are in none; without those of excused times."""
-    recorded = set().union(*(take.poses for take in takes))
-    spans = [(take.first_ns + BEGIN_NS, take.last_ns - END_NS) for take in takes]
-    return [
-        pose
-        for pose in poses
-        if within(pose.received_ns, spans)
-        and not within(pose.received_ns, excused)
-        and (pose.captured_ns, pose.frame % 2**32) not in recorded
-    ]
+    return in_takes(unrecorded(poses, takes, POSES), takes, excused)
 
 
 def uncovered_poses(poses: Sequence[SeenPose], logging: Sequence[Span], excused: Sequence[Span]) -> list[SeenPose]:

@@ -47,7 +47,7 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     distortions: Annotated[list[Number], Meta(max_length=14)]
     rotation: Annotated[list[Number], Meta(min_length=9, max_length=9)]
     translation: Annotated[list[Number], Meta(min_length=3, max_length=3)]
-    fps: Annotated[float, Meta(gt=0, le=1e4)]
+    fps: Annotated[float, Meta(ge=1e-3, le=1e4)]
     learning_frames: Annotated[int, Meta(ge=0, le=100_000)]
     silhouette: bool
     delay_ns: Annotated[int, Meta(ge=0, le=10_000_000_000)] | UnsetType = UNSET

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -17,19 +18,31 @@ import pytest
 from benchmarks.chaos import invariants
 from benchmarks.chaos.gate import LinkGate
 from benchmarks.chaos.hostile import false_orders
-from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
+from benchmarks.chaos.observer import Observer, Place, SeenFrame, SeenHealth, SeenPose, settled_ns
 from benchmarks.chaos.outcome import RunOutcome
 from benchmarks.chaos.run import CHAOS, Run
 from benchmarks.chaos.running_rig import RunningRig, Seen
-from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, VIEWERS, Fault, Round, schedule
+from benchmarks.chaos.schedule import (
+    FLOODS,
+    KINDS,
+    PAGE_FLOODS,
+    SERVICES,
+    SKEWED_NS,
+    VIEWERS,
+    Fault,
+    Round,
+    schedule,
+)
 from benchmarks.chaos.stated import wrong_statement
-from benchmarks.chaos.takes import Content, missing_poses
+from benchmarks.chaos.takes import POSES, Content, content, missing_poses
 from benchmarks.harness.case import case
 from tests.support.built_messages import built
+from tests.support.places import ROOT
 from zenocap.common import codec
 from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_session import free_ports
-from zenocap.common.topics import REQUEST
+from zenocap.common.topics import REQUEST, SIGHTING
 
 S = 1_000_000_000
 
@@ -96,7 +109,8 @@ def test_poses_count_as_back_only_when_five_follow_each_other() -> None:
 
 def test_a_pose_that_no_take_has_is_missing() -> None:
     poses = [pose(each, frame=each) for each in range(10, 30)]
-    take = Content(Path("take"), 0, {(each.captured_ns, each.frame) for each in poses if each.frame != 20}, 10 * S, 30 * S)
+    recorded = {(each.captured_ns, each.frame) for each in poses if each.frame != 20}
+    take = Content(Path("take"), 0, {POSES[0]: recorded}, 10 * S, 30 * S)
     assert [each.frame for each in missing_poses(poses, [take], [])] == [20]
     assert missing_poses(poses, [take], [(19 * S, 21 * S)]) == []
 
@@ -156,13 +170,14 @@ messages: 8 sent = 5 in the takes + 0 dropped by the queue of the log + 2 never 
 """
 NOT_COUNTED = "not counted: what tracker sent from 00:00:40.0 UTC to 00:00:41.0 UTC, after its last report\n"
 STATED = f"{SUMS}{NOT_COUNTED}"
+OF_POSES = "tracker_pose of tracker"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "status", "poses", "expected"),
     [
         ("", "", 3, (1, 20, 21, 22, 40.5), None),
-        ("", "", 3, (1, 20, 21, 22, 23), "4 poses are in no take, 2 are stated as lost, 1 as sent without a take"),
+        ("", "", 3, (1, 20, 21, 22, 23), f"4 {OF_POSES} are in no take, 2 are stated as lost, 1 as sent without a take"),
         ("", "", 0, (1,), "status 0 with 2 lost, 1 times not counted"),
         ("8 sent", "9 sent", 3, (1,), "9 sent are not 5 + 2 + 1"),
         ("messages, 2 lost", "messages, 1 lost", 3, (1,), "1 lost are not 2"),
@@ -178,8 +193,8 @@ def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
     old: str, new: str, status: int, poses: tuple[float, ...], expected: str | None
 ) -> None:
     seen_poses = [pose(each) for each in poses]
-    take = Content(Path("a.mcap"), 9, {(seen_poses[0].captured_ns, 0)}, whole=True, counted=5)
-    found = wrong_statement(STATED.replace(old, new), status, [take], seen_poses)
+    take = Content(Path("a.mcap"), 9, {POSES[0]: {(seen_poses[0].captured_ns, 0)}}, whole=True, counted=5)
+    found = wrong_statement(STATED.replace(old, new), status, [take], {POSES[0]: seen_poses})
     assert [line.removeprefix("statement: ").partition(";")[0] for line in found] == ([expected] if expected else [])
 
 
@@ -187,19 +202,50 @@ def test_a_statement_that_contradicts_the_takes_or_the_observer_is_found(
     ("last_s", "clock_s", "last_pose_s", "expected"),
     [
         (22, 0, 40.5, []),
-        (30, 0, 40.5, ["statement: 3 poses of the times of takes are in none, 2 are lost"]),
+        (30, 0, 40.5, [f"statement: 3 {OF_POSES} of the times of takes are in none, 2 are lost"]),
         (30, 21, 40.5, []),
         (22, 44, 44, []),
-        (22, 0, 44, ["statement: 4 poses are in no take, 2 are stated as lost, 1 as sent without a take"]),
+        (22, 0, 44, [f"statement: 4 {OF_POSES} are in no take, 2 are stated as lost, 1 as sent without a take"]),
     ],
 )
 def test_poses_are_excused_at_their_own_time_alone(
     last_s: int, clock_s: int, last_pose_s: float, expected: list[str]
 ) -> None:
     """Those without a take excused losses within one, and a step of the clock those of the whole run."""
-    take = Content(Path("a.mcap"), 9, set(), 10 * S, last_s * S, whole=True, counted=5)
+    take = Content(Path("a.mcap"), 9, {}, 10 * S, last_s * S, whole=True, counted=5)
     poses = [pose(each) for each in (20, 21, 22, last_pose_s)]
-    assert wrong_statement(STATED, 3, [take], poses, clock=[(clock_s * S - S // 2, clock_s * S + S // 2)]) == expected
+    clock = [(clock_s * S - S // 2, clock_s * S + S // 2)]
+    assert wrong_statement(STATED, 3, [take], {POSES[0]: poses}, clock) == expected
+
+
+@pytest.mark.parametrize(
+    ("place", "forged", "expected"),
+    [
+        (("silhouette", "viewer 1"), 0, "3 silhouette of viewer 1 are in no take, 0 are stated as lost, 1 as sent"),
+        (("scene_points", "tracker"), 0, "3 scene_points of tracker are in no take, 0 are stated as lost, 1 as sent"),
+        (("silhouette", "viewer 1"), 2, None),  # each hides one
+        (POSES[0], 0, None),
+    ],
+)
+def test_a_loss_of_another_topic_excuses_none(place: Place, forged: int, expected: str | None) -> None:
+    """Poses alone were compared, with the losses of all topics of their service."""
+    take = Content(Path("a.mcap"), 9, {}, whole=True, counted=5, forged=Counter({place: forged}))
+    found = wrong_statement(STATED, 3, [take], {place: [SeenFrame(each * S, each * S, each) for each in (20, 21, 22)]})
+    assert [line.removeprefix("statement: ").partition(" without")[0] for line in found] == ([expected] if expected else [])
+
+
+def test_what_services_count_as_sent_is_read_from_a_take_by_topic_and_service() -> None:
+    found = content(ROOT / "tests" / "golden" / "both.mcap")
+    assert found.recorded.keys() >= {*POSES, *((topic, "viewer 2") for topic in ("silhouette", "sighting", "partial_bap"))}
+    assert sum(map(len, found.recorded.values())) == found.counted
+
+
+def test_an_observer_keeps_what_services_of_the_rig_have_sent() -> None:
+    observer = Observer("tcp/127.0.0.1:1", "rig", ["1"], ["viewer 1"], frames=True)
+    for viewer, captured_ns in (("1", S), ("1", S + SKEWED_NS), ("1", 20 * S), ("2", S)):
+        message = built(m.Sighting, viewer=viewer, frame=7, captured_ns=captured_ns)
+        observer._take(Envelope(SIGHTING.at("rig", viewer=viewer), SIGHTING, message, 2 * S))
+    assert observer.messages == {("sighting", "viewer 1"): [SeenFrame(2 * S, S, 7)]}
 
 
 @pytest.mark.slow

@@ -77,8 +77,8 @@ def stop_after(service: str, folder: Path, settled_s: float = SETTLED_S, ended_b
 
 def works(service: str, seen: Sequence[SeenHealth], known: Collection[int | None]) -> bool:
     """Whether a process of a service that is not known works: a viewer when it has had a frame."""
-    all = [one.health.counts for one in seen if one.service == service and one.health.counts.get(PROCESS) not in known]
-    return any(service not in VIEWERS or counts.get(PROCESSED) for counts in all)
+    found = [one.health.counts for one in seen if one.service == service and one.health.counts.get(PROCESS) not in known]
+    return any(service not in VIEWERS or counts.get(PROCESSED) for counts in found)
 
 
 def _until(rig: RunningRig, condition: Callable[[], bool]) -> None:

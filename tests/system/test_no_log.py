@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.chaos.observer import Observer
+from benchmarks.chaos.schedule import SERVICES
 from tests.support.demo_rigs import written_demo
 from tests.support.networks import free_endpoint
 from tests.support.processes import all_run, ended, output_of, service_pids, started, wait_for_frames, wait_until
@@ -26,7 +27,6 @@ pytestmark = [
     pytest.mark.nightly,
     pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds processes in /proc"),
 ]
-SERVICES = ("viewer 1", "viewer 2", "integrator", "recognizer")
 RECORDED = 60  # frames with a pose before the kill and after it
 WITNESS = "2"  # the viewer that is never killed
 

@@ -51,6 +51,7 @@ def test_the_median_of_a_video_counts_as_a_background_image() -> None:
     ("old_text", "new_text"),
     [
         (b'"fps": 15.0', b'"fps": 0'),
+        (b'"fps": 15.0', b'"fps": 1e-300'),  # its period was infinite
         (b'"fps": 15.0', b'"fps": "fast"'),
         (b'"matrix": [', b'"matrix": [1, '),
         (b'"size": [', b'"size": [0, '),

@@ -2,9 +2,10 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 
 from zenocap.common.bus.zenoh_film import FilmSession
@@ -64,22 +65,27 @@ class HostedViewers:
         return [f"viewer {one.camera.viewer} has not run: {one.problem or 'not found in time'}" for one in missing]
 
     def close(self) -> None:
-        """Give all cameras back, all at once."""
+        """Give all cameras back, all at once, and wait for the viewers of machines that are not frozen."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(len(self._states) * ANSWER_S + 2 * PERIOD_S)
+        assigned = [one for one in self._states if one.assigned]
+        there = {host.machine for host in self._hosts()} if assigned else set()
         with ThreadPoolExecutor(len(self._states)) as pool:
-            list(pool.map(self._release, (one for one in self._states if one.assigned)))
+            list(pool.map(self._release, assigned, repeat(there)))
         self._session.close()
 
-    def _release(self, one: _State) -> None:
+    def _release(self, one: _State, there: Collection[str]) -> None:
+        """there: machines that answer."""
         query = AssignQuery(frame=0, captured_ns=time.time_ns(), what="release", rig=one.query.rig)
-        away = one.problem and time.monotonic() - one.good_s >= PATIENCE_S  # its viewer ends without the assignments
-        self._session.assign(_key(one.camera.source), query, ANSWER_S if away else RELEASE_S)
+        self._session.assign(_key(one.camera.source), query, RELEASE_S if one.camera.source.machine in there else ANSWER_S)
+
+    def _hosts(self) -> list[CameraHost]:
+        return [one for one in self._session.hosts(ANSWER_S) if isinstance(one, CameraHost)]
 
     def _work(self) -> None:
         while not self._stop.is_set():
-            hosts = [one for one in self._session.hosts(ANSWER_S) if isinstance(one, CameraHost)]
+            hosts = self._hosts()
             for one in self._states:
                 if not self._stop.is_set():
                     self._assign(one, hosts)

@@ -30,8 +30,6 @@ FEATURES = (
     "hidden",  # share of the body outside the images
     "empty",  # share of views without silhouette
     "unused",  # share of views that the tracker left out
-    "pieces",  # share of the silhouettes outside their largest piece
-    "flicker",  # mean change of the logarithm of a silhouette's area between samples
     "limbs",  # mean probability of a limb to be wrong
     "worst limb",  # the same, of the worst limb
     "heading",  # probability that front and back are exchanged
@@ -167,7 +165,6 @@ def _stretch(
         "cut": _mean([float(one.cut) for one in views.values()]), "hidden": _mean([one.hidden for one in views.values()]),
         "empty": 1.0 - _mean([count / cameras for count in seen]),
         "unused": 1.0 - _mean([row.used / cameras for row in known]),
-        "pieces": _mean([one.pieces for one in views.values()]), "flicker": _flicker(samples),
         "limbs": 1.0 - _mean(limbs.ravel()), "worst limb": 1.0 - _mean(limbs.min(axis=1) if len(limbs) else []),
         "heading": 1.0 - _mean(heading), "lost": lost,
         "missing": (1.0 - lost) * poses.missing / max(1, len(rows) + poses.missing), "jumps": _mean(motion[:, 0]),
@@ -184,8 +181,8 @@ def _view_means(samples: Sequence[SampleFigures]) -> dict[str, ViewSample]:
         own = [sample.views[name] for sample in samples if name in sample.views]
         found[name] = ViewSample(
             outside=_mean([one.outside for one in own]), uncovered=_mean([one.uncovered for one in own]),
-            area=_mean([one.area for one in own]), pieces=_mean([one.pieces for one in own]),
-            cut=_mean([float(one.cut) for one in own]) > 0.5, hidden=_mean([one.hidden for one in own]),
+            area=_mean([one.area for one in own]), cut=_mean([float(one.cut) for one in own]) > 0.5,
+            hidden=_mean([one.hidden for one in own]),
         )  # fmt: skip
     return found
 
@@ -198,15 +195,6 @@ def _apart_means(samples: Sequence[SampleFigures], which: int) -> dict[str, floa
             for viewer in pair:
                 own[viewer].append(value[which])
     return {viewer: _mean(values) for viewer, values in sorted(own.items())}
-
-
-def _flicker(samples: Sequence[SampleFigures]) -> float:
-    """Mean over the views of the change of the logarithm of the area between successive samples."""
-    areas: dict[str, list[float]] = defaultdict(list)
-    for sample in samples:
-        for viewer, one in sample.views.items():
-            areas[viewer].append(max(one.area, MIN_AREA))
-    return _mean([float(np.mean(np.abs(np.diff(np.log(values))))) for values in areas.values() if len(values) > 1])
 
 
 def _mean(values: Sequence[float] | Floats) -> float:

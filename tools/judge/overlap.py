@@ -11,7 +11,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.vision.prediction import drawn, seen_parts
-from zenocap.tools.judge.parameters import LONG_SIDE_PX, MIN_PIECE, TOLERANCE_PX
+from zenocap.tools.judge.parameters import LONG_SIDE_PX, TOLERANCE_PX
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,15 +19,13 @@ class ViewSample:
     """A silhouette and a body in one view.  Shares are NaN where nothing is to be shared.
 
     outside: share of the silhouette more than TOLERANCE_PX outside the body.  uncovered: share of the body, as far as it is
-    in the image, more than that outside the silhouette.  area: of the silhouette, as a share of the image.  pieces: share
-    of it outside the largest connected piece.  cut: whether it touches the border of the image.  hidden: share of the body
-    outside the image.
+    in the image, more than that outside the silhouette.  area: of the silhouette, as a share of the image.  cut: whether it
+    touches the border of the image.  hidden: share of the body outside the image.
     """
 
     outside: float
     uncovered: float
     area: float
-    pieces: float
     cut: bool
     hidden: float
 
@@ -72,14 +70,4 @@ def view_sample(camera: Camera, mask: Mask, points: Floats | None) -> ViewSample
         if body.any():
             uncovered = np.count_nonzero((body != 0) & (cv2.dilate(mask, kernel) == 0)) / np.count_nonzero(body)
     cut = bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
-    return ViewSample(float(outside), float(uncovered), count / (width * height), _pieces(mask, count), cut, hidden)
-
-
-def _pieces(mask: Mask, count: int) -> float:
-    """Share of a silhouette that is not in its largest connected piece; pieces of a few pixels do not count."""
-    if not count:
-        return 0.0
-    _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    areas = stats[1:, cv2.CC_STAT_AREA]
-    others = areas.sum() - areas.max() - areas[areas < MIN_PIECE * count].sum()
-    return max(0.0, float(others)) / count
+    return ViewSample(float(outside), float(uncovered), count / (width * height), cut, hidden)

@@ -6,13 +6,13 @@ PAIRED_NS = 50_000_000  # greatest difference of the capture times of a pose and
 STRETCH_NS = 1_000_000_000
 LONG_SIDE_PX = 160  # of the reduced images
 TOLERANCE_PX = 1  # of the reduced image: edges of body and silhouette may be so far apart
-MIN_PIECE = 0.02  # of a silhouette; smaller pieces are noise
 MIN_AREA = 0.001  # of the image: smaller silhouettes are empty
 PERSON_AREA = 0.25  # of the usual area of a view's silhouette; a smaller one does not show that the person is there
 START_NS = 1_500_000_000  # in view; the tracker starts within 1.2 s
 START_SHARE = 0.2  # of the time in view, START_NS at most: 1.5 s of a take of 2.5 s are more than half of it; by hand
 OFTEN_SEEN = 0.3  # of the reports of a camera, from which other people or a scene with one cause lost poses; chosen by hand
 OFTEN_HALF = 0.6  # of the silhouettes of a camera that the upper or lower border cuts; chosen by hand
+UNSTEADY = 0.25  # mean change of the logarithm of an area between samples; of a person at the border of an image up to 0.22
 HEAD_APART_M = 0.2  # of the rays through the upper ends of the silhouettes: a raised hand or a wrong calibration; by hand
 LEGS_ABOVE_M = 0.25  # of a lower end over the floor, half a shank: a step or a jump is shorter; chosen by hand
 HEADS_M, LEGS_MOST = (1.0, 2.4), 0.6  # heights of heads, and share of it up to which legs may be missing; chosen by hand
@@ -42,9 +42,8 @@ SCALES = {
     "outside": (0.02, 1.0), "outside, all views": (0.02, 1.0), "uncovered": (0.02, 1.0),
     "uncovered, all views": (0.02, 1.0),
     "apart": (0.5, 20.0), "cut": (1.0, 1.0), "hidden": (0.1, 1.0), "empty": (0.25, 1.0), "unused": (0.25, 1.0),
-    "pieces": (0.1, 1.0), "flicker": (0.1, 1.0), "limbs": (1.0, 1.0), "worst limb": (1.0, 1.0), "heading": (0.02, 1.0),
-    "jumps": (0.05, 1.0), "shaking": (1.0, 5.0), "passes": (0.05, 0.5), "limits": (0.1, 1.0), "average body": (1.0, 1.0),
-    "few views": (1.0, 1.0),
+    "limbs": (1.0, 1.0), "worst limb": (1.0, 1.0), "heading": (0.02, 1.0), "jumps": (0.05, 1.0), "shaking": (1.0, 5.0),
+    "passes": (0.05, 0.5), "limits": (0.1, 1.0), "average body": (1.0, 1.0), "few views": (1.0, 1.0),
 }  # fmt: skip
 
 # Fitted to simulated people with faults at commit 8523d15, by the program of that commit, those of two-view to its own

@@ -26,7 +26,6 @@ GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features
     "views-apart": ("apart",),
     "cut": ("cut", "hidden"),
     "view-missing": ("empty", "unused"),
-    "silhouettes": ("pieces", "flicker"),
     "limbs": ("limbs", "worst limb"),
     "heading": ("heading",),
     "jumps": ("jumps", "shaking"),

@@ -33,7 +33,7 @@ from zenocap.tools.judge.parameters import (
     START_NS,
     UNITS_M,
 )
-from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons
+from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons, unsteady
 from zenocap.tools.judge.view_lag import ViewLags
 
 TURNS = {1: "90° clockwise", 2: "180°", 3: "90° anticlockwise"}  # of pictures, by the quarter turns back
@@ -201,7 +201,7 @@ def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
 
 def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReason]:
     """Reasons of a take without poses, the causes first.  lags: of views, with which no rig is judged."""
-    found = half_person(evidence) or no_legs(evidence)
+    found = half_person(evidence) or unsteady(evidence) or no_legs(evidence)
     causes = [*([] if lags is None else [lags.reason]), *scene_reasons(evidence), *([] if found is None else [found])]
     shown = [any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values()]
     seen_s, text = SAMPLE_NS / 1e9 * sum(shown), "no pose"
@@ -213,8 +213,8 @@ def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReas
     elif evidence.body is None and evidence.cameras and not causes:
         text = (
             "no pose: no person was found that two cameras or more see at a time, and the silhouettes do not show why: the "
-            "empty scene (empty_seconds), the calibration of other cameras, cameras that were moved, and for two-view the "
-            "T-pose"
+            "empty scene (empty_seconds), the calibration of other cameras, cameras that were moved, swapped videos, and "
+            "for two-view the T-pose"
         )
         if (fault := rig_fault(evidence)) is not None:
             causes, text = [fault], "no pose"

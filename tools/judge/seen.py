@@ -1,7 +1,8 @@
-"""Causes of lost poses in the pictures: two people, a scene not empty, half a person, no legs."""
+"""Causes of lost poses in the pictures: two people, a scene not empty, half a person, no contrast, no legs."""
 
 from collections import defaultdict
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import sentence
-from zenocap.common.conversion import camera_of
+from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.tangents import Outline, scene_centre
 from zenocap.common.messages import AdviceCode
 from zenocap.tools.judge.evidence import TakeEvidence
@@ -21,6 +22,7 @@ from zenocap.tools.judge.parameters import (
     MOST_HEADS,
     OFTEN_HALF,
     OFTEN_SEEN,
+    UNSTEADY,
 )
 from zenocap.tools.judge.view_lag import seen_outline
 
@@ -60,6 +62,26 @@ def half_person(evidence: TakeEvidence) -> m.VerdictReason | None:
         f"{', '.join(often)}: two cameras or more must see the whole person, from the head to the feet"
     )
     return m.VerdictReason(kind="half-person", viewers=often, text=text)
+
+
+def unsteady(evidence: TakeEvidence) -> m.VerdictReason | None:
+    """Silhouettes whose area changes more than that of a person who moves; None where two views or more are steady."""
+    areas: dict[str, list[float]] = defaultdict(list)
+    for _, sample in sorted(evidence.samples.items()):
+        for viewer, one in sample.silhouettes.items():
+            with suppress(ValueError):  # damaged
+                if area := np.count_nonzero(silhouette_mask(one)):
+                    areas[viewer].append(np.log(area))
+    changes = {viewer: float(np.mean(np.abs(np.diff(own)))) for viewer, own in areas.items() if len(own) > 1}
+    often = sorted(viewer for viewer, change in changes.items() if change > UNSTEADY)
+    if not often or len(changes) - len(often) >= 2:
+        return None
+    text = (
+        f"parts of the silhouettes of camera {', '.join(often)} come and go, in a quarter of a second the area changes by "
+        f"a factor of {np.exp(max(changes.values())):.1f}: contrast of person and background, changing light, the empty "
+        "scene (empty_seconds)"
+    )
+    return m.VerdictReason(kind="silhouettes", viewers=often, text=text)
 
 
 def no_legs(evidence: TakeEvidence) -> m.VerdictReason | None:

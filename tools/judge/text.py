@@ -62,13 +62,12 @@ def _overlap(stretches: Sequence[Stretch]) -> Text:
     if not both:
         return [], "body and silhouettes do not cover each other{share}"
     name = worst[0]
-    if outside[name] >= bare[name]:
-        why = "shadow, second person or other things in the silhouette, wrong calibration, swapped or late videos"
-    else:
-        why = "parts of the person missing in the silhouette (contrast), wrong calibration, swapped or late videos"
+    why = "shadow, second person or other things in the silhouette"
+    if outside[name] < bare[name]:
+        why = "parts of the person missing in the silhouette (contrast)"
     return worst, (
         f"{_cameras(worst)}: {100 * outside[name]:.0f} % of the silhouette outside the body, {100 * bare[name]:.0f} % of "
-        f"the body outside the silhouette{{share}}: {why}"
+        f"the body outside the silhouette{{share}}: {why}, wrong calibration, a moved camera, swapped or late videos"
     )
 
 
@@ -97,15 +96,6 @@ def _missing(stretches: Sequence[Stretch]) -> Text:
     )
 
 
-def _silhouettes(stretches: Sequence[Stretch]) -> Text:
-    means, worst = _worst(stretches, lambda one, name: one.views[name].pieces)
-    if means and means[worst[0]] > 0.02:
-        figure = f"{100 * means[worst[0]]:.0f} % of the silhouette is not connected with the rest"
-        return worst, f"{_cameras(worst)}: {figure}{{share}}: contrast to the background, light, other people"
-    text = "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light"
-    return [], text
-
-
 def _jumps(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "jumps")
     figure = f"{100 * value:.0f} % of the steps are faster than a person" if value > 0.01 else "the joints shake"
@@ -118,8 +108,7 @@ def _figure(name: str, factor: float, text: str, stretches: Sequence[Stretch]) -
 
 
 TEXTS: Mapping[str, Callable[[Sequence[Stretch]], Text]] = {
-    "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "silhouettes": _silhouettes,
-    "jumps": _jumps,
+    "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "jumps": _jumps,
     "limbs": partial(
         _figure, "worst limb", 100, "an arm or a leg is wrong with a probability of {:.0f} %{{share}}: more cameras"
     ),

@@ -32,7 +32,7 @@ from zenocap.tools.judge.parameters import (
 )
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
 from zenocap.tools.judge.rig_faults import no_pose, rig_fault
-from zenocap.tools.judge.seen import LEFT_OUT, scene_reasons
+from zenocap.tools.judge.seen import LEFT_OUT, scene_reasons, unsteady
 from zenocap.tools.judge.view_lag import view_lags
 
 USED = (
@@ -63,7 +63,7 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     reasons = []
     if rating != "good":
         lags = view_lags(evidence)
-        fault = rig_fault(evidence) if rating == "unusable" and lags is None else None
+        fault = unsteady(evidence) or rig_fault(evidence) if rating == "unusable" and lags is None else None
         causes = [*scene_reasons(evidence), *([] if fault is None else [fault])]
         reasons = [*causes, *reasons_of(kind, terms, stretches, start_ns, lags), *scene_reasons(evidence, LEFT_OUT)]
     if kind == "poses-only":

@@ -620,9 +620,14 @@ PLOTTED = """[...document.querySelectorAll('#plots canvas')].flatMap((one) =>
   [...one.getContext('2d').getImageData(0, 0, one.width, one.height).data])"""
 
 
-def test_curves_have_the_colours_of_their_legend_in_both_colour_schemes(visit: Visit, animator: StandIn) -> None:
+def test_curves_have_the_colours_of_their_legend_and_the_room_is_light_where_the_colour_scheme_is(
+    visit: Visit, animator: StandIn
+) -> None:
     animator.send_frame_set(0.5)
     sees(visit, 2)
+    wall, floor = np.array([640.0, 40.0]), expected_px(visit, np.array([0.7, 0.0, -1.0]))
+    for x, y in (wall, floor):
+        assert visit.evaluate(f"document.elementFromPoint({x}, {y}).id") == "scene"
     for scheme, side in product(SCHEMES, ("right", "left")):
         visit.page.emulate_media(color_scheme=scheme)
         colour = visit.evaluate(f"getComputedStyle(document.querySelector('#plots .{side}')).color")
@@ -632,6 +637,13 @@ def test_curves_have_the_colours_of_their_legend_in_both_colour_schemes(visit: V
             return bool((np.abs(np.reshape(visit.evaluate(PLOTTED), (-1, 4)) - rgba).max(axis=1) < 20).any())
 
         visit.until(drawn, f"{side}, {scheme}: {colour}")
+        visit.until(lambda light=scheme == "light": lit(visit, wall, floor) == [light, light], f"a room that is {scheme}")
+
+
+def lit(visit: Visit, *places: Floats) -> list[bool]:
+    """Whether places on the page, as they are seen, are nearer to white than to black."""
+    picture = cv2.imdecode(np.frombuffer(visit.page.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
+    return [bool(picture[round(y), round(x)] > 127) for x, y in places]
 
 
 def test_the_advice_is_calm_while_a_person_is_tracked_and_grey_limbs_are_explained(visit: Visit, animator: StandIn) -> None:

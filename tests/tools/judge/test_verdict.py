@@ -225,7 +225,7 @@ UNUSED: dict[str, tuple[str, ...]] = {  # features that the model of a kind of e
     "two-view": ("missing", "passes", "unused", "limbs", "worst limb", "heading", "average body"),
     "poses-only": (
         "missing", "passes", "unused", "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut",
-        "hidden", "empty", "pieces", "flicker",
+        "hidden", "empty",
     ),
 }  # fmt: skip
 

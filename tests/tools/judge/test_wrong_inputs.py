@@ -1,5 +1,6 @@
 """Wrong inputs: none is good, and the first reason of each is its cause."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -24,17 +25,18 @@ from zenocap.tools.judge.seen import no_legs
 from zenocap.tools.judge.verdict import verdict_of
 
 pytestmark = pytest.mark.nightly
-SEED, VIEWS, SIZE, FPS, FRAMES = 3, 3, (160, 120), 25.0, 80
+SEEDS = (3, 4, 8)  # of scenes and faults; WRONG is of the first, ELSEWHERE of the others
+VIEWS, SIZE, FPS, FRAMES = 3, (160, 120), 25.0, 80
 CONTRADICTION = ("overlap", "views-apart")  # both name calibration, moved and swapped cameras
 
 
-def scene() -> FaultyScene:
+def scene(seed: int) -> FaultyScene:
     """A person who walks among three cameras, without a T-pose."""
-    return stored(_scene, sources=(__name__,))
+    return stored(lambda: _scene(seed), seed, sources=(__name__,))
 
 
-def _scene() -> FaultyScene:
-    one = walker(SEED, VIEWS, SIZE, 14)
+def _scene(seed: int) -> FaultyScene:
+    one = walker(seed, VIEWS, SIZE, 14)
     masks = {}
     for name, camera in one.cameras.items():
         film = SimulatedCamera(camera, one.person, 0)
@@ -169,15 +171,15 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "all turned by a quarter": (changed(quarter_turn), ("turned",), "cam01, cam02, cam03 are turned by 90° anticlockwise"),
     # Not found, the reason lists what it may be: all cameras are elsewhere, so that no change of one explains it, or one by
     # a few degrees or decimetres, with which most silhouettes agree.  Poses are found; views that contradict are named.
-    "another set's calibration": (other_set(7), CONTRADICTION, "wrong calibration, swapped or late videos"),
-    "a third set's calibration": (other_set(11), CONTRADICTION, "wrong calibration, swapped or late videos"),
+    "another set's calibration": (other_set(7), CONTRADICTION, "calibration, a moved camera, swapped or late videos"),
+    "a third set's calibration": (other_set(11), CONTRADICTION, "calibration, a moved camera, swapped or late videos"),
     "moved": (faults.moved, CONTRADICTION, "a camera that was moved"),
     "another rig's camera": (faults.another_rig, CONTRADICTION, "wrong calibration"),
     "short": (short, ("no-pose",), "a longer recording"),
     "the person leaves": (changed(np.zeros_like, since=20), ("no-pose",), "a longer recording"),
     "upper half": (half(upper=True), ("half-person",), "half of the person is outside the pictures"),
     "lower half": (half(upper=False), ("half-person",), "half of the person is outside the pictures"),
-    "grey": (faults.grey, ("silhouettes", "overlap", "view-missing"), "contrast"),
+    "grey": (faults.grey, ("silhouettes",), "contrast of person and background"),
     "no legs": (faults.no_legs, ("no-legs",), "the legs are missing in the silhouettes of camera"),
     "no legs anywhere": (
         changed(without_legs), ("no-legs",), "the legs are missing in the silhouettes of camera cam01, cam02, cam03",
@@ -185,38 +187,51 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "two people": (two_people(25), ("two-people",), "a second person"),
     "two people, far apart": (two_people(40), ("two-people",), "a second person"),
 }  # fmt: skip
+# Limits: views agree by chance, with three orders of the videos, with another zoom, without a camera of another set; after
+# 1 s the body follows the camera that is moved, and the others are named.  A camera that differs a lot is named itself.
+ELSEWHERE: Mapping[str, tuple[tuple[str, ...], str]] = {  # further kinds of the first reason, and a pattern of its words
+    "all swapped": (("no-pose",), "swapped videos"),
+    "another mode's focal length": (("overlap",), "cam01 contradicts the others|wrong calibration"),
+    "another set's calibration": (("one-view",), "has that of another camera"),
+    "moved": (("one-view",), "a moved camera|cam03 contradicts the others"),
+    "another rig's camera": (("one-view",), "cam03.* contradicts the others"),
+}
 SEEN_BY_CAMERAS = {"two-people": AdviceCode.PEOPLE}  # by kind: what viewers state, which see the pictures
 REPORTS = 4  # of each camera
 
 
-def messages(fault: Fault, *codes: AdviceCode) -> list[m.Message]:
+def messages(fault: Fault, seed: int, *codes: AdviceCode) -> list[m.Message]:
     """Messages of a take with a fault.  codes: of advice that its cameras give."""
-    every = tracker_messages(fault(scene(), np.random.default_rng(SEED)), 0)
+    every = tracker_messages(fault(scene(seed), np.random.default_rng(seed)), 0)
     told = [m.CameraFault(code=code, value=80.0, limit=30.0, unit="%") for code in codes]
     viewers = [one.viewer for one in every if isinstance(one, m.CameraInfo)]
     reports = [(k, viewer) for k in range(REPORTS) for viewer in viewers if told]
     return every + [m.CameraAdvice(frame=k, captured_ns=k, viewer=viewer, faults=told) for k, viewer in reports]
 
 
+@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", WRONG)
-def test_the_first_reason_of_a_wrong_input_is_its_cause(name: str) -> None:
+def test_the_first_reason_of_a_wrong_input_is_its_cause(name: str, seed: int) -> None:
     fault, kinds, words = WRONG[name]
-    found = verdict_of(evidence_of(messages(fault, *(SEEN_BY_CAMERAS[kind] for kind in kinds if kind in SEEN_BY_CAMERAS))))
+    others, pattern = ELSEWHERE.get(name, ((), "")) if seed != SEEDS[0] else ((), "")
+    codes = (SEEN_BY_CAMERAS[kind] for kind in kinds if kind in SEEN_BY_CAMERAS)
+    found = verdict_of(evidence_of(messages(fault, seed, *codes)))
     assert found.rating == "unusable"
-    assert found.reasons[0].kind in kinds, [(one.kind, one.text) for one in found.reasons]
-    assert words in found.reasons[0].text
+    assert found.reasons[0].kind in (*kinds, *others), [(one.kind, one.text) for one in found.reasons]
+    assert words in found.reasons[0].text or (pattern and re.search(pattern, found.reasons[0].text)), found.reasons[0].text
     assert not {"swapped", "turned", "calibration"} & {one.kind for one in found.reasons} - set(kinds)
 
 
-def test_the_camera_that_was_moved_is_named() -> None:
-    before, after = scene(), faults.moved(scene(), np.random.default_rng(SEED))
+@pytest.mark.parametrize("seed", SEEDS[::2])  # not in the scene between, see ELSEWHERE
+def test_the_camera_that_was_moved_is_named(seed: int) -> None:
+    before, after = scene(seed), faults.moved(scene(seed), np.random.default_rng(seed))
     others = [
         view
         for view in before.masks
         if any((a != b).any() for a, b in zip(before.masks[view], after.masks[view], strict=True))
     ]
     assert len(others) == 1
-    assert verdict_of(evidence_of(messages(faults.moved))).reasons[0].viewers == others
+    assert verdict_of(evidence_of(messages(faults.moved, seed))).reasons[0].viewers == others
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -53,7 +53,6 @@ def faults_of(found: Measured) -> list[CameraFault]:
 
 
 def is_fault(one: CameraFault) -> bool:
-    """Whether a value is beyond its limit."""
     return one.value < one.limit if one.code in LOW else abs(one.value) > one.limit
 
 

@@ -7,7 +7,6 @@ from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration
 
 
 def report(found: WalkCalibration) -> list[str]:
-    """Lines of text."""
     lines = [
         f"{found.instants} frame sets compared; the walk covers {found.area_m[0]:.1f} by {found.area_m[1]:.1f} m; scale "
         f"from a person of {found.stature_m:g} m"

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image, Mask
@@ -18,6 +17,7 @@ from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.empty_scene import FEWEST_EMPTY, LEAST_EMPTY, with_people
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.pictures import jpeg
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions
@@ -119,8 +119,5 @@ def _decided(
 
 def _preview_message(setup: ViewerSetup, frame: Frame) -> Preview:
     """Small JPEG image for setting up a rig; published only on request, since images stay on the machine of the camera."""
-    height, width = frame.image.shape[:2]
-    scale = min(1.0, p.PREVIEW_PX / max(height, width))
-    small = cv2.resize(frame.image, (round(scale * width), round(scale * height)), interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, p.PREVIEW_JPEG_QUALITY])
-    return Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg.tobytes())
+    jpeg_data = jpeg(frame.image, p.PREVIEW_PX, p.PREVIEW_JPEG_QUALITY)
+    return Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg_data)

@@ -12,11 +12,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, VideoFile
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.vision.pictures import jpeg
 from zenocap.common.web.broadcast import EncodedUpdate, PageQueue
 from zenocap.common.web.content import PageContent, page_files
 from zenocap.common.web.page import Page
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.setup.cameras.streams import jpeg
 from zenocap.tools.setup.page import messages as lm
 from zenocap.tools.setup.page import parameters as p
 from zenocap.tools.setup.page.advice import rows

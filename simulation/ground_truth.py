@@ -64,7 +64,6 @@ class Sizes:
 
 
 def truth(person: Person, pose: PersonPose | Bones) -> Truth:
-    """Ground truth of a person in a pose."""
     bones = pose_bones(person, pose)
     joints = _joints(person, bones)
     yaw, directions = heading_and_directions(joints)

@@ -25,5 +25,4 @@ def service_parameters(rig: RigLike) -> Parameters:
 
 
 def constants(module: ModuleType) -> Mapping[str, object]:
-    """Constants of a module by name."""
     return {name: value for name, value in vars(module).items() if name.isupper()}

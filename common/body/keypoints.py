@@ -38,7 +38,6 @@ class Keypoints:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the points."""
         return tuple(point.name for point in self.points)
 
     def at(self, pose: Pose) -> Floats:

@@ -65,7 +65,6 @@ def markers_of(model: OpenSimModel, path: Path) -> dict[str, tuple[str, Floats]]
 
 
 def marker_set(markers: Mapping[str, tuple[str, Floats]]) -> str:
-    """MarkerSet document."""
     root, found = _document("MarkerSet", "zenocap")
     objects = ET.SubElement(found, "objects")
     for name, (body, place) in markers.items():

@@ -52,7 +52,6 @@ class PoseTrack:
         return float(np.median(np.diff(self.times_s))) if len(self.times_s) > 1 else 0.0
 
     def pose(self, row: int) -> Pose:
-        """Pose of a row."""
         return Pose(self.positions[row], self.angles[row])
 
     def trajectories(

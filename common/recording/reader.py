@@ -49,7 +49,6 @@ class UnreadableParts:
     first: list[Damage] = field(default_factory=list)
 
     def add(self, damage: Damage) -> None:
-        """Add a damage."""
         if len(self.first) < MAX_DAMAGES:
             self.first.append(damage)
             if damage.span_ns:

@@ -51,7 +51,6 @@ class SourceKind:
     matches: Callable[[str], bool] | None = None
 
     def has(self, text: str) -> bool:
-        """Whether a text is of this kind."""
         return _scheme(text) == self.name if self.matches is None else self.matches(text)
 
 

@@ -262,7 +262,6 @@ class VideoReader(Closable):
         return (times[-1] if times else -self._times.period_ns) + self._times.period_ns
 
     def summary(self) -> VideoSummary:
-        """Counts so far."""
         return VideoSummary(
             timing_of(self._times.times_ns), self.damaged, self._times.estimated, self._software, tuple(self._notes())
         )

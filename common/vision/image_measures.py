@@ -71,7 +71,6 @@ def focus(grey: Image, noise: float) -> float:
 
 
 def exposure(image: Image) -> Exposure:
-    """Exposure of an image."""
     sample = image[::STEP, ::STEP]
     highest = sample.max(axis=2)
     return Exposure(

@@ -24,17 +24,11 @@ from websockets.http11 import Request, Response
 
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.signals import WAIT_S
+from zenocap.common.web import parameters as p
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.common.web.content import OFFERED_PATH, Answer, OfferedFiles, PageContent
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
-from zenocap.common.web.parameters import (
-    CLOSE_TIMEOUT_S,
-    HANDSHAKE_TIMEOUT_S,
-    MAX_COMMAND_BYTES,
-    PING_PERIOD_S,
-    PING_TIMEOUT_S,
-)
 
 logger = logging.getLogger(__name__)
 
@@ -96,7 +90,7 @@ class PageServer(Generic[C]):
     def close(self) -> None:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._ended.set)
-            self._thread.join(2 * CLOSE_TIMEOUT_S)
+            self._thread.join(2 * p.CLOSE_TIMEOUT_S)
 
     def _run(self) -> None:
         try:
@@ -115,12 +109,12 @@ class PageServer(Generic[C]):
             self._table.port,
             process_request=self._respond,
             compression=None,  # costs more time than it saves on loopback or a local network
-            max_size=max([MAX_COMMAND_BYTES, *(socket.max_bytes for socket in self._content.sockets.values())]),
+            max_size=max([p.MAX_COMMAND_BYTES, *(socket.max_bytes for socket in self._content.sockets.values())]),
             max_queue=8,
-            open_timeout=HANDSHAKE_TIMEOUT_S,
-            ping_interval=PING_PERIOD_S,
-            ping_timeout=PING_TIMEOUT_S,
-            close_timeout=CLOSE_TIMEOUT_S,
+            open_timeout=p.HANDSHAKE_TIMEOUT_S,
+            ping_interval=p.PING_PERIOD_S,
+            ping_timeout=p.PING_TIMEOUT_S,
+            close_timeout=p.CLOSE_TIMEOUT_S,
             server_header=None,
             logger=self._websockets_logger(),
             create_connection=cast("type[ServerConnection]", self._connection),
@@ -199,8 +193,8 @@ class PageServer(Generic[C]):
         sender = asyncio.create_task(_send(connection, page))
         try:
             async for text in connection:
-                if len(text) > MAX_COMMAND_BYTES:  # allowed by `max_size` for other sockets only
-                    await connection.close(1009, f"a command has at most {MAX_COMMAND_BYTES} bytes")
+                if len(text) > p.MAX_COMMAND_BYTES:  # allowed by `max_size` for other sockets only
+                    await connection.close(1009, f"a command has at most {p.MAX_COMMAND_BYTES} bytes")
                     return
                 try:
                     command = decode(text)

@@ -47,7 +47,6 @@ class PlacedCapsules:
 
 
 def capsule_shapes(bdp: Bdp) -> CapsuleShapes:
-    """Return the capsule shapes of a body."""
     near = bdp.sizes[:, 1:]
     return CapsuleShapes(bdp.sizes[:, 0], near, near if bdp.tips is None else bdp.tips)
 

@@ -59,7 +59,6 @@ class AssignedCamera:
         return "" if query is None or query.viewer is None else f"viewer {query.viewer.id} of rig {query.rig}"
 
     def answer(self, query: AssignQuery) -> AssignReply:
-        """The reply to one query."""
         with self._lock:
             self.check()
             refused = ""

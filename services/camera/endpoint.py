@@ -81,7 +81,6 @@ class FilmEndpoint:
         return "" if self._query is None else self._query.sender
 
     def answer(self, query: FilmQuery) -> FilmReply:
-        """The reply to one query."""
         with self._lock:
             self.check()
             refused, data = "", b""

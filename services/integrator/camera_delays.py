@@ -19,17 +19,7 @@ from zenocap.common.lags.parts import PairsProgress
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import CameraDelays, Message, Silhouette
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
-from zenocap.services.integrator.parameters import (
-    DELAY_ERRORS,
-    DELAY_RECOVERY_TICKS,
-    DELAY_REST_NS,
-    DELAY_STEP,
-    DELAY_WINDOW_NS,
-    DELAYS_AGREE,
-    FEWEST_OUTLINES,
-    MOST_DELAY_S,
-    NEXT_CAMERAS,
-)
+from zenocap.services.integrator import parameters as p
 
 Delays = Mapping[str, float]  # ms, by viewer
 
@@ -49,7 +39,7 @@ class DelaySetup:
         near = {
             tuple(sorted((k, (k + step) % len(names))))
             for k in range(len(names))
-            for step in range(1, NEXT_CAMERAS + 1)
+            for step in range(1, p.NEXT_CAMERAS + 1)
             if (k + step) % len(names) != k
         }
         return tuple((names[a], names[b]) for a, b in sorted(near))
@@ -87,7 +77,7 @@ class DelayState:
 
 def awaits_recovery(state: DelayState) -> bool:
     """True while the decision of an integrator before a restart would be followed."""
-    return state.decided is None and state.ticks < DELAY_RECOVERY_TICKS
+    return state.decided is None and state.ticks < p.DELAY_RECOVERY_TICKS
 
 
 def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple[DelayState, list[Message]]:
@@ -96,7 +86,7 @@ def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple
     It is published as it was, or without its corrections where they are not followed any more.  One with a correction that
     none can have found is ignored.
     """
-    most_ms = 1e3 * MOST_DELAY_S * (len(setup.cameras) - 1)  # of cameras in a row
+    most_ms = 1e3 * p.MOST_DELAY_S * (len(setup.cameras) - 1)  # of cameras in a row
     known = message.found_ms.keys() | message.errors_ms.keys() | message.applied_ms.keys() <= setup.cameras.keys()
     if not known or max(message.applied_ms.values(), default=0.0) > most_ms:
         return state, []
@@ -129,7 +119,7 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
         mask = silhouette_mask(silhouette, camera.size)
     except ValueError:
         return replace(state, damaged=state.damaged + 1)
-    if abs(captured_ns - state.now_ns) > DELAY_WINDOW_NS:
+    if abs(captured_ns - state.now_ns) > p.DELAY_WINDOW_NS:
         return state  # a clock whose offset is not known yet: a window that begins in the future would never end
     begin_ns = captured_ns if state.begin_ns is None else state.begin_ns
     outline = outline_of(camera, mask, (captured_ns - begin_ns) / 1e9)
@@ -138,8 +128,8 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
         return state
     outlines = {**state.outlines, silhouette.viewer: (*before, outline)}
     comparison = None
-    if outline.time_s > DELAY_WINDOW_NS / 1e9:
-        comparison = PairsProgress(setup.cameras, setup.pairs, outlines, limits_of(MOST_DELAY_S), FEWEST_OUTLINES)
+    if outline.time_s > p.DELAY_WINDOW_NS / 1e9:
+        comparison = PairsProgress(setup.cameras, setup.pairs, outlines, limits_of(p.MOST_DELAY_S), p.FEWEST_OUTLINES)
     return replace(state, outlines=outlines, begin_ns=begin_ns, comparison=comparison)
 
 
@@ -153,7 +143,7 @@ def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayStat
         state = replace(state, comparison=state.comparison.next_part())
     decided = state.decided
     if decided is not None and setup.follow and state.target:
-        applied = _toward(decided.applied_ms, state.target, DELAY_STEP * setup.frame_ms)
+        applied = _toward(decided.applied_ms, state.target, p.DELAY_STEP * setup.frame_ms)
         if applied != decided.applied_ms:
             frame = decided.frame if before is None else before.frame + 1
             decided = structs.replace(decided, frame=frame, captured_ns=now_ns, applied_ms=applied)
@@ -178,7 +168,7 @@ def _estimate(setup: DelaySetup, state: DelayState, comparison: PairsProgress, n
         confirmed = bool(last) and _agree(setup, found, last, errors)
         if confirmed and setup.follow:
             mean = {viewer: (found[viewer] + last[viewer]) / 2 for viewer in found}
-            if any(abs(mean[viewer] - target.get(viewer, 0.0)) > DELAYS_AGREE * setup.frame_ms for viewer in mean):
+            if any(abs(mean[viewer] - target.get(viewer, 0.0)) > p.DELAYS_AGREE * setup.frame_ms for viewer in mean):
                 target = mean
         last = found
     decided = CameraDelays(
@@ -186,7 +176,7 @@ def _estimate(setup: DelaySetup, state: DelayState, comparison: PairsProgress, n
         uncertain=[viewer for viewer in setup.cameras if viewer not in certain],
         applied_ms={} if before is None else before.applied_ms,
     )  # fmt: skip
-    resting_ns = now_ns + (DELAY_REST_NS if confirmed else 0)
+    resting_ns = now_ns + (p.DELAY_REST_NS if confirmed else 0)
     return DelayState(
         resting_ns=resting_ns, now_ns=now_ns, offsets=state.offsets, last=last, target=target, decided=decided,
         confirmed=confirmed, ticks=state.ticks, damaged=state.damaged,
@@ -196,7 +186,7 @@ def _estimate(setup: DelaySetup, state: DelayState, comparison: PairsProgress, n
 def _agree(setup: DelaySetup, found: Delays, last: Delays, errors: Delays) -> bool:
     """Whether two estimates have the same delays, within a share of a frame period or their errors."""
     return all(
-        abs(found[viewer] - last[viewer]) <= max(DELAYS_AGREE * setup.frame_ms, DELAY_ERRORS * errors[viewer])
+        abs(found[viewer] - last[viewer]) <= max(p.DELAYS_AGREE * setup.frame_ms, p.DELAY_ERRORS * errors[viewer])
         for viewer in found
     )
 
@@ -221,7 +211,7 @@ def describe(setup: DelaySetup, state: DelayState) -> str:
     message = state.decided
     if message is None:
         return ""
-    late = {viewer: ms for viewer, ms in message.found_ms.items() if ms > DELAYS_AGREE * setup.frame_ms}
+    late = {viewer: ms for viewer, ms in message.found_ms.items() if ms > p.DELAYS_AGREE * setup.frame_ms}
     parts = []
     for viewer, ms in late.items():
         applied = message.applied_ms.get(viewer, 0.0)

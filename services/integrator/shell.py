@@ -8,6 +8,7 @@ from typing import Never, cast
 
 from msgspec import UNSET
 
+from zenocap.common import topics as t
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_angles, limb_directions
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -25,20 +26,6 @@ from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.service import Service, TopicSubscription, new_pose_service, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.runtime.signals import loading
-from zenocap.common.topics import (
-    CAMERA_DELAYS,
-    FRAME_RATE,
-    HEALTH,
-    PARTIAL_BAP,
-    PARTIAL_BDP,
-    REQUEST,
-    SIGHTING,
-    SILHOUETTE,
-    TRACKER_DETAIL,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-    Topic,
-)
 from zenocap.services.integrator import rate_control, timekeeper
 from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.log_control import LogControl
@@ -59,18 +46,18 @@ def integrator_service(rig: Rig) -> Service[IntegratorSetup, IntegratorState, Ne
 
 def service_of(setup: IntegratorSetup) -> Service[IntegratorSetup, IntegratorState, Never]:
     """Service of the integrator of a method whose viewers run the exchange of [Two-view]."""
-    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE, UNIVERSAL_BDP)
+    topics = (t.SIGHTING, t.PARTIAL_BDP, t.PARTIAL_BAP, t.REQUEST, t.FRAME_RATE, t.UNIVERSAL_BDP)
     return Service(
         "integrator", ID, setup, partial(initial_state, setup), step,
-        (*(TopicSubscription(topic) for topic in topics), TopicSubscription(HEALTH, names={"service": "viewer"})), describe,
+        (*map(TopicSubscription, topics), TopicSubscription(t.HEALTH, names={"service": "viewer"})), describe,
         counts, phase_of, result=UniversalBap, tick_ns=DECISION_NS, recovers=_recovers, keeps_time=True,
         load=lambda: limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral),
     )  # fmt: skip
 
 
-def _recovers(state: IntegratorState) -> tuple[Topic, ...]:
-    pose = (UNIVERSAL_BDP, UNIVERSAL_BAP) if awaits_recovery(state) else ()
-    return (*pose, FRAME_RATE) if rate_control.awaits_recovery(state.rate) else pose
+def _recovers(state: IntegratorState) -> tuple[t.Topic, ...]:
+    pose = (t.UNIVERSAL_BDP, t.UNIVERSAL_BAP) if awaits_recovery(state) else ()
+    return (*pose, t.FRAME_RATE) if rate_control.awaits_recovery(state.rate) else pose
 
 
 def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
@@ -93,9 +80,9 @@ def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState,
     return Service(
         "integrator", ID, setup, TimekeeperState, timekeeper.step,
         (
-            *(TopicSubscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
-            *(TopicSubscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
-            *(() if setup.delays is None else (TopicSubscription(CAMERA_DELAYS), TopicSubscription(SILHOUETTE))),
+            *(TopicSubscription(t.HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
+            *(TopicSubscription(topic) for topic in (t.FRAME_RATE, t.TRACKER_DETAIL)),
+            *(() if setup.delays is None else (TopicSubscription(t.CAMERA_DELAYS), TopicSubscription(t.SILHOUETTE))),
         ),
         describe_timekeeper, timekeeper.counts, tick_ns=DECISION_NS,
         recovers=lambda state: timekeeper.recovers(setup, state), keeps_time=True,

@@ -4,21 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
+from zenocap.common import messages as m
 from zenocap.common.body.proportions import FRONT_LENGTHS, PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS, SIDE_LENGTHS
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import angles_of
-from zenocap.common.messages import (
-    FrameRate,
-    Health,
-    Message,
-    PartialBap,
-    PartialBdp,
-    Phase,
-    Request,
-    Sighting,
-    UniversalBap,
-    UniversalBdp,
-)
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in, to_integrator_ns
 from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
@@ -33,7 +22,7 @@ from zenocap.services.integrator.two_view.initialization import assign_first, de
 from zenocap.services.integrator.two_view.root_pose import assign_pose
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the integrator has no frames
-Result: TypeAlias = tuple[IntegratorState, list[Message]]
+Result: TypeAlias = tuple[IntegratorState, list[m.Message]]
 T = TypeVar("T")
 
 
@@ -56,32 +45,32 @@ def step(setup: IntegratorSetup, state: IntegratorState, event: Event) -> Result
         return state, []
     message = event.message
     match message:
-        case Sighting(viewer=viewer):
+        case m.Sighting(viewer=viewer):
             pairs, sightings = push(state.sightings, viewer, _time(state, message), message)
             return _for_each_frame_set(setup, replace(state, sightings=pairs), sightings, _assign)
-        case PartialBdp(viewer=viewer):
+        case m.PartialBdp(viewer=viewer):
             _validate(setup, message)
             bdps, pairs_of_bdps = push(state.bdps, viewer, _time(state, message), message)
             return _for_each_frame_set(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
-        case PartialBap(viewer=viewer):
+        case m.PartialBap(viewer=viewer):
             _validate(setup, message)
             baps, pairs_of_baps = push(state.baps, viewer, _time(state, message), message)
             state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
             return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
-        case Health(service="viewer", id=viewer) if viewer in setup.cameras:
+        case m.Health(service="viewer", id=viewer) if viewer in setup.cameras:
             state = replace(state, rate=report(setup.rate, state.rate, message))
             return _set_clock(setup, state, viewer, offset_in(message)), []
-        case FrameRate() if rate_control.awaits_recovery(state.rate):
+        case m.FrameRate() if rate_control.awaits_recovery(state.rate):
             rate, messages = rate_control.resume(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
-        case FrameRate():
+        case m.FrameRate():
             rate, messages = rate_control.contradict(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
-        case UniversalBdp() | UniversalBap() if awaits_recovery(state):
+        case m.UniversalBdp() | m.UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
-        case UniversalBdp():
+        case m.UniversalBdp():
             return note_body(state, message), []
-        case Request(what="measure"):
+        case m.Request(what="measure"):
             return measure_again(state), []
         case _:
             return state, []
@@ -92,11 +81,11 @@ def awaits_recovery(state: IntegratorState) -> bool:
     return state.person is None and not state.discard_recovered
 
 
-def phase_of(state: IntegratorState) -> Phase:
+def phase_of(state: IntegratorState) -> m.Phase:
     """Phase of the integrator, for its health."""
     if state.person is None:
-        return Phase.MEASURING_BODY if state.bodies else Phase.AWAITING_PERSON
-    return Phase.TRACKING
+        return m.Phase.MEASURING_BODY if state.bodies else m.Phase.AWAITING_PERSON
+    return m.Phase.TRACKING
 
 
 def describe(state: IntegratorState) -> str:
@@ -128,9 +117,9 @@ def measure_again(state: IntegratorState) -> IntegratorState:
     )  # fmt: skip
 
 
-def _validate(setup: IntegratorSetup, message: PartialBdp | PartialBap) -> None:
+def _validate(setup: IntegratorSetup, message: m.PartialBdp | m.PartialBap) -> None:
     """Raise ValueError for joint angles of another anatomy, and for lengths other than those of this side."""
-    if isinstance(message, PartialBap):
+    if isinstance(message, m.PartialBap):
         angles_of(setup.anatomy, message.angles, setup.anatomy.neutral)
         return
     in_use = (FRONT_LENGTHS, SIDE_LENGTHS) if "body" in setup.additions else (PAPER_FRONT_LENGTHS, PAPER_SIDE_LENGTHS)
@@ -160,10 +149,10 @@ def _decide_rate(setup: IntegratorSetup, state: IntegratorState, tick: Tick) -> 
     return _follow(replace(state, rate=rate), messages)
 
 
-def _follow(state: IntegratorState, messages: list[Message]) -> Result:
+def _follow(state: IntegratorState, messages: list[m.Message]) -> Result:
     """Pair the viewers' messages at the rate that was decided."""
     for message in messages:
-        if isinstance(message, FrameRate):
+        if isinstance(message, m.FrameRate):
             spacing, from_ns = share_of(message).spacing, holds_from_ns(message)
             state = replace(
                 state, sightings=with_spacing(state.sightings, spacing, from_ns),
@@ -172,7 +161,7 @@ def _follow(state: IntegratorState, messages: list[Message]) -> Result:
     return state, messages
 
 
-def _time(state: IntegratorState, message: Sighting | PartialBdp | PartialBap) -> int:
+def _time(state: IntegratorState, message: m.Sighting | m.PartialBdp | m.PartialBap) -> int:
     """Capture time on the clock of the integrator, ns."""
     offset = state.offsets.get(message.viewer)
     return to_integrator_ns(message.captured_ns, offset) if offset else message.captured_ns
@@ -184,14 +173,14 @@ def _for_each_frame_set(
     frame_sets: Sequence[FrameSet[T]],
     process: Callable[[IntegratorSetup, IntegratorState, FrameSet[T]], Result],
 ) -> Result:
-    messages: list[Message] = []
+    messages: list[m.Message] = []
     for frames in frame_sets:
         state, more = process(setup, state, frames)
         messages += more
     return state, messages
 
 
-def _assign(setup: IntegratorSetup, state: IntegratorState, frames: FrameSet[Sighting]) -> Result:
+def _assign(setup: IntegratorSetup, state: IntegratorState, frames: FrameSet[m.Sighting]) -> Result:
     state = replace(state, last={**state.last, **{v: s for v, s in frames.items.items() if s.present}})
     if state.person is None:
         return assign_first(setup, state, frames)

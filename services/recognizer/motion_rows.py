@@ -8,18 +8,8 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.rotations import euler_to_matrix
+from zenocap.services.recognizer import parameters as p
 from zenocap.services.recognizer.features import DEFAULT, NAMES, Kind, features_of
-from zenocap.services.recognizer.parameters import (
-    FOREARM,
-    HEAD,
-    HIP_HALF,
-    SHANK,
-    SHOULDER_HALF,
-    THIGH,
-    TRUNK,
-    UPPER_ARM,
-    WAIST_SHARE,
-)
 
 JOINTS = (
     "right_elbow", "right_wrist", "left_elbow", "left_wrist", "right_knee", "right_ankle", "left_knee", "left_ankle",
@@ -62,14 +52,14 @@ def rows_of(anatomy: Anatomy, positions: Floats, angles: Floats, kind: Kind = DE
 
 def _standard_body(anatomy: Anatomy, angles: Floats, root: Floats) -> tuple[Floats, Floats]:
     """(T, 3) middle of the shoulders and (T, 9, 3) JOINTS from the middle of the hips, in body heights, world axes."""
-    chest, shoulders = root, TRUNK * root[..., 1]
+    chest, shoulders = root, p.TRUNK * root[..., 1]
     if anatomy is FOURTEEN_PARTS:
         chest = root @ _rotation(anatomy, angles, "waist")
-        shoulders = WAIST_SHARE * TRUNK * root[..., 1] + (1.0 - WAIST_SHARE) * TRUNK * chest[..., 1]
+        shoulders = p.WAIST_SHARE * p.TRUNK * root[..., 1] + (1.0 - p.WAIST_SHARE) * p.TRUNK * chest[..., 1]
     points = []
     for joint, below, half, base, origin, lengths in (
-        ("shoulder", "elbow", SHOULDER_HALF, chest, shoulders, (UPPER_ARM, FOREARM)),
-        ("hip", "knee", HIP_HALF, root, np.zeros(3), (THIGH, SHANK)),
+        ("shoulder", "elbow", p.SHOULDER_HALF, chest, shoulders, (p.UPPER_ARM, p.FOREARM)),
+        ("hip", "knee", p.HIP_HALF, root, np.zeros(3), (p.THIGH, p.SHANK)),
     ):
         for side, sign in (("right", -1.0), ("left", 1.0)):
             upper = base @ _rotation(anatomy, angles, f"{side}_{joint}")
@@ -77,7 +67,7 @@ def _standard_body(anatomy: Anatomy, angles: Floats, root: Floats) -> tuple[Floa
             middle = origin + sign * half * base[..., 0] + lengths[0] * upper[..., 1]
             points += [middle, middle + lengths[1] * lower[..., 1]]
     head = chest @ _rotation(anatomy, angles, "neck")
-    return shoulders, np.stack([*points, shoulders + HEAD * head[..., 1]], axis=1)
+    return shoulders, np.stack([*points, shoulders + p.HEAD * head[..., 1]], axis=1)
 
 
 def _rotation(anatomy: Anatomy, angles: Floats, name: str) -> Floats:

@@ -10,15 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.services.recognizer import parameters as p
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.parameters import (
-    COMPARED_S,
-    MOVEMENT_REACH,
-    MOVING_REACH,
-    SHORTEST_MOVEMENT,
-    SMOOTHING_ROWS,
-    STILL_S,
-)
 
 
 @dataclass(frozen=True)
@@ -52,13 +45,13 @@ def detect_movement(
     model: PostureModel, state: MovementState, row: Floats, number: int, longest: int
 ) -> tuple[MovementState, RowRange | None]:
     """Add row `number` (d,), whitened; also return a movement that has ended with it or lasted for `longest` rows."""
-    apart = max(1, round(COMPARED_S * model.rate))
-    recent = (*state.recent, row)[-(apart + SMOOTHING_ROWS) :]
+    apart = max(1, round(p.COMPARED_S * model.rate))
+    recent = (*state.recent, row)[-(apart + p.SMOOTHING_ROWS) :]
     state = replace(state, recent=recent)
-    if len(recent) < apart + SMOOTHING_ROWS:
+    if len(recent) < apart + p.SMOOTHING_ROWS:
         return state, None
-    now, before = np.mean(recent[-SMOOTHING_ROWS:], axis=0), np.mean(recent[:SMOOTHING_ROWS], axis=0)
-    moves = np.linalg.norm(now - before) > max(model.slow / model.rate, MOVING_REACH * float(model.reach.min()))
+    now, before = np.mean(recent[-p.SMOOTHING_ROWS :], axis=0), np.mean(recent[: p.SMOOTHING_ROWS], axis=0)
+    moves = np.linalg.norm(now - before) > max(model.slow / model.rate, p.MOVING_REACH * float(model.reach.min()))
     if state.begin < 0:
         if moves:
             state = replace(state, begin=number - apart, last=number, origin=before, extent=0.0)
@@ -67,9 +60,9 @@ def detect_movement(
     state = replace(state, extent=max(state.extent, float(np.linalg.norm(now - state.origin))))
     if moves:
         state = replace(state, last=number)
-    if number - state.last < STILL_S * model.rate and number + 1 - state.begin < longest:
+    if number - state.last < p.STILL_S * model.rate and number + 1 - state.begin < longest:
         return state, None
     movement = RowRange(state.begin, state.last + 1)
-    large = movement.end - movement.begin >= SHORTEST_MOVEMENT * float(model.durations[:, 0].min()) * model.rate
-    large = large and state.extent >= MOVEMENT_REACH * float(model.reach.min())
+    large = movement.end - movement.begin >= p.SHORTEST_MOVEMENT * float(model.durations[:, 0].min()) * model.rate
+    large = large and state.extent >= p.MOVEMENT_REACH * float(model.reach.min())
     return MovementState(recent), movement if large else None

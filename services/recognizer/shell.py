@@ -55,7 +55,6 @@ def recognizer_service(rig: Rig, model: PostureModel) -> Service[RecognizerSetup
 
 
 def service_of(setup: RecognizerSetup) -> Service[RecognizerSetup, RecognizerState, Never]:
-    """Service of a recognizer."""
     topics = (TopicSubscription(SOURCES[setup.source]),)
     initial = partial(initial_state, setup)
     return Service("recognizer", ID, setup, initial, step, topics, describe, counts, phase_of, result=Posture)

@@ -11,17 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.services.recognizer import parameters as p
 from zenocap.services.recognizer.ignored_parts import without_parts
 from zenocap.services.recognizer.model import Classification, PostureModel, classify, symbols_of, whiten
 from zenocap.services.recognizer.movement import MovementState, RowRange, detect_movement
-from zenocap.services.recognizer.parameters import (
-    ANSWER_DELAY_S,
-    CLOCK_RESET_S,
-    EXPLAINED_SHARE,
-    MAX_STREAM_GAP_S,
-    STRICTNESS,
-    WINDOWS_KEPT,
-)
 from zenocap.services.recognizer.segmentation import (
     Hypotheses,
     SegmentationSetup,
@@ -81,10 +74,10 @@ class Recognition:
     classification: Classification
 
 
-def stream_setup(model: PostureModel, strictness: float = STRICTNESS) -> StreamSetup:
+def stream_setup(model: PostureModel, strictness: float = p.STRICTNESS) -> StreamSetup:
     """Prepare a model.  strictness: see `parameters.STRICTNESS`."""
     segmentation = segmentation_setup(model, strictness)
-    delay = max(1, round(ANSWER_DELAY_S * model.rate))
+    delay = max(1, round(p.ANSWER_DELAY_S * model.rate))
     return StreamSetup(model, segmentation, 1e9 / model.rate, delay, 2 * segmentation.window + delay)
 
 
@@ -100,13 +93,13 @@ def push(
 
     USED.  LOST: not finite.  LATE: not later than the vector before, ignored, no result.  GAP: used, first after a gap.
     """
-    if captured_ns <= stream.last_ns and stream.last_ns - captured_ns < CLOCK_RESET_S * 1e9:
+    if captured_ns <= stream.last_ns and stream.last_ns - captured_ns < p.CLOCK_RESET_S * 1e9:
         return stream, None, LATE
     if not np.isfinite(features).all():
-        ended = captured_ns < stream.last_ns or captured_ns - stream.last_ns > MAX_STREAM_GAP_S * 1e9
+        ended = captured_ns < stream.last_ns or captured_ns - stream.last_ns > p.MAX_STREAM_GAP_S * 1e9
         return *_pop(_end(setup, stream) if ended else stream), LOST
     use, features = USED, without_parts(features, setup.model.ignored)
-    if stream.last is None or captured_ns < stream.last_ns or captured_ns - stream.last_ns > MAX_STREAM_GAP_S * 1e9:
+    if stream.last is None or captured_ns < stream.last_ns or captured_ns - stream.last_ns > p.MAX_STREAM_GAP_S * 1e9:
         use = USED if stream.last_ns < 0 else GAP
         stream = replace(_end(setup, stream), origin_ns=captured_ns, last=features, last_ns=captured_ns)
         stream = _add_row(setup, stream, features)
@@ -168,15 +161,15 @@ def _end(setup: StreamSetup, stream: PoseStream) -> PoseStream:
 
 def _add_window(setup: StreamSetup, stream: PoseStream, window: Window) -> PoseStream:
     rows = RowRange(window.begin, window.end)
-    windows = (*stream.windows, rows)[-WINDOWS_KEPT:]
+    windows = (*stream.windows, rows)[-p.WINDOWS_KEPT :]
     return _add_result(setup, replace(stream, windows=windows), rows, posture=True)
 
 
 def _report_unexplained(setup: StreamSetup, stream: PoseStream) -> PoseStream:
     """Drop movements that windows explain; report those that no later window can explain."""
-    left = [one for one in stream.movements if one.overlap(stream.windows) < EXPLAINED_SHARE]
+    left = [one for one in stream.movements if one.overlap(stream.windows) < p.EXPLAINED_SHARE]
     open_from = first_open_row(stream.hypotheses)
-    due = [one for one in left if one.end - open_from <= EXPLAINED_SHARE * (one.end - one.begin)]
+    due = [one for one in left if one.end - open_from <= p.EXPLAINED_SHARE * (one.end - one.begin)]
     stream = replace(stream, movements=tuple(one for one in left if one not in due))
     for one in due:
         stream = _add_result(setup, stream, one, posture=False)

@@ -13,13 +13,7 @@ from zenocap.common.messages import CameraInfo
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import CAMERA
-from zenocap.services.viewer.parameters import (
-    EPOCH_AHEAD_NS,
-    EPOCH_LEAD_NS,
-    EPOCH_REPEAT_NS,
-    EPOCH_REPORT_NS,
-    EPOCH_SETTLE_NS,
-)
+from zenocap.services.viewer import parameters as p
 
 logger = logging.getLogger(__name__)
 
@@ -37,13 +31,13 @@ def agreed_epoch(
     log_once = OncePerSource(logger)
     proposals: dict[str, int] = {}
     own_ns, proposed_ns, settled_ns = 0, 0, None
-    report_ns: int | None = clock.elapsed_ns() + EPOCH_REPORT_NS
+    report_ns: int | None = clock.elapsed_ns() + p.EPOCH_REPORT_NS
     while not stopped():
         now_ns = clock.elapsed_ns()  # the clock of the proposals may be set
         if settled_ns is None and set(others) <= proposals.keys() and own_ns:
-            settled_ns = now_ns + EPOCH_SETTLE_NS
-        if settled_ns is None and (not own_ns or now_ns - proposed_ns >= EPOCH_REPEAT_NS):
-            own_ns, proposed_ns = clock.now_ns() + EPOCH_LEAD_NS, now_ns
+            settled_ns = now_ns + p.EPOCH_SETTLE_NS
+        if settled_ns is None and (not own_ns or now_ns - proposed_ns >= p.EPOCH_REPEAT_NS):
+            own_ns, proposed_ns = clock.now_ns() + p.EPOCH_LEAD_NS, now_ns
             bus.publish(CAMERA, propose(own_ns))
         if settled_ns is not None and now_ns >= settled_ns:
             return max(own_ns, *proposals.values()) if proposals else own_ns
@@ -57,7 +51,7 @@ def agreed_epoch(
                 if 0 <= ago_ns <= others[viewer]():
                     logger.info("joining viewer %s, which started %.1f s ago", viewer, ago_ns / 1e9)
                     return info.captured_ns
-                if -EPOCH_AHEAD_NS <= ago_ns < 0:
+                if -p.EPOCH_AHEAD_NS <= ago_ns < 0:
                     proposals[viewer] = info.captured_ns
                 else:
                     log_once.warn(f"viewer {viewer}", "start", _refusal(ago_ns, others[viewer]()))
@@ -68,5 +62,5 @@ def _refusal(ago_ns: int, lasts_ns: int) -> str:
     """Why a start is ignored."""
     return (
         f"a start {abs(ago_ns) / 1e9:.1f} s {'ahead' if ago_ns < 0 else 'ago'} is ignored: allowed: at most "
-        f"{EPOCH_AHEAD_NS / 1e9:.0f} s ahead or {lasts_ns / 1e9:.0f} s ago; a clock is wrong, or another program sends it"
+        f"{p.EPOCH_AHEAD_NS / 1e9:.0f} s ahead or {lasts_ns / 1e9:.0f} s ago; a clock is wrong, or another program sends it"
     )

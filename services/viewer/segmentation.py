@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image, Mask
@@ -18,22 +17,13 @@ from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.empty_scene import FEWEST_EMPTY, LEAST_EMPTY, with_people
 from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.pictures import jpeg
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.advice.watch import AdviceWatch, watched
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.parameters import (
-    LEARNT_PX,
-    MIXTURE_NOISE,
-    PREVIEW_JPEG_QUALITY,
-    PREVIEW_NS,
-    PREVIEW_PX,
-    UPDATE_EVERY,
-    UPDATE_MARGIN_MIN_PX,
-    UPDATE_MARGIN_ROWS,
-    UPDATE_RATE,
-)
 from zenocap.services.viewer.states import LearningBackground, Segmentation, ViewerSetup
 
 Learning = TypeVar("Learning", bound=LearningBackground)
@@ -50,7 +40,7 @@ def learn(setup: ViewerSetup, state: Learning, image: Image | None) -> tuple[Lea
         if model is not None:
             return state, Segmentation(model, restored=True)
     if image is not None and state.seen % state.stride == 0:
-        state = _thinned(replace(state, images=(*state.images, image)), LEARNT_PX // (image.shape[0] * image.shape[1]))
+        state = _thinned(replace(state, images=(*state.images, image)), p.LEARNT_PX // (image.shape[0] * image.shape[1]))
     state = replace(state, seen=state.seen + 1)
     if state.seen < learning_frames(setup.background):
         return state, None
@@ -81,7 +71,7 @@ def _background(setup: ViewerSetup, images: Sequence[Image]) -> Background | Mix
         case AdaptiveBackground():
             return start(images)
         case Mog2():
-            return Mixture(images, noise=MIXTURE_NOISE)
+            return Mixture(images, noise=p.MIXTURE_NOISE)
         case _:
             return learn_median(images)
 
@@ -101,11 +91,11 @@ def segment(
     else:
         silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)
     # Paper (added): the background model follows slow changes of the light.
-    if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
+    if isinstance(background, Background) and frame.frame % p.UPDATE_EVERY == 0:
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
-        margin_px = max(UPDATE_MARGIN_MIN_PX, frame.image.shape[0] // UPDATE_MARGIN_ROWS)
-        background = update(background, frame.image, person, UPDATE_RATE, margin_px=margin_px)
-    previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= PREVIEW_NS
+        margin_px = max(p.UPDATE_MARGIN_MIN_PX, frame.image.shape[0] // p.UPDATE_MARGIN_ROWS)
+        background = update(background, frame.image, person, p.UPDATE_RATE, margin_px=margin_px)
+    previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= p.PREVIEW_NS
     preview_ns = frame.captured_ns if previewed else scene.preview_ns
     mask = silhouette.mask if silhouette else None
     watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background.room)
@@ -129,8 +119,5 @@ def _decided(
 
 def _preview_message(setup: ViewerSetup, frame: Frame) -> Preview:
     """Small JPEG image for setting up a rig; published only on request, since images stay on the machine of the camera."""
-    height, width = frame.image.shape[:2]
-    scale = min(1.0, PREVIEW_PX / max(height, width))
-    small = cv2.resize(frame.image, (round(scale * width), round(scale * height)), interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, PREVIEW_JPEG_QUALITY])
-    return Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg.tobytes())
+    jpeg_data = jpeg(frame.image, p.PREVIEW_PX, p.PREVIEW_JPEG_QUALITY)
+    return Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg_data)

@@ -45,7 +45,6 @@ Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | N
 def silhouettes(
     rig: Rig, viewer: Viewer, people: PeopleSegmenter | None, kept: Adaptive | None
 ) -> Service[ViewerSetup, SilhouetteState, Frame]:
-    """`silhouette_service` as a `Factory`."""
     return silhouette_service(viewer, people, kept)
 
 

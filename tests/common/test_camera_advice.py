@@ -1,16 +1,6 @@
 """Text of a camera's faults, and the faults of a take."""
 
-from zenocap.common.camera_advice import (
-    LEAST_REPORTS,
-    SHOWN,
-    WORDINGS,
-    TakeAdvice,
-    change_text,
-    found_text,
-    marks,
-    sentence,
-    take_lines,
-)
+from zenocap.common import camera_advice
 from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault
 
 
@@ -22,29 +12,29 @@ def advice(*faults: CameraFault, viewer: str = "1") -> CameraAdvice:
     return CameraAdvice(frame=0, captured_ns=0, viewer=viewer, faults=list(faults))
 
 
-def collected(*messages: CameraAdvice) -> TakeAdvice:
-    found = TakeAdvice()
+def collected(*messages: CameraAdvice) -> camera_advice.TakeAdvice:
+    found = camera_advice.TakeAdvice()
     for message in messages:
         found.add(message)
     return found
 
 
 def test_every_code_has_text_with_its_value_and_a_change() -> None:
-    assert set(WORDINGS) == set(AdviceCode)
+    assert set(camera_advice.WORDINGS) == set(AdviceCode)
     for code in AdviceCode:
         one = fault(code, value=37.0)
-        assert "37" in found_text(one)
-        assert change_text(one)
-        assert "{" not in sentence(one)
+        assert "37" in camera_advice.found_text(one)
+        assert camera_advice.change_text(one)
+        assert "{" not in camera_advice.sentence(one)
 
 
 def test_marks_are_short_and_empty_without_faults() -> None:
-    assert marks(advice()) == ""
-    assert marks(advice(fault(), fault(AdviceCode.FOCUS))) == "holes, focus"
+    assert camera_advice.marks(advice()) == ""
+    assert camera_advice.marks(advice(fault(), fault(AdviceCode.FOCUS))) == "holes, focus"
 
 
 def test_a_fault_of_a_moment_is_no_fault_of_the_take() -> None:
-    assert collected(*[advice()] * 20, *[advice(fault())] * (LEAST_REPORTS - 1)).faults() == []
+    assert collected(*[advice()] * 20, *[advice(fault())] * (camera_advice.LEAST_REPORTS - 1)).faults() == []
 
 
 def test_faults_of_a_take_are_ordered_by_time_and_size() -> None:
@@ -59,9 +49,9 @@ def test_faults_of_a_take_are_ordered_by_time_and_size() -> None:
 
 def test_lines_name_camera_and_share() -> None:
     faults = collected(*[advice(fault())] * 4, *[advice()] * 4).faults()
-    head, line = take_lines(faults)
+    head, line = camera_advice.take_lines(faults)
     assert head == "cameras: what to improve first"
     assert line.startswith("  camera 1: 20 % of the silhouette")
     assert line.endswith("(50% of the time)")
-    assert list(take_lines([])) == []
-    assert len(list(take_lines(faults * 5))) == 1 + SHOWN
+    assert list(camera_advice.take_lines([])) == []
+    assert len(list(camera_advice.take_lines(faults * 5))) == 1 + camera_advice.SHOWN

@@ -13,18 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.support import processes
 from tests.support.mjpeg_server import MjpegServer
-from tests.support.processes import (
-    children_of,
-    ended,
-    last_line,
-    messages_in,
-    output_of,
-    shows,
-    started,
-    wait_for_frames,
-    wait_until,
-)
 from tests.support.walkers import SIZE, Walker, walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
@@ -80,19 +70,19 @@ def rig_with_a_late_camera(folder: Path) -> Path:
 
 
 def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_path: Path) -> None:
-    with started(["up", rig_with_a_late_camera(tmp_path), "--recordings", tmp_path], tmp_path) as process:
-        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path)
+    with processes.started(["up", rig_with_a_late_camera(tmp_path), "--recordings", tmp_path], tmp_path) as process:
+        processes.wait_until(lambda: processes.shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path)
         corrected = r"viewer 2 \d+ ms \([\d.]+ frames\) late, corrected by 1[123]\d"
-        wait_until(lambda: re.search(corrected, output_of(tmp_path)) is not None, tmp_path, LONGEST_S)
-        victims = [pid for pid, line in children_of(process.pid).items() if "zenocap integrator" in line]
-        assert len(victims) == 1, children_of(process.pid)
+        processes.wait_until(lambda: re.search(corrected, processes.output_of(tmp_path)) is not None, tmp_path, LONGEST_S)
+        victims = [pid for pid, line in processes.children_of(process.pid).items() if "zenocap integrator" in line]
+        assert len(victims) == 1, processes.children_of(process.pid)
         os.kill(victims[0], signal.SIGKILL)
-        wait_until(lambda: "died (SIGKILL); starting it again" in output_of(tmp_path), tmp_path)
-        wait_until(lambda: len(list(tmp_path.glob("late-*.mcap"))) == 2, tmp_path)
-        wait_until(lambda: re.search(corrected, last_line(tmp_path)) is not None, tmp_path)
-        wait_for_frames(tmp_path, KEPT)
-        assert ended(process, signal.SIGINT) == 3, output_of(tmp_path)
-    text = output_of(tmp_path)
+        processes.wait_until(lambda: "died (SIGKILL); starting it again" in processes.output_of(tmp_path), tmp_path)
+        processes.wait_until(lambda: len(list(tmp_path.glob("late-*.mcap"))) == 2, tmp_path)
+        processes.wait_until(lambda: re.search(corrected, processes.last_line(tmp_path)) is not None, tmp_path)
+        processes.wait_for_frames(tmp_path, KEPT)
+        assert processes.ended(process, signal.SIGINT) == 3, processes.output_of(tmp_path)
+    text = processes.output_of(tmp_path)
     assert "not counted: what integrator sent from" in text
     assert re.search(r"takes: [1-9]\d* lost, and an unknown number in", text) is not None, text
     take, after_restart = sorted(tmp_path.glob("late-*.mcap"), key=lambda path: path.stat().st_ctime_ns)
@@ -104,14 +94,14 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     healths = [message for message in messages if isinstance(message, Health) and message.service == "integrator"]
     assert "corrected by" in healths[-1].state
     corrected_ns = next(one.captured_ns for one in delays if one.applied_ms == delays[-1].applied_ms)
-    poses = [pose for pose in messages_in(after_restart, TrackerPose) if tuple(pose.views) == VIEWERS]
+    poses = [pose for pose in processes.messages_in(after_restart, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert poses[0].captured_ns > corrected_ns
     assert len(poses) > 10  # all of them on a machine without other load
     found = verify([take])
     assert found.first is None, found.first
     assert found.equal[CAMERA_DELAYS.at("late")] >= len(delays) - 2  # the trace of the last second is lost with a kill
     # The integrator began with the second take, with its correction from before; the tracker did not: it is not recomputed.
-    resumed = messages_in(after_restart, CameraDelays)
+    resumed = processes.messages_in(after_restart, CameraDelays)
     assert resumed[0].applied_ms["2"] == pytest.approx(LATE_FRAMES * FRAME_MS, abs=0.3 * FRAME_MS)
     found = verify([after_restart])
     assert not found.failed, found.first
@@ -130,12 +120,12 @@ def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:
             server = servers.enter_context(MjpegServer(SIZE, FPS, picture=shown))
             lines[name] = f'source = "{server.url}"' + (f"\ndelay_ms = {1e3 * late_s:.0f}" if number == 2 else "")
         path = rig_file(tmp_path, one, 'delays = "off"', lines)
-        process = servers.enter_context(started(["up", path, "--recordings", tmp_path], tmp_path))
-        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path)
-        wait_for_frames(tmp_path, KEPT)
-        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
+        process = servers.enter_context(processes.started(["up", path, "--recordings", tmp_path], tmp_path))
+        processes.wait_until(lambda: processes.shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path)
+        processes.wait_for_frames(tmp_path, KEPT)
+        assert processes.ended(process, signal.SIGINT) == 0, processes.output_of(tmp_path)
     (take,) = tmp_path.glob("late-*.mcap")
-    whole = [pose for pose in messages_in(take, TrackerPose) if tuple(pose.views) == VIEWERS]
+    whole = [pose for pose in processes.messages_in(take, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert len(whole) > 10  # all of them on a machine without other load
     ages_s: dict[str, list[float]] = {viewer: [] for viewer in VIEWERS}
     for its in TakeReader(take).envelopes((SILHOUETTE,)):

@@ -7,17 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import (
-    children_of,
-    ended,
-    last_line,
-    messages_in,
-    output_of,
-    shows,
-    started,
-    verified,
-    wait_until,
-)
+from tests.support import processes
 from tests.support.session_rigs import SessionRig, three_cameras
 from zenocap.common.messages import TrackerPose
 from zenocap.common.topics import TRACKER_POSE
@@ -26,12 +16,12 @@ pytestmark = pytest.mark.core
 
 
 def test_a_ring_of_cameras_is_tracked_and_its_take_verifies(ring_rig: SessionRig, ring_take: Path) -> None:
-    poses = messages_in(ring_take, TrackerPose)
+    poses = processes.messages_in(ring_take, TrackerPose)
     assert len(poses) > 20  # all of the frames on a machine without other load
     assert ("1", "2", "3") in [tuple(pose.views) for pose in poses]
-    found = verified(ring_take)
+    found = processes.verified(ring_take)
     assert found.equal[TRACKER_POSE.at("ring")] == len(poses)
-    text = output_of(ring_rig.folder)
+    text = processes.output_of(ring_rig.folder)
     assert re.search(r"viewer 3: [\d.]+/s used", text)
     assert "Traceback" not in text
 
@@ -40,24 +30,28 @@ def test_a_ring_of_cameras_is_tracked_and_its_take_verifies(ring_rig: SessionRig
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds children in /proc")
 def test_tracking_continues_without_a_killed_viewer_and_uses_it_again(tmp_path: Path) -> None:
     rig = three_cameras(tmp_path)
-    with started(["up", rig, "--recordings", tmp_path], tmp_path) as process:
-        wait_until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used.* tracker: [\d.]+/s tracking "), tmp_path)
-        victims = [pid for pid, line in children_of(process.pid).items() if "viewer" in line and "--id 3" in line]
+    with processes.started(["up", rig, "--recordings", tmp_path], tmp_path) as process:
+        processes.wait_until(
+            lambda: processes.shows(tmp_path, r"viewer 3: [\d.]+/s used.* tracker: [\d.]+/s tracking "), tmp_path
+        )
+        victims = [pid for pid, line in processes.children_of(process.pid).items() if "viewer" in line and "--id 3" in line]
         assert len(victims) == 1
         os.kill(victims[0], signal.SIGKILL)
-        wait_until(lambda: "starting it again" in output_of(tmp_path), tmp_path)
-        wait_until(lambda: "without viewer 3" in last_line(tmp_path), tmp_path)
-        wait_until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used"), tmp_path)
-        children = children_of(process.pid)
-        assert ended(process, signal.SIGINT) == 3, output_of(tmp_path)  # what the killed one sent last is in no count
+        processes.wait_until(lambda: "starting it again" in processes.output_of(tmp_path), tmp_path)
+        processes.wait_until(lambda: "without viewer 3" in processes.last_line(tmp_path), tmp_path)
+        processes.wait_until(lambda: processes.shows(tmp_path, r"viewer 3: [\d.]+/s used"), tmp_path)
+        children = processes.children_of(process.pid)
+        assert processes.ended(process, signal.SIGINT) == 3, processes.output_of(
+            tmp_path
+        )  # what the killed one sent last is in no count
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
-    text = output_of(tmp_path)
+    text = processes.output_of(tmp_path)
     assert "not counted: what viewer 3 sent from" in text
     assert "Traceback" not in text
     assert "died (SIGKILL); starting it again" in text
     (take,) = tmp_path.glob("ring-*.mcap")
-    views = [tuple(pose.views) for pose in messages_in(take, TrackerPose)]
+    views = [tuple(pose.views) for pose in processes.messages_in(take, TrackerPose)]
     first = views.index(("1", "2", "3"))  # poses before it may lack a view that was still starting
     assert ("1", "2") in views[first:]
     assert ("1", "2", "3") in views[views.index(("1", "2"), first) :]
-    assert verified(take).equal[TRACKER_POSE.at("ring")] == len(views)
+    assert processes.verified(take).equal[TRACKER_POSE.at("ring")] == len(views)

@@ -116,8 +116,7 @@ def _angles(
     poses: TakePoses, take: Path, given: EvaluateArguments, selection: ScoredFrames
 ) -> tuple[dict[str, object], list[str], list[str]]:
     """Errors of joint angles for programs, doubts about them, and lines; drawn on request.  Raises UserError."""
-    from zenocap.tools.takes.angle_report import angle_lines, draw_angles
-    from zenocap.tools.takes.evaluate_angles import angle_accuracy
+    from zenocap.tools.takes.evaluate_angles import angle_accuracy, angle_lines, draw_angles
 
     found, curves = angle_accuracy(poses.track(), given.truth, selection, take)
     if given.plot is not None:

@@ -129,7 +129,6 @@ class Demand:
 
 
 def demand(installation: Installation, costs: Costs) -> Demand:
-    """The demand of an installation."""
     services = tuple(_services(installation, costs))
     total = sum(service.number * service.cores for service in services)
     machines = None if installation.cores is None else max(1, ceil(total / (USABLE * installation.cores)))

@@ -21,6 +21,8 @@ BAD_DEG = 5.0  # mean error beyond which a change of the truth is searched; chos
 RADIANS = {"radians": 180.0 / np.pi, "degrees, and declared as radians": np.pi / 180.0}
 SOLUTIONS = ("shoulder_flexion", "shoulder_adduction", "shoulder_rotation")
 SOLUTIONS_NOTE = "of two equal Euler solutions of a shoulder, that nearer to the truth was compared: the other one"
+COLUMNS, DPI = 4, 110  # of the picture
+WIDTH_IN, HEIGHT_IN = 3.6, 2.2  # of one plot
 STILL_DEG = 1e-6  # standard deviation below which an angle has no correlation; chosen by hand, beyond rounding
 
 
@@ -210,3 +212,51 @@ def _unwrapped(degrees: Floats) -> Floats:
 
 def _span(series: AngleSeries) -> str:
     return f"{series.times_s[0]:.3f} to {series.times_s[-1]:.3f} s at {series.rate:g}/s"
+
+
+def angle_lines(found: AngleAccuracy) -> list[str]:
+    """Table of the errors, for a terminal."""
+    lines = [
+        f"frames {found.frames}; without pose {found.without_pose_pct:.1f} % "
+        f"(take {found.take_lost_pct:.1f} %, truth {found.truth_lost_pct:.1f} %)",
+        f"{'degrees':22}{'frames':>7}{'mae':>7}{'rms':>7}{'bias':>7}{'rms-bias':>9}{'range truth':>12}{'take':>7}{'r':>7}",
+    ]
+    for name, error in found.angles.items():
+        correlation = "-" if error.correlation is None else f"{error.correlation:.2f}"
+        lines.append(
+            f"{name:22}{error.frames:7}{error.mae_deg:7.1f}{error.rms_deg:7.1f}{error.bias_deg:+7.1f}"
+            f"{error.rms_unbiased_deg:9.1f}{error.range_truth_deg:12.1f}{error.range_take_deg:7.1f}{correlation:>7}"
+        )
+    for reason in dict.fromkeys(found.not_compared.values()):
+        names = ", ".join(name for name, given in found.not_compared.items() if given == reason)
+        lines.append(f"not compared, {reason}: {names}")
+    lines += [f"note: {note}" for note in found.notes]
+    lines.append(f"convention: {found.convention}")
+    return lines
+
+
+def draw_angles(path: Path, curves: AngleCurves, found: AngleAccuracy, names: tuple[str, str]) -> None:
+    """Write a picture in the format of `path`'s suffix.  names: of truth and take, for the legend.
+
+    Raises UserError, and ImportError without matplotlib.
+    """
+    from matplotlib.figure import Figure
+
+    rows = -(-len(found.angles) // COLUMNS)
+    figure = Figure(figsize=(COLUMNS * WIDTH_IN, rows * HEIGHT_IN + 0.5), layout="constrained")
+    plots = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).flat
+    for axes, (name, error) in zip(plots, found.angles.items(), strict=False):
+        axes.plot(curves.times_s, curves.truth[name], color="black", linewidth=1.4)
+        axes.plot(curves.times_s, curves.take[name], color="tab:red", linewidth=1.0)
+        axes.set_title(f"{name}: rms {error.rms_deg:.1f}°, bias {error.bias_deg:+.1f}°", size=8)
+        axes.tick_params(labelsize=7)
+        axes.grid(alpha=0.3)
+    for axes in list(figure.axes)[len(found.angles) :]:
+        axes.set_axis_off()
+    figure.legend(figure.axes[0].lines, names, loc="outside upper left", ncols=2, fontsize=9)
+    figure.supxlabel("time (s)", size=9)
+    figure.supylabel("angle (°)", size=9)
+    try:
+        figure.savefig(path, dpi=DPI)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error

@@ -6,8 +6,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-import cv2
-import numpy as np
 from av.error import FFmpegError
 
 from zenocap.common.arrays import Image
@@ -19,6 +17,7 @@ from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.video.reader import VideoReader, turned_picture, video_stream
+from zenocap.common.vision.pictures import jpeg
 from zenocap.services.viewer.sources.resize import Fit, fit_of
 from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
@@ -104,7 +103,7 @@ class TakeVideos:
         for id, (video, source, fit) in self._videos.items():
             image = video.at((take_ns - EPOCH_NS - source.offset_ns) / 1e9)
             if image is not None:
-                yield id, _jpeg(fit(image))
+                yield id, jpeg(fit(image), SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY)
 
     def close(self) -> None:
         for video, _, _ in self._videos.values():
@@ -161,11 +160,3 @@ def _videos_in(folder: Path, recorded: RecordedRig) -> TakeVideos:
         names = [", ".join(sorted(some)) for some in ({viewer.id for viewer in rig.viewers}, viewers)]
         raise UserError(f"--videos {folder}: cameras {names[0]}: allowed: a folder with those of the take: {names[1]}")
     return TakeVideos(tuple(viewer for viewer in rig.viewers if viewer.id in viewers))
-
-
-def _jpeg(image: Image) -> bytes:
-    scale = min(1.0, SHOWN_PICTURE_PX / max(image.shape[:2]))
-    if scale < 1.0:
-        size = (round(scale * image.shape[1]), round(scale * image.shape[0]))
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, SHOWN_PICTURE_QUALITY])[1].tobytes()

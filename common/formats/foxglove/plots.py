@@ -74,12 +74,10 @@ def posture_json(posture: m.Posture) -> bytes:
 
 
 def posture_label(posture: m.Posture) -> str:
-    """Label of a posture for display."""
     return posture.label or "unknown movement"
 
 
 def sighting_json(sighting: m.Sighting) -> bytes:
-    """JSON of `SIGHTING`."""
     return _encode({
         "frame": sighting.frame, "present": sighting.present, "view": sighting.view, "score": sighting.score,
         "x": sighting.x, "y": sighting.y, "height": sighting.height, "width": sighting.width,
@@ -88,7 +86,6 @@ def sighting_json(sighting: m.Sighting) -> bytes:
 
 
 def health_json(health: m.Health) -> bytes:
-    """JSON of `HEALTH`."""
     return _encode({
         "phase": health.phase, "state": health.state, "rate": health.rate, "clock_offset_ms": health.clock_offset_ns / 1e6,
         "clock_error_ms": health.clock_error_ns / 1e6, "memory_mb": health.memory_bytes / 1e6,

@@ -82,7 +82,6 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
 
 
 def has_outputs(table: AnimatorTable) -> bool:
-    """Whether an output is enabled."""
     return bool(_enabled(table))
 
 

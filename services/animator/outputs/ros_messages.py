@@ -14,14 +14,7 @@ from zenocap.common.body.kinematics import joint_centres, part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.formats.cdr import CdrWriter
 from zenocap.common.formats.trajectories import MATRICES, convert
-from zenocap.services.animator.parameters import (
-    MAX_ROS_TEXT,
-    ROS_BONE_WIDTH_M,
-    ROS_JOINT_DIAMETER_M,
-    ROS_LIFETIME_NS,
-    ROS_TEXT_ABOVE_HEAD_M,
-    ROS_TEXT_HEIGHT_M,
-)
+from zenocap.services.animator import parameters as p
 
 OUR_WORLD_TO_ROS = MATRICES["ros"]
 LINE_LIST, SPHERE_LIST, TEXT_VIEW_FACING = 5, 7, 9  # types of visualization_msgs/Marker
@@ -83,16 +76,17 @@ class RosBody:
         out = CdrWriter()
         out.uint32(3)
         _marker(
-            out, stamp_ns, self._world, BONES_ID, LINE_LIST, scale=(ROS_BONE_WIDTH_M, 0.0, 0.0), points=ends, colours=bones
-        )
+            out, stamp_ns, self._world, BONES_ID, LINE_LIST, scale=(p.ROS_BONE_WIDTH_M, 0.0, 0.0), points=ends,
+            colours=bones,
+        )  # fmt: skip
         _marker(
-            out, stamp_ns, self._world, JOINTS_ID, SPHERE_LIST, scale=(ROS_JOINT_DIAMETER_M,) * 3, points=rows,
+            out, stamp_ns, self._world, JOINTS_ID, SPHERE_LIST, scale=(p.ROS_JOINT_DIAMETER_M,) * 3, points=rows,
             colours=joints,
         )  # fmt: skip
-        above = [*centres["Head"][:2], centres["Head"][2] + ROS_TEXT_ABOVE_HEAD_M]
+        above = [*centres["Head"][:2], centres["Head"][2] + p.ROS_TEXT_ABOVE_HEAD_M]
         _marker(
             out, stamp_ns, self._world, POSTURE_ID, TEXT_VIEW_FACING, action=DELETE if posture is None else ADD,
-            position=above, scale=(0.0, 0.0, ROS_TEXT_HEIGHT_M), text=(posture or "")[:MAX_ROS_TEXT],
+            position=above, scale=(0.0, 0.0, p.ROS_TEXT_HEIGHT_M), text=(posture or "")[:p.MAX_ROS_TEXT],
         )  # fmt: skip
         return out.data()
 
@@ -127,7 +121,7 @@ def _marker(
     out.int32(id, kind, action)
     out.float64((*position, 0.0, 0.0, 0.0, 1.0, *scale))  # position, orientation, scale
     out.float32(TEXT)
-    out.time(ROS_LIFETIME_NS)
+    out.time(p.ROS_LIFETIME_NS)
     out.bool(False)  # frame_locked
     out.uint32(len(points))
     for point in points:

@@ -19,13 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.mcap_records import MAGIC
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.topics import topic_at
-from zenocap.services.animator.parameters import (
-    DROPPED_FREE_BYTES,
-    DROPPED_PAUSE_S,
-    KEPT_DROPS,
-    MAX_DROPPED_BYTES,
-    MAX_FOREIGN_MESSAGES,
-)
+from zenocap.services.animator import parameters as p
 
 SUFFIX = ".mcap"
 
@@ -51,7 +45,7 @@ class DropReceiver:
             try:
                 answer = await self._received(connection)
             except (UserError, TimeoutError) as error:
-                answer = str(error).partition("\n")[0] or f"refused: no data for {DROPPED_PAUSE_S:g} s"
+                answer = str(error).partition("\n")[0] or f"refused: no data for {p.DROPPED_PAUSE_S:g} s"
             except OSError as error:
                 answer = f"the take cannot be stored: {error.strerror or error}"
             except ConnectionClosed:
@@ -97,12 +91,12 @@ class DropReceiver:
                 self._kept.append(folder)
             else:
                 shutil.rmtree(folder, ignore_errors=True)
-        while len(self._kept) > KEPT_DROPS:
+        while len(self._kept) > p.KEPT_DROPS:
             shutil.rmtree(self._kept.pop(0), ignore_errors=True)
         return ""
 
     async def _piece(self, connection: ServerConnection) -> bytes:
-        data = await asyncio.wait_for(connection.recv(), DROPPED_PAUSE_S)
+        data = await asyncio.wait_for(connection.recv(), p.DROPPED_PAUSE_S)
         if isinstance(data, str) or not data:
             raise UserError("refused: not the bytes of a file")
         return data
@@ -111,8 +105,8 @@ class DropReceiver:
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="zenocap-dropped-"))
         free = shutil.disk_usage(self._folder).free
-        if free < size + DROPPED_FREE_BYTES:
-            spare = max(0, free - DROPPED_FREE_BYTES)
+        if free < size + p.DROPPED_FREE_BYTES:
+            spare = max(0, free - p.DROPPED_FREE_BYTES)
             raise UserError(
                 f"{name}: {size / 1e6:.1f} MB: allowed: {spare / 1e6:.1f} MB, the space of {self._folder.parent}"
             )
@@ -123,9 +117,9 @@ def checked_size(name: str, size: str) -> int:
     """Size in bytes of a file that may be received.  Raises UserError."""
     if not name.lower().endswith(SUFFIX) or len(name) > 200:
         raise UserError(f"{name[:200]}: is no take: allowed: a file whose name ends with {SUFFIX}")
-    if not re.fullmatch(r"\d{1,15}", size) or not 0 < int(size) <= MAX_DROPPED_BYTES:
+    if not re.fullmatch(r"\d{1,15}", size) or not 0 < int(size) <= p.MAX_DROPPED_BYTES:
         megabytes = f"{int(size) / 1e6:.1f} MB" if re.fullmatch(r"\d{1,15}", size) else "of unknown size"
-        allowed = f"1 byte to {MAX_DROPPED_BYTES / 1e6:.0f} MB"
+        allowed = f"1 byte to {p.MAX_DROPPED_BYTES / 1e6:.0f} MB"
         raise UserError(f"{name}: {megabytes}: allowed: {allowed}; zenocap show opens larger takes")
     return int(size)
 
@@ -141,6 +135,6 @@ def check_take(path: Path) -> None:
     for number, recorded in enumerate(TakeReader(path).messages()):
         if topic_at(recorded.topic) is not None:
             return
-        if number >= MAX_FOREIGN_MESSAGES:
+        if number >= p.MAX_FOREIGN_MESSAGES:
             break
     raise UserError(f"{path.name}: an MCAP file without messages of zenocap: allowed: a take")

@@ -14,24 +14,10 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.services.recognizer.features import NAMES
 from zenocap.services.recognizer.model import PostureModel, classify
 from zenocap.services.recognizer.motion_rows import ANGLES
+from zenocap.services.recognizer.training import parameters as p
 from zenocap.services.recognizer.training.example_files import Features, span
 from zenocap.services.recognizer.training.examples import resample
 from zenocap.services.recognizer.training.manifest import ManifestRow
-from zenocap.services.recognizer.training.parameters import (
-    END_SPEED,
-    HELD_SHARE,
-    HOLD_S,
-    LEAST_CANDIDATE_S,
-    LEAST_REACH,
-    LEAST_SPEED,
-    LIMB_SHARE,
-    LONGEST_CANDIDATE_S,
-    MARGIN_S,
-    MOST_SPEED,
-    NOISE_FACTOR,
-    SHORT_PAUSE_S,
-    SPEED_SMOOTHING_S,
-)
 
 LEAST_ROWS = 3  # frames with a pose
 LIMBS = {name: name.split("_")[0] + (" leg" if "hip" in name else " arm") for name in NAMES}
@@ -63,16 +49,16 @@ def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candid
         return []
     sorted_speeds = np.sort(speeds[np.isfinite(speeds)])
     still = sorted_speeds[: max(1, len(sorted_speeds) // 3)]
-    begins = float(np.clip(NOISE_FACTOR * np.median(still), LEAST_SPEED, MOST_SPEED)) if len(still) else MOST_SPEED
+    begins = float(np.clip(p.NOISE_FACTOR * np.median(still), p.LEAST_SPEED, p.MOST_SPEED)) if len(still) else p.MOST_SPEED
     found: list[Candidate] = []
     movements = _active(speeds, begins)
     for first, last in _joined(movements, features, _rest(movements, features, known), known, rate):
         rows = slice(first, last + 1)
         changes = np.abs(features[rows] - features[first]).max(axis=0)
         reach = float(np.linalg.norm(features[rows] - features[first], axis=1).max())
-        if (last - first) / rate < LEAST_CANDIDATE_S or reach < LEAST_REACH:
+        if (last - first) / rate < p.LEAST_CANDIDATE_S or reach < p.LEAST_REACH:
             continue
-        margin = round(MARGIN_S * rate)
+        margin = round(p.MARGIN_S * rate)
         first, last = _widened(first, last, margin, known)
         while found and first < last and float(times_s[first]) <= found[-1].end_s:
             first += 1
@@ -86,7 +72,7 @@ def speeds_of(features: Floats, rate: float) -> Floats:
     known = np.isfinite(features).all(axis=1)
     if len(features) < LEAST_ROWS:
         return np.full(len(features), np.nan)
-    width = max(1, round(SPEED_SMOOTHING_S * rate) // 2 * 2 + 1)
+    width = max(1, round(p.SPEED_SMOOTHING_S * rate) // 2 * 2 + 1)
     padded = np.pad(features, ((width // 2, width // 2), (0, 0)), mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, width, axis=0)
     smooth = windows.mean(axis=-1)
@@ -101,7 +87,7 @@ def _active(speeds: Floats, begins: float) -> list[tuple[int, int]]:
     for row, speed in enumerate(speeds):
         if first < 0 and speed > begins:
             first = row
-        elif first >= 0 and not speed > END_SPEED * begins:
+        elif first >= 0 and not speed > p.END_SPEED * begins:
             movements.append((first, row))
             first = -1
     if first >= 0:
@@ -136,9 +122,9 @@ def _joined(
             begin, end = joined[-1]
             pause_s, length_s = (first - end) / rate, (last - begin) / rate
             away = np.linalg.norm(features[begin : end + 1] - features[begin], axis=1)
-            held = min(away[-1], np.linalg.norm(features[end] - rest)) > HELD_SHARE * away.max()
-            continues = pause_s < SHORT_PAUSE_S or (held and pause_s < HOLD_S)
-            if continues and length_s < LONGEST_CANDIDATE_S and known[begin : last + 1].all():
+            held = min(away[-1], np.linalg.norm(features[end] - rest)) > p.HELD_SHARE * away.max()
+            continues = pause_s < p.SHORT_PAUSE_S or (held and pause_s < p.HOLD_S)
+            if continues and length_s < p.LONGEST_CANDIDATE_S and known[begin : last + 1].all():
                 joined[-1] = (begin, last)
                 continue
         joined.append((first, last))
@@ -158,7 +144,8 @@ def _limbs(changes: Floats) -> tuple[str, ...]:
     for name, change in zip(NAMES, changes, strict=True):
         by_limb[LIMBS[name]] = max(by_limb.get(LIMBS[name], 0.0), float(change))
     most = max(by_limb.values())
-    return tuple(limb for limb, change in sorted(by_limb.items(), key=lambda pair: -pair[1]) if change >= LIMB_SHARE * most)
+    by_change = sorted(by_limb.items(), key=lambda pair: -pair[1])
+    return tuple(limb for limb, change in by_change if change >= p.LIMB_SHARE * most)
 
 
 @dataclass(frozen=True)

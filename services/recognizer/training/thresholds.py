@@ -22,17 +22,8 @@ from zenocap.services.recognizer.model import (
     log_likelihoods,
     symbols_of,
 )
+from zenocap.services.recognizer.training import parameters as p
 from zenocap.services.recognizer.training.examples import Prepared
-from zenocap.services.recognizer.training.parameters import (
-    FARTHEST_FACTOR,
-    FARTHEST_QUANTILE,
-    FURTHEST,
-    LEAST_FARTHEST,
-    LEAST_SPREAD,
-    MISS_COST,
-    NEAREST,
-    PRIOR_SCORES,
-)
 
 
 # Paper (added): 5.2 takes the likeliest posture always; here unlikely windows are rejected.
@@ -62,7 +53,7 @@ def with_thresholds(model: PostureModel, trials: Sequence[Trial]) -> PostureMode
     distances = np.array([t.distance for t in trials])
     farthest = NO_DISTANCE_LIMIT
     if len(distances):
-        farthest = max(LEAST_FARTHEST, FARTHEST_FACTOR * float(np.quantile(distances, FARTHEST_QUANTILE)))
+        farthest = max(p.LEAST_FARTHEST, p.FARTHEST_FACTOR * float(np.quantile(distances, p.FARTHEST_QUANTILE)))
     figures = tuple(_figures(known, k, trials, float(thresholds[k])) for k, known in enumerate(model.training.figures))
     training = replace(model.training, figures=figures)
     return replace(model, thresholds=thresholds, farthest=farthest, training=training)
@@ -87,15 +78,15 @@ def train_thresholds(correct: Sequence[Floats], impostors: Sequence[Floats]) -> 
     """
     pooled = np.concatenate([scores - scores.mean() for scores in correct if len(scores)] or [np.zeros(0)])
     every = np.concatenate([*correct, np.zeros(0)])
-    spread = max(LEAST_SPREAD, float(pooled.std())) if len(pooled) else LEAST_SPREAD
+    spread = max(p.LEAST_SPREAD, float(pooled.std())) if len(pooled) else p.LEAST_SPREAD
     thresholds = np.full(len(correct), NO_THRESHOLD)
     for k, (own, others) in enumerate(zip(correct, impostors, strict=True)):
         if not len(every):
             continue
         middle = float(own.mean()) if len(own) else float(every.mean())
         width = _shrunk_deviation(own, spread) if len(own) else spread
-        at = np.linspace(middle - FURTHEST * width, middle - NEAREST * width, 101)
-        costs = MISS_COST * norm.cdf(at, middle, width)
+        at = np.linspace(middle - p.FURTHEST * width, middle - p.NEAREST * width, 101)
+        costs = p.MISS_COST * norm.cdf(at, middle, width)
         if len(others):
             costs = costs + norm.sf(at, float(others.mean()), _shrunk_deviation(others, spread)) * min(
                 1.0, len(others) / max(len(own), 1)
@@ -106,7 +97,7 @@ def train_thresholds(correct: Sequence[Floats], impostors: Sequence[Floats]) -> 
 
 def _shrunk_deviation(scores: Floats, spread: float) -> float:
     """Standard deviation of scores (r,) with PRIOR_SCORES scores of standard deviation `spread` added."""
-    return float(np.sqrt((len(scores) * scores.var() + PRIOR_SCORES * spread**2) / (len(scores) + PRIOR_SCORES)))
+    return float(np.sqrt((len(scores) * scores.var() + p.PRIOR_SCORES * spread**2) / (len(scores) + p.PRIOR_SCORES)))
 
 
 def trial(model: PostureModel, ready: Prepared, k: int) -> Trial:

@@ -5,15 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats, Floats32, Image, Ints, Mask
-from zenocap.services.viewer.parameters import (
-    ADVICE_ROWS,
-    EDGE_LEVELS,
-    EDGE_REACH_ROWS,
-    JUMP_SHARE,
-    MOVING_ROWS,
-    MOVING_SHARE,
-    SHARPEST,
-)
+from zenocap.services.viewer import parameters as p
 
 GREEN = 1  # channel that stands for the brightness
 LEAST_REACH = 6  # px
@@ -51,15 +43,15 @@ def widths_of(profiles: Floats) -> Floats:
     ends = max(2, profiles.shape[1] // 4)
     across = np.abs(profiles[:, -ends:].mean(axis=1) - profiles[:, :ends].mean(axis=1))
     slope = np.abs(np.diff(profiles, axis=1)).max(axis=1)
-    widths: Floats = np.where(across >= EDGE_LEVELS, across / np.maximum(slope, 1e-6), np.nan)
+    widths: Floats = np.where(across >= p.EDGE_LEVELS, across / np.maximum(slope, 1e-6), np.nan)
     return widths
 
 
 def room_edge_px(room: Floats32) -> float | None:
     """Width in px of the sharpest vertical edges of a room (height, width, 3) without noise; None without any."""
     height, width = room.shape[:2]
-    rows = np.asarray(room[:: max(1, height // ADVICE_ROWS), :, GREEN], dtype=np.float64)
-    reach = max(LEAST_REACH, height // EDGE_REACH_ROWS)
+    rows = np.asarray(room[:: max(1, height // p.ADVICE_ROWS), :, GREEN], dtype=np.float64)
+    reach = max(LEAST_REACH, height // p.EDGE_REACH_ROWS)
     steps = np.abs(np.diff(rows, axis=1))
     inner = steps[:, reach : width - reach - 1]
     if inner.shape[1] == 0:
@@ -68,14 +60,14 @@ def room_edge_px(room: Floats32) -> float | None:
     columns = at[:, None] + np.arange(-reach, reach + 1)
     widths = widths_of(np.take_along_axis(rows, columns, axis=1))
     known = widths[np.isfinite(widths)]
-    return float(np.quantile(known, SHARPEST)) if len(known) else None
+    return float(np.quantile(known, p.SHARPEST)) if len(known) else None
 
 
 def outline_of(image: Image, room: Floats32, gain: float, mask: Mask, top: int, bottom: int) -> EdgeOutline:
     """Edges of a silhouette (height, width) of rows `top` to `bottom`; gain: of the green of the image over the room."""
-    rows = np.unique(np.linspace(top, bottom, ADVICE_ROWS).astype(np.int64))
+    rows = np.unique(np.linspace(top, bottom, p.ADVICE_ROWS).astype(np.int64))
     sides = _sides(mask, rows)
-    reach = max(LEAST_REACH, (bottom - top) // EDGE_REACH_ROWS)
+    reach = max(LEAST_REACH, (bottom - top) // p.EDGE_REACH_ROWS)
     widths = np.full(sides.shape, np.nan)
     steps = np.arange(-reach, reach + 1)
     for side in (0, 1):
@@ -99,7 +91,7 @@ def moved_since(outline: EdgeOutline, mask: Mask) -> Blur:
     """The edges of an image with how far they have moved in the next one, whose silhouette is `mask`."""
     sides = _sides(mask, outline.rows)
     moved = np.abs(sides - outline.sides).astype(np.float64)
-    known = (sides >= 0) & (outline.sides >= 0) & np.isfinite(outline.widths) & (moved < JUMP_SHARE * outline.height)
+    known = (sides >= 0) & (outline.sides >= 0) & np.isfinite(outline.widths) & (moved < p.JUMP_SHARE * outline.height)
     return Blur(moved[known], outline.widths[known], outline.height)
 
 
@@ -110,10 +102,10 @@ def blur_percent(found: list[Blur]) -> float | None:
     moved = np.concatenate([one.moved / one.height for one in found])
     pixels = np.concatenate([one.moved for one in found])
     widths = np.concatenate([one.widths for one in found])
-    moving = (moved >= MOVING_SHARE) & (pixels > 2.0 * STILL_PX)
-    if np.count_nonzero(moving) < MOVING_ROWS:
+    moving = (moved >= p.MOVING_SHARE) & (pixels > 2.0 * STILL_PX)
+    if np.count_nonzero(moving) < p.MOVING_ROWS:
         return None
     still = widths[pixels <= STILL_PX]
-    sharp = float(np.median(still)) if len(still) >= MOVING_ROWS else SHARP_PX
+    sharp = float(np.median(still)) if len(still) >= p.MOVING_ROWS else SHARP_PX
     exposed = max(0.0, float(np.median((widths[moving] - sharp) / pixels[moving])))  # share of the frame period
     return 100.0 * exposed * float(np.quantile(moved[moving], 0.9))

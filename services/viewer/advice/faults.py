@@ -10,28 +10,9 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera_advice import severity
 from zenocap.common.messages import AdviceCode, CameraFault, Third
 from zenocap.common.vision.image_measures import Exposure, light
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.advice.edges import Blur, blur_percent
 from zenocap.services.viewer.advice.person import PersonSample
-from zenocap.services.viewer.parameters import (
-    ADVICE_FLICKER_S,
-    ADVICE_SAMPLES,
-    HIGH_COLOUR_DRIFT,
-    HIGH_DRIFT,
-    HIGH_FLICKER,
-    LONG_BLUR,
-    LOW_BRIGHTNESS,
-    LOW_CONTRAST,
-    MANY_HOLES,
-    MUCH_SATURATED,
-    OFTEN_CUT,
-    OFTEN_MIRRORED,
-    OFTEN_PEOPLE,
-    OFTEN_UNCOVERED,
-    SMALL_PERSON,
-    SOME_OCCUPIED,
-    WIDE_EDGES,
-    WIDE_EDGES_MIN_PX,
-)
 
 THIRDS: tuple[Third, Third, Third] = ("upper", "middle", "lower")
 DIGITS = 2
@@ -72,13 +53,12 @@ def faults_of(found: Measured) -> list[CameraFault]:
 
 
 def is_fault(one: CameraFault) -> bool:
-    """Whether a value is beyond its limit."""
     return one.value < one.limit if one.code in LOW else abs(one.value) > one.limit
 
 
 def values_of(found: Measured) -> Iterator[CameraFault]:
     """All measured values, good and bad."""
-    yield _value(AdviceCode.OCCUPIED, found.occupied, SOME_OCCUPIED, "%")
+    yield _value(AdviceCode.OCCUPIED, found.occupied, p.SOME_OCCUPIED, "%")
     yield from _of_person(found)
     yield from _of_light(found)
     yield from _of_lens(found)
@@ -90,42 +70,42 @@ def _value(code: AdviceCode, value: float, limit: float, unit: Unit, part: Third
 
 def _of_person(found: Measured) -> Iterator[CameraFault]:
     samples = found.samples
-    if len(samples) < ADVICE_SAMPLES:
+    if len(samples) < p.ADVICE_SAMPLES:
         return
     contrast = np.array([one.contrast for one in samples])
     for part, values in zip(THIRDS, contrast.T, strict=True):
         known = values[np.isfinite(values)]
         if len(known):
-            yield _value(AdviceCode.CONTRAST, float(np.median(known)), LOW_CONTRAST, "levels", part)
-    yield _value(AdviceCode.HOLES, float(np.median([one.holes for one in samples])), MANY_HOLES, "%")
+            yield _value(AdviceCode.CONTRAST, float(np.median(known)), p.LOW_CONTRAST, "levels", part)
+    yield _value(AdviceCode.HOLES, float(np.median([one.holes for one in samples])), p.MANY_HOLES, "%")
     mirrored = 100.0 * float(np.mean([one.mirrored for one in samples]))
-    yield _value(AdviceCode.GLOSSY_FLOOR, mirrored, OFTEN_MIRRORED, "%")
-    yield _value(AdviceCode.CUT_OFF, 100.0 * float(np.mean([one.cut for one in samples])), OFTEN_CUT, "%")
-    yield _value(AdviceCode.PEOPLE, 100.0 * float(np.mean([one.people for one in samples])), OFTEN_PEOPLE, "%")
-    yield _value(AdviceCode.UNCOVERED, 100.0 * float(np.mean([one.uncovered for one in samples])), OFTEN_UNCOVERED, "%")
-    yield _value(AdviceCode.SMALL, float(np.median([one.height for one in samples])), SMALL_PERSON, "px")
+    yield _value(AdviceCode.GLOSSY_FLOOR, mirrored, p.OFTEN_MIRRORED, "%")
+    yield _value(AdviceCode.CUT_OFF, 100.0 * float(np.mean([one.cut for one in samples])), p.OFTEN_CUT, "%")
+    yield _value(AdviceCode.PEOPLE, 100.0 * float(np.mean([one.people for one in samples])), p.OFTEN_PEOPLE, "%")
+    yield _value(AdviceCode.UNCOVERED, 100.0 * float(np.mean([one.uncovered for one in samples])), p.OFTEN_UNCOVERED, "%")
+    yield _value(AdviceCode.SMALL, float(np.median([one.height for one in samples])), p.SMALL_PERSON, "px")
 
 
 def _of_light(found: Measured) -> Iterator[CameraFault]:
-    middle = found.fast[-1][0] - ADVICE_FLICKER_S / 2.0 if found.fast else 0.0
+    middle = found.fast[-1][0] - p.ADVICE_FLICKER_S / 2.0 if found.fast else 0.0
     halves = [[one for one in found.fast if (one[0] < middle) == early] for early in (True, False)]
     colours = [[(time_s, cells[..., k]) for time_s, cells in found.slow] for k in range(3)]
     changes = [light([time_s for time_s, _ in one], [cells for _, cells in one]) for one in (*colours, *halves)]
     drifts = [100.0 * one.drift for one in changes[: len(colours)] if one is not None]
     if drifts:
-        yield _value(AdviceCode.LIGHT_DRIFT, float(np.median(drifts)), HIGH_DRIFT, "%")
-        yield _value(AdviceCode.WHITE_BALANCE, max(drifts) - min(drifts), HIGH_COLOUR_DRIFT, "%")
+        yield _value(AdviceCode.LIGHT_DRIFT, float(np.median(drifts)), p.HIGH_DRIFT, "%")
+        yield _value(AdviceCode.WHITE_BALANCE, max(drifts) - min(drifts), p.HIGH_COLOUR_DRIFT, "%")
     flickers = [one.flicker for one in changes[len(colours) :] if one is not None]
     if len(flickers) == len(halves):  # a lamp that is switched changes one half
-        yield _value(AdviceCode.FLICKER, 100.0 * min(flickers), HIGH_FLICKER, "%")
+        yield _value(AdviceCode.FLICKER, 100.0 * min(flickers), p.HIGH_FLICKER, "%")
     if found.exposure is not None:
-        yield _value(AdviceCode.DARK, found.exposure.mean, LOW_BRIGHTNESS, "levels")
-        yield _value(AdviceCode.SATURATED, 100.0 * found.exposure.saturated, MUCH_SATURATED, "%")
+        yield _value(AdviceCode.DARK, found.exposure.mean, p.LOW_BRIGHTNESS, "levels")
+        yield _value(AdviceCode.SATURATED, 100.0 * found.exposure.saturated, p.MUCH_SATURATED, "%")
 
 
 def _of_lens(found: Measured) -> Iterator[CameraFault]:
     if found.edge_px is not None:
-        yield _value(AdviceCode.FOCUS, found.edge_px, max(WIDE_EDGES_MIN_PX, WIDE_EDGES * found.rows), "px")
+        yield _value(AdviceCode.FOCUS, found.edge_px, max(p.WIDE_EDGES_MIN_PX, p.WIDE_EDGES * found.rows), "px")
     blur = blur_percent(found.blurs)
     if blur is not None:
-        yield _value(AdviceCode.MOTION_BLUR, blur, LONG_BLUR, "%")
+        yield _value(AdviceCode.MOTION_BLUR, blur, p.LONG_BLUR, "%")

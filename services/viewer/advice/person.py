@@ -9,28 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Floats32, Image, Mask
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.empty_scene import UNCOVERED, outline_shares
-from zenocap.services.viewer.parameters import (
-    ADVICE_PERSON_PX,
-    ADVICE_PX,
-    CLEARLY_LEFT,
-    CLOSING,
-    CONTACT_PX,
-    CONTRAST_QUANTILE,
-    FLOOR_SHARE,
-    GLOSS_COLOUR,
-    GLOSS_CONTRAST,
-    GLOSS_FEET,
-    GLOSS_LIKENESS,
-    GLOSS_PATTERN,
-    GLOSS_REACH,
-    OTHER_COLOUR,
-    OTHERS_AREA,
-    OTHERS_HEIGHT,
-    OTHERS_PX,
-    OTHERS_SIGMAS,
-    PARTLY_COVERED,
-    ROOM_SIGMAS,
-)
+from zenocap.services.viewer import parameters as p
 
 GAIN_RANGE = (0.5, 2.0)  # of the light of an image over that of the room
 THIRDS = 3
@@ -89,28 +68,28 @@ def others(image: Image, room: Background, gain: Floats32, mask: Mask) -> tuple[
     Edges along the outline tell a person from such a place; both are at least about half as large as the silhouette.
     Neither for a silhouette of so few pixels that the reduced image has none of them.
     """
-    step = max(1, round(max(mask.shape) / OTHERS_PX))
+    step = max(1, round(max(mask.shape) / p.OTHERS_PX))
     small, own = np.ascontiguousarray(image[::step, ::step]), np.ascontiguousarray(mask[::step, ::step])
     if not own.any():
         return False, False
     mean = np.ascontiguousarray(room.mean[::step, ::step])
     distance = np.sqrt((np.square(small - gain * mean) * room.weight[::step, ::step]).sum(axis=2))
-    apart = ((distance > OTHERS_SIGMAS) & (cv2.dilate(own, np.ones((5, 5), np.uint8)) == 0)).astype(np.uint8)
+    apart = ((distance > p.OTHERS_SIGMAS) & (cv2.dilate(own, np.ones((5, 5), np.uint8)) == 0)).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.medianBlur(apart, 3), connectivity=8)
     height, area = int(np.count_nonzero(own.any(axis=1))), int(np.count_nonzero(own))
     places = [(own != 0).astype(np.uint8)]
     for k in range(1, len(stats)):
         _, _, across, down, count = stats[k]
-        if down >= max(across, OTHERS_HEIGHT * height) and count >= OTHERS_AREA * area:
+        if down >= max(across, p.OTHERS_HEIGHT * height) and count >= p.OTHERS_AREA * area:
             places.append((labels == k).astype(np.uint8))
     shares = [outline_shares(small, mean, place) for place in places]
-    uncovered = [known > max(CLEARLY_LEFT, UNCOVERED * here) for here, known in shares]
+    uncovered = [known > max(p.CLEARLY_LEFT, UNCOVERED * here) for here, known in shares]
     return len(places) - sum(uncovered) >= 2, any(uncovered)
 
 
 def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:
     """(3,) light of an image over that of the room, by colour, outside the silhouette, from every n-th pixel."""
-    step = max(1, round(image.shape[1] / ADVICE_PX))
+    step = max(1, round(image.shape[1] / p.ADVICE_PX))
     outside = np.ascontiguousarray(1 - mask[::step, ::step])
     now, empty = (np.array(cv2.mean(np.ascontiguousarray(one[::step, ::step]), outside)[:3]) for one in (image, room))
     return np.asarray(np.clip(now / np.maximum(empty, 1.0), *GAIN_RANGE), dtype=np.float32)
@@ -119,7 +98,7 @@ def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:
 def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int, bottom: int) -> ReducedSurroundings:
     """The person of rows `top` to `bottom` with what is around and below, about ADVICE_PERSON_PX tall."""
     height = bottom - top + 1
-    step = max(1, round(height / ADVICE_PERSON_PX))
+    step = max(1, round(height / p.ADVICE_PERSON_PX))
     columns = np.flatnonzero(mask[top : bottom + 1 : step].any(axis=0))
     margin, below = round(SIDES * height), round(BELOW * height)
     left, right = max(0, int(columns[0]) - margin), int(columns[-1]) + margin + 1
@@ -132,7 +111,7 @@ def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int
 def person_sample(time_s: float, found: ReducedSurroundings, mask: Mask, top: int, bottom: int) -> PersonSample:
     """Measures of a silhouette (height, width) whose rows are `top` to `bottom`."""
     rows = np.flatnonzero(found.mask.any(axis=1))
-    cut = any(int(np.count_nonzero(line)) >= CONTACT_PX for line in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))
+    cut = any(int(np.count_nonzero(line)) >= p.CONTACT_PX for line in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))
     height = float(bottom - top + 1)
     if len(rows) < THIRDS:
         return PersonSample(time_s, np.full(THIRDS, np.nan), 0.0, False, height, cut)
@@ -150,12 +129,12 @@ def missing(found: ReducedSurroundings, first: int, last: int) -> Bools:
     A pixel is missing where it lies in a gap and differs from the room by more than the noise.  Left out are pixels that
     the person next to them covers in part, and those near the floor, where a shadow differs too.
     """
-    width = max(3, round(CLOSING * (last - first + 1))) | 1
+    width = max(3, round(p.CLOSING * (last - first + 1))) | 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     region = cv2.copyMakeBorder(found.mask, width, width, width, width, cv2.BORDER_CONSTANT, value=0)
     closed = cv2.morphologyEx(region, cv2.MORPH_CLOSE, disc)[width:-width, width:-width]
-    lost: Bools = (closed != 0) & (found.mask == 0) & (found.distance > ROOM_SIGMAS)
-    lost[round(first + (1.0 - FLOOR_SHARE) * (last - first + 1)) :] = False
+    lost: Bools = (closed != 0) & (found.mask == 0) & (found.distance > p.ROOM_SIGMAS)
+    lost[round(first + (1.0 - p.FLOOR_SHARE) * (last - first + 1)) :] = False
     return lost & ~_partly_covered(found)
 
 
@@ -171,7 +150,7 @@ def _partly_covered(found: ReducedSurroundings) -> Bools:
         beside = wide[place]
         along = (found.difference * beside).sum(axis=2)
         share = along / np.maximum(np.square(beside).sum(axis=2), 1.0)
-        partly |= inside[place] & (share > 0.0) & (share < PARTLY_COVERED) & (own - share * along < OTHER_COLOUR * own)
+        partly |= inside[place] & (share > 0.0) & (share < p.PARTLY_COVERED) & (own - share * along < p.OTHER_COLOUR * own)
     return partly
 
 
@@ -181,7 +160,7 @@ def _contrast(found: ReducedSurroundings, region: Bools, first: int, last: int) 
     for third, rows in enumerate(np.array_split(np.arange(first, last + 1), THIRDS)):
         inside = levels[rows[0] : rows[-1] + 1][region[rows[0] : rows[-1] + 1]]
         if len(inside):
-            values[third] = float(np.quantile(inside, CONTRAST_QUANTILE))
+            values[third] = float(np.quantile(inside, p.CONTRAST_QUANTILE))
     return values
 
 
@@ -195,9 +174,9 @@ def is_mirrored(found: ReducedSurroundings, first: int, last: int) -> bool:
     place = np.s_[first : last + 1, int(columns[0]) : int(columns[-1]) + 1]
     mask, difference = found.mask[place] != 0, found.difference[place]
     height = len(mask)
-    reach = round(GLOSS_REACH * height)
-    best, mirrored = GLOSS_LIKENESS, False
-    for feet in range(ceil(GLOSS_FEET[0] * height), min(round(GLOSS_FEET[1] * height), height - reach) + 1):
+    reach = round(p.GLOSS_REACH * height)
+    best, mirrored = p.GLOSS_LIKENESS, False
+    for feet in range(ceil(p.GLOSS_FEET[0] * height), min(round(p.GLOSS_FEET[1] * height), height - reach) + 1):
         above, below = mask[feet - reach : feet][::-1], mask[feet : feet + reach]
         common = above & below
         likeness = int(np.count_nonzero(common)) / max(1, int(np.count_nonzero(above | below)))
@@ -210,11 +189,11 @@ def is_mirrored(found: ReducedSurroundings, first: int, last: int) -> bool:
 
 def _is_faint_image(bright: Floats32, faint: Floats32) -> bool:
     """Whether differences from the room (n, 3) are fainter than others (n, 3), and like them in colour and pattern."""
-    if np.abs(faint).max(axis=1).mean() >= GLOSS_CONTRAST * np.abs(bright).max(axis=1).mean():
+    if np.abs(faint).max(axis=1).mean() >= p.GLOSS_CONTRAST * np.abs(bright).max(axis=1).mean():
         return False
-    if _cosine(bright, faint) < GLOSS_COLOUR:
+    if _cosine(bright, faint) < p.GLOSS_COLOUR:
         return False
-    return _cosine(bright - bright.mean(axis=0), faint - faint.mean(axis=0)) >= GLOSS_PATTERN
+    return _cosine(bright - bright.mean(axis=0), faint - faint.mean(axis=0)) >= p.GLOSS_PATTERN
 
 
 def _cosine(a: Floats32, b: Floats32) -> float:

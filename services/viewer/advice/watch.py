@@ -7,19 +7,10 @@ from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.image_measures import Exposure, cells_of, exposure
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.advice.edges import GREEN, Blur, EdgeOutline, moved_since, outline_of, room_edge_px
 from zenocap.services.viewer.advice.faults import Measured, faults_of
 from zenocap.services.viewer.advice.person import PersonSample, seen_person
-from zenocap.services.viewer.parameters import (
-    ADVICE_CELLS,
-    ADVICE_FLICKER_S,
-    ADVICE_FOCUS_S,
-    ADVICE_LIGHT_S,
-    ADVICE_PX,
-    ADVICE_REPORT_S,
-    ADVICE_SAMPLE_S,
-    ADVICE_WINDOW_S,
-)
 
 T = TypeVar("T")
 
@@ -54,34 +45,36 @@ def watched(
 
     mask: silhouette, None without a person.  room: of the background model; None where it has none.
     """
-    step = max(1, round(image.shape[1] / ADVICE_PX))
-    fast = _since((*watch.fast, (time_s, cells_of(image[::step, ::step, GREEN], ADVICE_CELLS))), time_s - ADVICE_FLICKER_S)
+    step = max(1, round(image.shape[1] / p.ADVICE_PX))
+    fast = _since(
+        (*watch.fast, (time_s, cells_of(image[::step, ::step, GREEN], p.ADVICE_CELLS))), time_s - p.ADVICE_FLICKER_S
+    )
     watch = replace(watch, fast=fast)
     if watch.outline is not None:
         if mask is not None:
             blurs = (*watch.blurs, (time_s, moved_since(watch.outline, mask)))
-            watch = replace(watch, blurs=_since(blurs, time_s - ADVICE_WINDOW_S))
+            watch = replace(watch, blurs=_since(blurs, time_s - p.ADVICE_WINDOW_S))
         watch = replace(watch, outline=None)
-    if time_s - watch.sampled_s >= ADVICE_SAMPLE_S:
+    if time_s - watch.sampled_s >= p.ADVICE_SAMPLE_S:
         watch = _sampled(watch, image[::step, ::step], time_s)
         if mask is not None and room is not None:
             watch = _with_person(watch, image, room, mask, time_s)
     if watch.reported_s < 0:
         return replace(watch, reported_s=time_s), None
-    if time_s - watch.reported_s < ADVICE_REPORT_S:
+    if time_s - watch.reported_s < p.ADVICE_REPORT_S:
         return watch, None
-    if time_s - watch.focus_s >= ADVICE_FOCUS_S:
+    if time_s - watch.focus_s >= p.ADVICE_FOCUS_S:
         watch = replace(watch, edge_px=None if room is None else room_edge_px(room.mean), focus_s=time_s)
     found = Measured(
-        watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S],
-        [one for at_s, one in watch.blurs if time_s - at_s <= ADVICE_WINDOW_S], watch.exposure,
+        watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= p.ADVICE_WINDOW_S],
+        [one for at_s, one in watch.blurs if time_s - at_s <= p.ADVICE_WINDOW_S], watch.exposure,
         watch.edge_px, image.shape[0], watch.occupied,
     )  # fmt: skip
     return replace(watch, reported_s=time_s), faults_of(found)
 
 
 def _sampled(watch: AdviceWatch, small: Image, time_s: float) -> AdviceWatch:
-    slow = _since((*watch.slow, (time_s, cells_of(small, ADVICE_CELLS))), time_s - ADVICE_LIGHT_S)
+    slow = _since((*watch.slow, (time_s, cells_of(small, p.ADVICE_CELLS))), time_s - p.ADVICE_LIGHT_S)
     return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
 
 
@@ -90,7 +83,7 @@ def _with_person(watch: AdviceWatch, image: Image, room: Background, mask: Mask,
     if found is None:
         return watch
     sample, gain, top, bottom = found
-    kept = [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S]
+    kept = [one for one in watch.samples if time_s - one.time_s <= p.ADVICE_WINDOW_S]
     outline = outline_of(image, room.mean, float(gain[GREEN]), mask, top, bottom)
     return replace(watch, samples=(*kept, sample), outline=outline)
 

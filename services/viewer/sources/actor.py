@@ -24,7 +24,6 @@ def performance(source: Actor) -> MotionTimeline:
 
 
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
-    """`actor_frames` of a viewer."""
     assert isinstance(viewer.source, Actor)
     preroll = empty_frames(viewer.background) or ACTOR_PREROLL
     return actor_frames(viewer.source, viewer.fps, viewer.camera, playback, preroll)

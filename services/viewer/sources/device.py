@@ -18,14 +18,8 @@ from zenocap.common.rig.sources import Device, LiveSource, Stream
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.table import attribute
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.parameters import (
-    EARLY_FRAME,
-    LETTERBOX,
-    RECONNECT_FIRST_S,
-    RECONNECT_LONGEST_S,
-    STREAM_TIMEOUT_MS,
-)
 from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
@@ -67,7 +61,7 @@ Opener = Callable[[LiveSource, Size, float], Capture]
 
 def open_stream(source: Stream, size: Size, fps: float) -> Capture:
     """Open a stream; its images have the size and rate that it has."""
-    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, STREAM_TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, STREAM_TIMEOUT_MS]
+    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, p.STREAM_TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, p.STREAM_TIMEOUT_MS]
     return cast("Capture", cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts))
 
 
@@ -139,7 +133,7 @@ def camera_frames(
                 continue
             captured_ns = last_ns = max(times.of(capture) - source.delay_ns, last_ns + 1)
             rate.add(captured_ns)
-            if captured_ns < due_ns - EARLY_FRAME * period_ns:
+            if captured_ns < due_ns - p.EARLY_FRAME * period_ns:
                 continue
             # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
             next_due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
@@ -178,7 +172,7 @@ def of_working_size(viewer: Viewer) -> Opener:
     if not decoded:
         raise _open_error(source)
     down, across = np.shape(cast("Image", image))[:2]
-    if max(width / across, height / down) >= 1.0 + LETTERBOX:
+    if max(width / across, height / down) >= 1.0 + p.LETTERBOX:
         allowed = f"at most that of the camera's own images, {across} x {down} px"
         raise SizeMismatch(f"{source.title}: size = {[width, height]}: allowed: {allowed}")
     held, opened_s = [capture], time.monotonic()
@@ -230,14 +224,14 @@ def _settle(capture: Capture, controls: Controls | None, playback: Playback) -> 
 
 
 def _reopen(source: LiveSource, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
-    wait_s, tries = RECONNECT_FIRST_S, 0
+    wait_s, tries = p.RECONNECT_FIRST_S, 0
     while True:
         playback.sleep(wait_s)
         tries += 1
         with suppress(SourceError):  # of an opener that says why
             if (capture := _opened(source, size, fps, opener)) is not None:
                 return capture, tries
-        wait_s = min(2 * wait_s, RECONNECT_LONGEST_S)
+        wait_s = min(2 * wait_s, p.RECONNECT_LONGEST_S)
 
 
 def _opened(source: LiveSource, size: Size, fps: float, opener: Opener) -> Capture | None:
@@ -252,7 +246,7 @@ def _opened(source: LiveSource, size: Size, fps: float, opener: Opener) -> Captu
 def _open_error(source: LiveSource) -> OpenError | AccessDenied:
     name = source.title
     if not isinstance(source, Device):
-        return OpenError(f"{name}: the stream does not open within {STREAM_TIMEOUT_MS // 1000} s: is the address right?")
+        return OpenError(f"{name}: the stream does not open within {p.STREAM_TIMEOUT_MS // 1000} s: is the address right?")
     path = source.file
     if path.exists() and not os.access(path, os.R_OK | os.W_OK):
         return AccessDenied(f"{name}: no permission: add this user to the group `video` and log in again")

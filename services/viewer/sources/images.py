@@ -75,7 +75,6 @@ def places_of(paths: Sequence[Path]) -> tuple[list[int], list[str]]:
 
 
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
-    """`image_frames` of a viewer."""
     assert isinstance(viewer.source, Images)
     return image_frames(viewer.source, viewer.fps, fit_of(viewer), playback)
 

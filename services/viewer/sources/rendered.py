@@ -16,7 +16,6 @@ from zenocap.services.viewer.sources.resize import Fit, fit_of
 
 
 def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
-    """`rendered_frames` of a viewer."""
     assert isinstance(viewer.source, Rendered)
     return rendered_frames(viewer.source, viewer.fps, fit_of(viewer), playback)
 

@@ -15,22 +15,7 @@ from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.proportions import body_from_lengths, t_pose_angles
 from zenocap.common.body.segments import limb_directions
-from zenocap.services.viewer.parameters import (
-    FINE_STEPS,
-    FINE_TUNED,
-    FRONT_TOES,
-    HEAD_BAND,
-    HEAD_REMOVAL_WIDTH,
-    HIDDEN_TORSO_DEPTH,
-    SHIN_WIDTH_BAND,
-    SHORTEST_ARM,
-    SHORTEST_HEAD,
-    SIDE_TOES,
-    THIGH_BAND,
-    TORSO_FRONT_BAND,
-    TORSO_SIDE_BAND,
-    UNEVEN_ARMS,
-)
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.two_view.body_fit import BodyFit, body_model
 
 
@@ -71,7 +56,7 @@ def torso_columns(mask: Mask) -> Torso:
 
 def without_head(mask: Mask, torso_width: int) -> Mask:
     """Silhouette without head: closed and opened with an element of 0.8 W_torso x 1.  [Two-view Fig. 6]"""
-    length = max(3, round(HEAD_REMOVAL_WIDTH * torso_width) | 1)  # odd: an even element shifts the mask
+    length = max(3, round(p.HEAD_REMOVAL_WIDTH * torso_width) | 1)  # odd: an even element shifts the mask
     element = np.ones((1, length), np.uint8)
     closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, element)
     return np.asarray(cv2.morphologyEx(closed, cv2.MORPH_OPEN, element), dtype=np.uint8)
@@ -111,24 +96,24 @@ def front_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
     headless = without_head(mask, torso.width)
     # Paper (replaced): 2.4 takes the head's length from y_h; here y_h only checks the T-pose, see `body_from_lengths`.
     shoulder_rows = np.flatnonzero(headless[: highest + height // 2].any(axis=1))
-    if shoulder_rows.size == 0 or shoulder_rows[0] - highest < SHORTEST_HEAD * height:
+    if shoulder_rows.size == 0 or shoulder_rows[0] - highest < p.SHORTEST_HEAD * height:
         raise ValueError("no shoulder line below the head: no T-pose, or the arms cover the head")
-    if abs((columns[0] + columns[-1]) / 2 - torso.centre) > UNEVEN_ARMS * height:
+    if abs((columns[0] + columns[-1]) / 2 - torso.centre) > p.UNEVEN_ARMS * height:
         raise ValueError("one arm reaches further than the other: hold the T-pose, facing this camera")
     m = scale.metres_per_px
     return {
-        "height": scale.height(highest, lowest, FRONT_TOES),
+        "height": scale.height(highest, lowest, p.FRONT_TOES),
         # Paper (replaced): 2.4 takes the columns above the mean, with shoulders or without, depending on the arms.
-        "torso_width": _mean_width(mask, TORSO_FRONT_BAND) * m,
+        "torso_width": _mean_width(mask, p.TORSO_FRONT_BAND) * m,
         # Paper (replaced): 2.4 takes length and angle of each arm from its extreme point; here half the span, horizontal.
         "arm_span": (columns[-1] + 1 - columns[0]) * m,
         # Paper (open): 2.4 gives no radius of the arm.
-        "arm_thickness": mean_arm_thickness(mask, torso, columns, round(SHORTEST_ARM * height)) * m,
+        "arm_thickness": mean_arm_thickness(mask, torso, columns, round(p.SHORTEST_ARM * height)) * m,
         # Paper (replaced): 2.4 sets the head radii to 0.2 W and 0.16 W; here both are measured.
-        "head_width": _mean_width(mask, HEAD_BAND) * m,
+        "head_width": _mean_width(mask, p.HEAD_BAND) * m,
         # Paper (corrected): the leg radii 0.2 W and 0.36 W of 2.4 seem swapped; here round legs of the measured width.
-        "thigh_width": _mean_width(mask, THIGH_BAND) / 2 * m,
-        "leg_width": _mean_width(mask, SHIN_WIDTH_BAND) / 2 * m,
+        "thigh_width": _mean_width(mask, p.THIGH_BAND) / 2 * m,
+        "leg_width": _mean_width(mask, p.SHIN_WIDTH_BAND) / 2 * m,
     }
 
 
@@ -138,10 +123,10 @@ def side_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
     if rows.size == 0:
         raise ValueError("the silhouette is empty: no person in view")
     return {
-        "height": scale.height(int(rows[0]), int(rows[-1]), SIDE_TOES),
+        "height": scale.height(int(rows[0]), int(rows[-1]), p.SIDE_TOES),
         # Paper (replaced): 2.4 takes the columns above the mean: those of the legs; chest and seat extend beyond them.
-        "torso_depth": _mean_width(mask, TORSO_SIDE_BAND) * scale.metres_per_px,
-        "head_depth": _mean_width(mask, HEAD_BAND) * scale.metres_per_px,
+        "torso_depth": _mean_width(mask, p.TORSO_SIDE_BAND) * scale.metres_per_px,
+        "head_depth": _mean_width(mask, p.HEAD_BAND) * scale.metres_per_px,
     }
 
 
@@ -178,11 +163,11 @@ def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, y
     stretched = limb_directions(anatomy, t_pose_angles(anatomy))
 
     def score(trial: Mapping[str, float]) -> float:
-        hidden = {"torso_depth": HIDDEN_TORSO_DEPTH * trial["torso_width"], "head_depth": trial["head_width"]}
+        hidden = {"torso_depth": p.HIDDEN_TORSO_DEPTH * trial["torso_width"], "head_depth": trial["head_width"]}
         bdp = body_from_lengths(anatomy, dict(trial) | hidden)
         return BodyFit(body_model(anatomy, bdp), camera, mask).place(position, yaw_rotation, stretched)
 
-    for name in FINE_TUNED:
-        trials = [lengths | {name: lengths[name] * step} for step in FINE_STEPS]
+    for name in p.FINE_TUNED:
+        trials = [lengths | {name: lengths[name] * step} for step in p.FINE_STEPS]
         lengths = max(trials, key=score)
     return lengths

@@ -10,22 +10,10 @@ from tests.support.places import ROOT
 from tests.support.video_file import write_video
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
+from zenocap.common.rig import sources
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import demo_rig, load_rig
 from zenocap.common.rig.source_kinds import parse_source
-from zenocap.common.rig.sources import (
-    Actor,
-    BackgroundImage,
-    Device,
-    FirstFrames,
-    Images,
-    MedianFrames,
-    Mog2,
-    SpecError,
-    Stream,
-    VideoFile,
-    parse_background,
-)
 
 CALIBRATION = (ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml").read_text()
 RIG = """name = "studio"
@@ -82,12 +70,12 @@ def test_a_rig_file_is_read(tmp_path):
     rig = load_rig(write_rig(tmp_path, RIG.replace("fps = 15\n", settings)))
     assert (rig.name, rig.method, rig.base) == ("studio", "two-view", tmp_path)
     one, two = rig.viewers
-    source = Device(0, None, CameraSettings("YUYV", 200, "locked", "auto", "locked"))
-    assert (one.id, one.source, one.background, one.fps) == ("1", source, FirstFrames(60), 15.0)
+    source = sources.Device(0, None, CameraSettings("YUYV", 200, "locked", "auto", "locked"))
+    assert (one.id, one.source, one.background, one.fps) == ("1", source, sources.FirstFrames(60), 15.0)
     assert (one.camera.size, one.calibrated_size) == ((160, 120), (640, 480))
     assert one.camera.matrix[0, 0] == pytest.approx(150)
     assert one.camera.matrix[0, 2] == pytest.approx(79.5)
-    assert (two.source, two.fps, two.camera.size) == (Stream("rtsp://host/a"), 30.0, (640, 480))
+    assert (two.source, two.fps, two.camera.size) == (sources.Stream("rtsp://host/a"), 30.0, (640, 480))
     assert (two.preview, two.silhouette) == (False, True)
     assert (rig.zenoh.mode, rig.zenoh.connect, rig.zenoh.multicast_scouting) == ("peer", ("tcp/localhost:7447",), True)
     assert (rig.log.folder, rig.log.enabled) == ("recordings", False)
@@ -100,7 +88,7 @@ def test_a_rig_file_is_read(tmp_path):
 def test_pictures_know_whether_the_rig_states_their_rate(tmp_path, stated):
     text = RIG.replace("source = 0", 'source = "images/*.png"').replace("fps = 15\n", stated)
     one, _ = load_rig(write_rig(tmp_path, text), files=False).viewers
-    assert (one.source, one.fps) == (Images(tmp_path / "images", "*.png", bool(stated)), 30.0)
+    assert (one.source, one.fps) == (sources.Images(tmp_path / "images", "*.png", bool(stated)), 30.0)
 
 
 def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
@@ -200,8 +188,8 @@ def test_a_missing_rig_and_an_unknown_method_are_refused(tmp_path):
 def test_sources_on_other_machines_may_be_missing_here(tmp_path):
     path = write_rig(tmp_path, RIG.replace("source = 0", 'source = "none.mp4"').replace("first:60", "image:none.png"))
     rig = load_rig(path, files=False)
-    assert rig.viewers[0].source == VideoFile(tmp_path / "none.mp4")
-    assert rig.viewers[0].background == BackgroundImage(tmp_path / "none.png")
+    assert rig.viewers[0].source == sources.VideoFile(tmp_path / "none.mp4")
+    assert rig.viewers[0].background == sources.BackgroundImage(tmp_path / "none.png")
 
 
 def write_folder(folder: Path, headings: list[float], clip: str = "") -> Path:
@@ -221,9 +209,9 @@ def test_a_folder_is_a_rig(tmp_path):
     one, two = rig.viewers
     assert rig.name == "my-take"
     assert [v.id for v in rig.viewers] == ["cam01", "cam02"]
-    assert one.source == VideoFile(folder / "videos/cam01.mp4")
-    assert two.source == VideoFile(folder / "videos/cam02.mp4", folder / "stretched/cam02.mp4")
-    assert (one.background, one.fps) == (FirstFrames(3), 25.0)
+    assert one.source == sources.VideoFile(folder / "videos/cam01.mp4")
+    assert two.source == sources.VideoFile(folder / "videos/cam02.mp4", folder / "stretched/cam02.mp4")
+    assert (one.background, one.fps) == (sources.FirstFrames(3), 25.0)
     assert rig.notes == ()
 
 
@@ -231,9 +219,9 @@ def test_seconds_of_the_empty_scene_are_frames_of_each_camera(tmp_path):
     for text in ("empty_seconds = 0.1", ""):
         folder = write_folder(tmp_path / "take", [0, 90], text or "up_axis = 'y'")
         rig = load_rig(folder, background=None if text else "first:0.1s")
-        assert [one.background for one in rig.viewers] == [FirstFrames(2)] * 2  # of 25/s: whole periods in 0.1 s
-    assert parse_background("first:2s", tmp_path, 29.97) == FirstFrames(59)
-    assert parse_background("first:2s", tmp_path, 30.0) == FirstFrames(60)
+        assert [one.background for one in rig.viewers] == [sources.FirstFrames(2)] * 2  # of 25/s: whole periods in 0.1 s
+    assert sources.parse_background("first:2s", tmp_path, 29.97) == sources.FirstFrames(59)
+    assert sources.parse_background("first:2s", tmp_path, 30.0) == sources.FirstFrames(60)
     with pytest.raises(UserError, match=r"a rig file has the backgrounds of its viewers: allowed with a folder"):
         load_rig(write_rig(tmp_path, RIG), background="first:2s")
 
@@ -242,7 +230,7 @@ def test_first_frames_of_cameras_of_different_rates_end_at_the_same_time(tmp_pat
     """30 frames are 1.2 s of the slow camera, in which somebody enters, and 1 s of the fast one."""
     folder = write_folder(tmp_path / "take", [0, 90], "empty_frames = 30")
     write_video(folder / "videos" / "cam02.mp4", grey_frames(4, (640, 480)), fps=30)
-    assert [one.background for one in load_rig(folder).viewers] == [FirstFrames(25)] * 2
+    assert [one.background for one in load_rig(folder).viewers] == [sources.FirstFrames(25)] * 2
 
 
 def test_a_background_image_overrides_empty_frames(tmp_path):
@@ -250,14 +238,14 @@ def test_a_background_image_overrides_empty_frames(tmp_path):
     (folder / "background").mkdir()
     cv2.imwrite(str(folder / "background" / "cam01.png"), np.zeros((480, 640, 3), np.uint8))
     one, two = load_rig(folder).viewers
-    assert one.background == BackgroundImage(folder / "background/cam01.png")
-    assert two.background == FirstFrames(3)
+    assert one.background == sources.BackgroundImage(folder / "background/cam01.png")
+    assert two.background == sources.FirstFrames(3)
     assert one.fps == 12.5
 
 
 def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
     rig = load_rig(write_folder(tmp_path / "take", [0, 90]))
-    assert rig.viewers[0].background == MedianFrames()
+    assert rig.viewers[0].background == sources.MedianFrames()
     words = "no background picture and no empty_seconds: the median of the video is used; "
     assert rig.notes[0].startswith(f"cam01, cam02: {words}")
 
@@ -284,7 +272,7 @@ def test_videos_with_other_names_are_assigned_in_order(tmp_path):
     for k in (1, 2):
         (folder / "videos" / f"cam{k:02d}.mp4").rename(folder / "videos" / f"GOPRO{k}.mp4")
     rig = load_rig(folder)
-    assert rig.viewers[1].source == VideoFile(folder / "videos/GOPRO2.mp4")
+    assert rig.viewers[1].source == sources.VideoFile(folder / "videos/GOPRO2.mp4")
     assert "assigned in order: cam01 = GOPRO1.mp4, cam02 = GOPRO2.mp4" in rig.notes[0]
 
 
@@ -331,16 +319,16 @@ def test_errors_of_a_folder(tmp_path):
 @pytest.mark.parametrize(
     ("text", "source"),
     [
-        (0, Device(0)),
-        ("1", Device(1)),
-        ("/dev/video2", Device(2)),
-        ("/dev/v4l/by-id/usb-A-index0", Device(None, Path("/dev/v4l/by-id/usb-A-index0"))),
-        ("rtsp://u:p@host:554/a", Stream("rtsp://u:p@host:554/a")),
-        ("http://host/a.mjpg?x=*", Stream("http://host/a.mjpg?x=*")),
-        ("videos/a.mp4", VideoFile(Path("/b/videos/a.mp4"))),
-        ("/c/a.mp4", VideoFile(Path("/c/a.mp4"))),
-        ("images/*.png", Images(Path("/b/images"), "*.png")),
-        ("actor:walking?seed=3", Actor("walking", 3)),
+        (0, sources.Device(0)),
+        ("1", sources.Device(1)),
+        ("/dev/video2", sources.Device(2)),
+        ("/dev/v4l/by-id/usb-A-index0", sources.Device(None, Path("/dev/v4l/by-id/usb-A-index0"))),
+        ("rtsp://u:p@host:554/a", sources.Stream("rtsp://u:p@host:554/a")),
+        ("http://host/a.mjpg?x=*", sources.Stream("http://host/a.mjpg?x=*")),
+        ("videos/a.mp4", sources.VideoFile(Path("/b/videos/a.mp4"))),
+        ("/c/a.mp4", sources.VideoFile(Path("/c/a.mp4"))),
+        ("images/*.png", sources.Images(Path("/b/images"), "*.png")),
+        ("actor:walking?seed=3", sources.Actor("walking", 3)),
     ],
 )
 def test_source_texts_are_parsed(text, source):
@@ -352,21 +340,21 @@ def test_source_texts_are_parsed(text, source):
     ["", "rtsp://", "actor:", "actor:demo?sead=1", "actor:demo?seed=x", "/dev/videox", -1, "/dev/v4l/by-id/", "/dev/sda"],
 )
 def test_invalid_source_texts_are_refused(text):
-    with pytest.raises(SpecError):
+    with pytest.raises(sources.SpecError):
         parse_source(text, Path("/b"))
 
 
 def test_background_texts_are_parsed():
-    assert parse_background("median", Path("/b")) == MedianFrames()
-    assert parse_background("mog2", Path("/b")) == Mog2()
-    assert parse_background("image:a.png", Path("/b")) == BackgroundImage(Path("/b/a.png"))
+    assert sources.parse_background("median", Path("/b")) == sources.MedianFrames()
+    assert sources.parse_background("mog2", Path("/b")) == sources.Mog2()
+    assert sources.parse_background("image:a.png", Path("/b")) == sources.BackgroundImage(Path("/b/a.png"))
 
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
     with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: both, auto, two-view"):
         demo_rig("hybrid")
-    assert [viewer.source for viewer in demo_rig().viewers] == [Actor("demo", 4)] * 2
+    assert [viewer.source for viewer in demo_rig().viewers] == [sources.Actor("demo", 4)] * 2
     rig = demo_rig("two-view")
-    assert [(v.source, v.camera.size, v.fps) for v in rig.viewers] == [(Actor("demo", 4), (160, 120), 15.0)] * 2
+    assert [(v.source, v.camera.size, v.fps) for v in rig.viewers] == [(sources.Actor("demo", 4), (160, 120), 15.0)] * 2
     np.testing.assert_allclose(rig.viewers[0].camera.centre, [0, 1.0, 5.2], atol=1e-9)
     np.testing.assert_allclose(rig.viewers[1].camera.centre, [-5.2, 1.0, 0], atol=1e-9)

@@ -10,15 +10,7 @@ from hypothesis import strategies as st
 
 from tests.support.two_view_scene import rows
 from zenocap.common.arrays import Bools, Floats, Floats32, Ints, Mask
-from zenocap.common.vision.model_image import (
-    ADD,
-    CORNERS,
-    COUNT,
-    REMOVE,
-    cover_outline,
-    part_outline,
-    score_of_counts,
-)
+from zenocap.common.vision import model_image
 
 HEIGHT, WIDTH = 24, 32
 SEEDS = st.integers(0, 2**32 - 1)
@@ -56,7 +48,7 @@ def counted_totals(cover: Mask) -> list[int]:
 @settings(max_examples=300)  # the first example compiles
 def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> None:
     cover, totals = empty_cover()
-    cover_outline(random_outline(seed), MASK, cover, ADD, totals)
+    model_image.cover_outline(random_outline(seed), MASK, cover, model_image.ADD, totals)
     np.testing.assert_array_equal(cover, inside(random_outline(seed)).astype(np.uint8))
 
 
@@ -67,16 +59,16 @@ def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) 
     placed: list[Floats] = []
     for seed, remove in steps:
         if remove and placed:
-            cover_outline(placed.pop(seed % len(placed)), MASK, cover, REMOVE, totals)
+            model_image.cover_outline(placed.pop(seed % len(placed)), MASK, cover, model_image.REMOVE, totals)
         else:
             placed.append(random_outline(seed))
-            cover_outline(placed[-1], MASK, cover, ADD, totals)
+            model_image.cover_outline(placed[-1], MASK, cover, model_image.ADD, totals)
         assert totals.tolist() == counted_totals(cover)
         np.testing.assert_array_equal(
             cover, sum(inside(outline).astype(np.uint8) for outline in placed) + np.zeros_like(cover)
         )
     for outline in placed:
-        cover_outline(outline, MASK, cover, REMOVE, totals)
+        model_image.cover_outline(outline, MASK, cover, model_image.REMOVE, totals)
     assert not cover.any()
     assert totals.tolist() == [int(MASK.sum()), 0, 0]
 
@@ -84,11 +76,11 @@ def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) 
 @given(SEEDS, SEEDS)
 def test_count_mode_gives_the_totals_of_add_mode_without_changing_the_cover(first: int, second: int) -> None:
     cover, totals = empty_cover()
-    cover_outline(random_outline(first), MASK, cover, ADD, totals)
+    model_image.cover_outline(random_outline(first), MASK, cover, model_image.ADD, totals)
     before, by_counting = cover.copy(), totals.copy()
-    cover_outline(random_outline(second), MASK, cover, COUNT, by_counting)
+    model_image.cover_outline(random_outline(second), MASK, cover, model_image.COUNT, by_counting)
     np.testing.assert_array_equal(cover, before)
-    cover_outline(random_outline(second), MASK, cover, ADD, totals)
+    model_image.cover_outline(random_outline(second), MASK, cover, model_image.ADD, totals)
     np.testing.assert_array_equal(by_counting, totals)
 
 
@@ -118,8 +110,8 @@ def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer
     """Within a pixel of 160 x 120: ten corners stand for two ellipses under local parallel projection."""
     camera = rows(viewer)
     frame, size = random_part(seed)
-    corners = np.empty((CORNERS, 2))
-    assert part_outline(frame, size, camera, corners)
+    corners = np.empty((model_image.CORNERS, 2))
+    assert model_image.part_outline(frame, size, camera, corners)
     hull = sampled_hull(frame, size, camera)
     found = cv2.convexHull(corners.astype(np.float32))
     for a, b in ((hull, found), (found, hull)):
@@ -129,8 +121,8 @@ def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer
 
 @given(SEEDS, st.sampled_from([0, 1]))
 def test_a_parts_corners_are_in_order(seed: int, viewer: int) -> None:
-    corners = np.empty((CORNERS, 2))
-    assert part_outline(*random_part(seed), rows(viewer), corners)
+    corners = np.empty((model_image.CORNERS, 2))
+    assert model_image.part_outline(*random_part(seed), rows(viewer), corners)
     edges = np.roll(corners, -1, 0) - corners
     following = np.roll(edges, -1, 0)
     turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
@@ -140,14 +132,14 @@ def test_a_parts_corners_are_in_order(seed: int, viewer: int) -> None:
 def test_a_part_behind_the_camera_covers_nothing() -> None:
     camera = rows(0)
     frame = np.column_stack([np.eye(3), [0.0, 1.0, 7.0]])
-    assert not part_outline(frame, np.array([0.5, 0.1, 0.1]), camera, np.empty((CORNERS, 2)))
+    assert not model_image.part_outline(frame, np.array([0.5, 0.1, 0.1]), camera, np.empty((model_image.CORNERS, 2)))
 
 
 def test_a_part_seen_along_its_axis_is_its_ellipse() -> None:
     camera = rows(0)  # looks along -Z from (0, 1, 5.2)
     frame = np.column_stack([[1, 0, 0], [0, 0, -1], [0, 1, 0], [0.0, 1.0, 0.0]]).astype(np.float64)
-    corners = np.empty((CORNERS, 2))
-    assert part_outline(frame, np.array([1e-9, 0.3, 0.1]), camera, corners)
+    corners = np.empty((model_image.CORNERS, 2))
+    assert model_image.part_outline(frame, np.array([1e-9, 0.3, 0.1]), camera, corners)
     scale = camera[4, 0] / 5.2
     assert np.ptp(corners[:, 0]) <= 2 * 0.3 * scale + 1e-6
     np.testing.assert_allclose(np.ptp(corners[:, 1]), 2 * 0.1 * scale, rtol=0.3)
@@ -157,7 +149,7 @@ COUNTS = st.tuples(*[st.integers(0, 50)] * 3)  # pixels of both images, of the s
 
 
 def score(both: int, missing: int, more: int) -> float:
-    return float(score_of_counts(both + missing, both + more, both))
+    return float(model_image.score_of_counts(both + missing, both + more, both))
 
 
 def test_the_matching_score_equals_equation_1_computed_by_hand() -> None:

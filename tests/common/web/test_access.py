@@ -70,7 +70,7 @@ def test_a_thousand_connections_without_a_request_neither_end_the_server_nor_kee
 
 
 def test_a_connection_without_a_request_is_closed_after_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "HANDSHAKE_TIMEOUT_S", 0.2)
+    monkeypatch.setattr(server_module.p, "HANDSHAKE_TIMEOUT_S", 0.2)
     with stand_in(tmp_path) as animator, socket.create_connection(("127.0.0.1", port_of(animator.address)), 10) as bare:
         bare.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")  # never completed
         started_s = time.monotonic()

@@ -14,18 +14,9 @@ from hypothesis import strategies as st
 from tests.support.posture_cases import quick_model
 from tests.test_layers import closure, imported
 from zenocap.common.errors import UserError
+from zenocap.services.recognizer import model_file
 from zenocap.services.recognizer.forest import votes_of
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.model_file import (
-    ARRAYS,
-    SHIPPED,
-    SUFFIX,
-    find_model,
-    packed,
-    parse_model,
-    read_model,
-    write_model,
-)
 from zenocap.services.recognizer.segment_description import VALUES
 
 MAGIC, VERSION = b"zenocap postures\n", 1
@@ -33,7 +24,7 @@ HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")  # magic, version, CRC-32, length o
 MODEL_PATH = Path("some.postures")
 TRAINING_PACKAGES = {"sklearn", "hmmlearn", "matplotlib", "threadpoolctl"}
 MODEL = quick_model()
-DATA = packed(MODEL_PATH, MODEL)
+DATA = model_file.packed(MODEL_PATH, MODEL)
 
 
 def with_checksum(body: bytes) -> bytes:
@@ -53,13 +44,13 @@ def array(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> dict[str
 def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
     path = tmp_path / "mine.postures"
     model = replace(MODEL, labels=("手を振る", "kick", "bow ↓"))
-    write_model(path, model)
-    found = read_model(path)
-    for name in ARRAYS:
+    model_file.write_model(path, model)
+    found = model_file.read_model(path)
+    for name in model_file.ARRAYS:
         np.testing.assert_array_equal(getattr(found, name), getattr(model, name), err_msg=name)
     for name in ("features", "rate", "labels", "farthest", "calm", "slow", "training"):
         assert getattr(found, name) == getattr(model, name)
-    assert packed(path, found) == path.read_bytes()
+    assert model_file.packed(path, found) == path.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -83,7 +74,7 @@ def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_error_names_the_fault_of_a_file(data: bytes, words: str) -> None:
     with pytest.raises(UserError, match=words) as raised:
-        parse_model(MODEL_PATH, data)
+        model_file.parse_model(MODEL_PATH, data)
     assert str(raised.value).startswith("some.postures: ")
 
 
@@ -100,7 +91,7 @@ LEAF_0 = [-1.0, 0.0, 0.0]
 
 
 def test_a_forest_is_read() -> None:
-    found = parse_model(MODEL_PATH, forest([[[0.0, 0.5, 2.0], LEAF_0, [-1.0, 0.0, 3.0]]])).forest
+    found = model_file.parse_model(MODEL_PATH, forest([[[0.0, 0.5, 2.0], LEAF_0, [-1.0, 0.0, 3.0]]])).forest
     assert votes_of(found, np.zeros(VALUES)).tolist() == [1, 0, 0, 0]
     assert votes_of(found, np.ones(VALUES)).tolist() == [0, 0, 0, 1]
 
@@ -123,7 +114,7 @@ def test_a_forest_is_read() -> None:
 )
 def test_error_names_the_node_of_a_forest_that_would_not_end_or_name_a_posture(data: bytes, words: str) -> None:
     with pytest.raises(UserError, match=words):
-        parse_model(MODEL_PATH, data)
+        model_file.parse_model(MODEL_PATH, data)
 
 
 @settings(max_examples=60, deadline=None)
@@ -132,7 +123,7 @@ def test_any_changed_byte_gives_a_model_or_a_user_error(at: int, byte: int) -> N
     body = bytearray(DATA[HEADER.size :])
     body[at] = byte
     try:
-        found = parse_model(MODEL_PATH, with_checksum(bytes(body)))
+        found = model_file.parse_model(MODEL_PATH, with_checksum(bytes(body)))
     except UserError:
         return
     assert isinstance(found, PostureModel)
@@ -140,16 +131,16 @@ def test_any_changed_byte_gives_a_model_or_a_user_error(at: int, byte: int) -> N
 
 def test_a_model_that_could_not_be_read_back_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="thresholds = inf"):
-        write_model(tmp_path / "bad.postures", replace(MODEL, thresholds=np.full(3, np.inf)))
+        model_file.write_model(tmp_path / "bad.postures", replace(MODEL, thresholds=np.full(3, np.inf)))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_model_is_found_by_path_and_error_names_a_missing_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    write_model(Path("mine.postures"), MODEL)
-    assert find_model("mine.postures").resolve() == tmp_path / "mine.postures"
+    model_file.write_model(Path("mine.postures"), MODEL)
+    assert model_file.find_model("mine.postures").resolve() == tmp_path / "mine.postures"
     with pytest.raises(UserError, match="'nowhere': no file"):
-        find_model("nowhere")
+        model_file.find_model("nowhere")
 
 
 def test_recognition_does_not_import_packages_of_training() -> None:
@@ -160,7 +151,7 @@ def test_recognition_does_not_import_packages_of_training() -> None:
     assert "zenocap.services.recognizer.likelihood" in seen
 
 
-@pytest.mark.parametrize("path", sorted(SHIPPED.glob(f"*{SUFFIX}")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(model_file.SHIPPED.glob(f"*{model_file.SUFFIX}")), ids=lambda path: path.stem)
 def test_shipped_models_are_found_by_name_and_read(path: Path) -> None:
-    assert find_model(path.stem) == path
-    assert len(read_model(path).labels) >= 1
+    assert model_file.find_model(path.stem) == path
+    assert len(model_file.read_model(path).labels) >= 1

@@ -45,7 +45,7 @@ def test_many_frames_of_the_empty_scene_are_learnt_in_bounded_memory(monkeypatch
     """Of those spread over the whole time; fewer are kept all."""
     frames, kept = [np.full((48, 64, 3), k, np.uint8) for k in range(100)], []
     setup = replace(SETUP, background=FirstFrames(len(frames)))
-    monkeypatch.setattr(segmentation, "LEARNT_PX", 16 * 48 * 64 + 5)
+    monkeypatch.setattr(segmentation.p, "LEARNT_PX", 16 * 48 * 64 + 5)
     monkeypatch.setattr(segmentation, "learn_from", kept.extend)
     state, scene, most = LearningBackground(), None, 0
     for frame in frames:

@@ -90,33 +90,26 @@ def drift(take: TakePath, *, given: DriftArguments) -> None:
     Example: `zenocap calibrate drift walk.mcap --calibration calibration.toml -o moved.toml`
     """
     from zenocap.common.camera.calibration_files import write_calibration
-    from zenocap.tools.setup.calibration.drift_report import (
-        calibrated_cameras,
-        contradicts,
-        corrected,
-        drift_data,
-        drift_lines,
-        messages_of,
-        take_drift,
-    )
+    from zenocap.tools.setup.calibration import drift_report as report
 
     output = given.output
     with one_line_errors():
         checked_take(take)
-        known = None if given.calibration is None else calibrated_cameras(given.calibration, given.up_axis)
+        known = None if given.calibration is None else report.calibrated_cameras(given.calibration, given.up_axis)
         if output is not None:
             check_new(output, given.force)
-        found, recorded = take_drift(take, messages_of(take))
+        found, recorded = report.take_drift(take, report.messages_of(take))
         if output is not None and found.moved:
-            now, up_axis = corrected(found, recorded, known), given.up_axis if known is not None else "y"
+            now, up_axis = report.corrected(found, recorded, known), given.up_axis if known is not None else "y"
             write_result(output, given.force, lambda path, new: write_calibration(path, now, up_axis, new=new))
     if given.as_json:
-        typer.echo(json.dumps(drift_data(found) | {"written": str(output) if output and found.moved else None}, indent=2))
+        written = str(output) if output and found.moved else None
+        typer.echo(json.dumps(report.drift_data(found) | {"written": written}, indent=2))
     else:
-        typer.echo("\n".join(drift_lines(found)))
+        typer.echo("\n".join(report.drift_lines(found)))
         if output is not None:
             typer.echo(f"written: {output}" if found.moved else "nothing is written")
         elif found.moved:
             typer.echo("next: the same with --calibration and -o writes a calibration with the new pose")
-    if contradicts(found):
+    if report.contradicts(found):
         raise typer.Exit(LOSS)

@@ -18,14 +18,7 @@ from zenocap.common.observe.view import ObservedService, RigView, ServiceView, o
 from zenocap.common.rig.services import ServiceKey, sort_key
 from zenocap.common.runtime.clock_offset import Offset, offset_at, offset_in, to_integrator_ns
 from zenocap.common.topics import NAME, SIGHTING, SILHOUETTE, topic_at
-from zenocap.tools.operate.metrics.parameters import (
-    FORGET_NS,
-    LATENCY_BUCKETS_S,
-    MAX_RIGS,
-    MAX_SERVICES,
-    SERVICE_NAMES,
-    TIMES_KEPT,
-)
+from zenocap.tools.operate.metrics import parameters as p
 
 PAIRING: frozenset[ServiceKey] = frozenset({("integrator", "main"), ("tracker", "main")})  # their traces have all viewers
 
@@ -34,11 +27,11 @@ class Histogram:
     """Counts of values up to each of LATENCY_BUCKETS_S, not cumulative, the last of greater ones; their sum (s)."""
 
     def __init__(self) -> None:
-        self.counts = [0] * (len(LATENCY_BUCKETS_S) + 1)
+        self.counts = [0] * (len(p.LATENCY_BUCKETS_S) + 1)
         self.sum_s = 0.0
 
     def add(self, value_s: float) -> None:
-        self.counts[bisect_left(LATENCY_BUCKETS_S, value_s)] += 1
+        self.counts[bisect_left(p.LATENCY_BUCKETS_S, value_s)] += 1
         self.sum_s += value_s
 
 
@@ -105,18 +98,18 @@ class RigObservations:
         """Remove services that are not of the rig file and have been silent for FORGET_NS."""
         old = [
             key for key, one in self._view.services.items()
-            if key not in self._expected and now_ns - max(one.health_ns, one.since_ns) > FORGET_NS
+            if key not in self._expected and now_ns - max(one.health_ns, one.since_ns) > p.FORGET_NS
         ]  # fmt: skip
         self._view = without(self._view, old)
 
     def _admitted(self, service: ServiceKey, now_ns: int) -> bool:
         if service in self._expected or service in self._view.services:
             return True
-        if service[0] not in SERVICE_NAMES or not re.fullmatch(NAME, service[1]):
+        if service[0] not in p.SERVICE_NAMES or not re.fullmatch(NAME, service[1]):
             return False
         self.forget(now_ns)
         others = sum(key not in self._expected for key in self._view.services)
-        return others < MAX_SERVICES
+        return others < p.MAX_SERVICES
 
     def _add_pose(self, source: Source, pose: Bap, received_ns: int) -> None:
         self.poses[source, is_lost(pose)] += 1
@@ -137,7 +130,7 @@ class RigObservations:
             if number in viewers:
                 times_ns.setdefault(viewers[number], []).append(time_ns)
         if times_ns:
-            self._times_ns = {viewer: tuple(times[-TIMES_KEPT:]) for viewer, times in times_ns.items()}
+            self._times_ns = {viewer: tuple(times[-p.TIMES_KEPT :]) for viewer, times in times_ns.items()}
 
 
 class Observations:
@@ -152,7 +145,7 @@ class Observations:
         """Add rigs that were found on the network, up to MAX_RIGS; return the new ones."""
         new = sorted(set(found) - self.rigs.keys())
         valid = [rig for rig in new if re.fullmatch(NAME, rig)]
-        admitted = valid[: max(0, MAX_RIGS - len(self.rigs))]
+        admitted = valid[: max(0, p.MAX_RIGS - len(self.rigs))]
         self.ignored += len(new) - len(admitted)
         self.rigs |= {rig: RigObservations(rig, ()) for rig in admitted}
         return admitted

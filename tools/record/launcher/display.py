@@ -57,7 +57,6 @@ def _page_of(status: RigStatus, services: Sequence[ServiceKey]) -> str:
 
 
 def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float) -> str:
-    """The status in one line."""
     parts = [f"{elapsed_s:5.1f} s"]
     for service in services:
         health = status.services.health.get(service)

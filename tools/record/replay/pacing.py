@@ -23,7 +23,6 @@ class Playhead:
     paused: bool = False
 
     def place_at(self, now_ns: int) -> int:
-        """Place at `now_ns`."""
         if self.paused or not self.rate:
             return self.place_ns
         return self.place_ns + round((now_ns - self.anchor_ns) * self.rate)

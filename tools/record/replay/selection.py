@@ -41,7 +41,6 @@ class ReplaySelection:
 
 
 def full(expression: str) -> str:
-    """Return the expression with its root."""
     return expression if expression.startswith((f"{ROOT}/", "**")) else f"{ROOT}/*/{expression}"
 
 

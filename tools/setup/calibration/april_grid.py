@@ -11,17 +11,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Image, Ints
 from zenocap.common.errors import UserError
+from zenocap.tools.setup.calibration import parameters as p
 from zenocap.tools.setup.calibration.board import DICTIONARIES, Board
 from zenocap.tools.setup.calibration.board_views import View
-from zenocap.tools.setup.calibration.parameters import (
-    FEW_TAGS,
-    MIN_TAG_PX,
-    SPACING_OFF,
-    SPACING_PAIRS,
-    TAG_ALIKE,
-    TAG_BEND,
-    TAG_PASSES,
-)
 
 Quads = dict[int, Floats]
 """Corners (4, 2) px by the number of a tag: clockwise from the one at the top left of the upright tag."""
@@ -38,7 +30,7 @@ class AprilGridFinder:
         self.board = board
         dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary])
         self._passes = []
-        for scale, contrast in TAG_PASSES:
+        for scale, contrast in p.TAG_PASSES:
             parameters = cv2.aruco.DetectorParameters()
             parameters.markerBorderBits, parameters.adaptiveThreshConstant = board.border, contrast
             self._passes.append((scale, cv2.aruco.ArucoDetector(dictionary, parameters)))
@@ -95,7 +87,7 @@ class AprilGridFinder:
                 if number in self._places and numbers.count(number) == 1:
                     upright = np.roll(np.asarray(quad, dtype=np.float64).reshape(4, 2), 2, axis=0)
                     found.setdefault(number, (upright + 0.5) / scale - 0.5)
-            if len(found) >= FEW_TAGS:
+            if len(found) >= p.FEW_TAGS:
                 break
         return found
 
@@ -122,7 +114,7 @@ class AprilGridFinder:
             others = {one: place for one, place in quads.items() if one != number}
             predicted = self._predicted(others, set(self._places) - {number}, spacing).get(number) if others else None
             side = float(np.hypot(*(np.roll(quad, -1, axis=0) - quad).T).max())
-            if predicted is None or np.hypot(*(predicted - quad).T).max() < 0.5 + TAG_BEND * side:
+            if predicted is None or np.hypot(*(predicted - quad).T).max() < 0.5 + p.TAG_BEND * side:
                 kept[number] = quad
         return kept
 
@@ -138,7 +130,7 @@ class AprilGridFinder:
             sides = np.hypot(*(np.roll(quad, -1, axis=0) - quad).T)
             # No other corner in the window: half of the border of a tag, or of the white beside it.
             cell = float(sides.min()) / (6 + 2 * self.board.border)
-            if not np.isfinite(quad).all() or cell * (6 + 2 * self.board.border) < MIN_TAG_PX:
+            if not np.isfinite(quad).all() or cell * (6 + 2 * self.board.border) < p.MIN_TAG_PX:
                 continue
             reach = int(np.clip(0.5 * min(self.board.border * cell, self.board.spacing * float(sides.min())), 1, 6))
             if (quad <= reach + 1).any() or (quad >= np.array([width, height]) - reach - 2).any():
@@ -156,7 +148,7 @@ class AprilGridFinder:
         homography = cv2.getPerspectiveTransform(UNIT.astype(np.float32), quad.astype(np.float32))
         places = cv2.perspectiveTransform(self._middles, homography).astype(np.float32)
         seen = cv2.remap(image, places[..., 0], places[..., 1], cv2.INTER_LINEAR).ravel().astype(np.float64)
-        return bool(seen.std() > 1.0 and np.corrcoef(seen, self._cells[number].ravel())[0, 1] > TAG_ALIKE)
+        return bool(seen.std() > 1.0 and np.corrcoef(seen, self._cells[number].ravel())[0, 1] > p.TAG_ALIKE)
 
 
 def columns_of(quads: Quads) -> int | None:
@@ -190,7 +182,7 @@ def check_spacing(board: Board, views: Sequence[View]) -> None:
     """Raise UserError where the tags of an AprilGrid are not as far apart as its description has them."""
     if board.kind != "aprilgrid" or (found := measured_spacing(board, views)) is None:
         return
-    if abs(found - board.spacing) > SPACING_OFF:
+    if abs(found - board.spacing) > p.SPACING_OFF:
         raise UserError(
             f"--spacing {board.spacing:g}: in the images, {found:.3f} of the side of a tag is between two tags: allowed: "
             "what is measured on the print, the white between two tags by the side of a tag"
@@ -211,7 +203,7 @@ def _pairs(board: Board, views: Sequence[View]) -> Floats:
     pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
     sizes = np.ptp(pairs, axis=1).max(axis=1)
     pairs = pairs[sizes >= np.median(sizes)] if len(pairs) else pairs  # small tags seem farther apart
-    return np.asarray(pairs[:: max(1, -(-len(pairs) // SPACING_PAIRS))])
+    return np.asarray(pairs[:: max(1, -(-len(pairs) // p.SPACING_PAIRS))])
 
 
 def _misfit(pairs: Floats, spacing: float) -> float:

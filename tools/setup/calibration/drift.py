@@ -18,17 +18,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import jackknife_error
 from zenocap.common.lags.tangents import Outline, scene_centre
-from zenocap.tools.setup.calibration.parameters import (
-    BLOCKS,
-    EXPLAINED,
-    LEAST_ERROR_PX,
-    LEAST_INSTANTS,
-    LEAST_PX,
-    MOST_INSTANTS,
-    PRIOR_SHIFT_M,
-    PRIOR_TURN_DEG,
-    SURE_ERRORS,
-)
+from zenocap.tools.setup.calibration import parameters as p
 from zenocap.tools.setup.calibration.silhouettes import Hulls, hulls_of, losses, median_px, pair_residuals
 
 
@@ -71,16 +61,18 @@ def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outl
     Two cameras do not determine which one moved: none is named.  Raises ValueError when too little can be compared.
     """
     kept = [one for one in instants if len(one) > 1]
-    if len(kept) < LEAST_INSTANTS:
-        raise ValueError(f"the person is seen by two cameras in {len(kept)} frame sets: allowed: {LEAST_INSTANTS} or more")
-    kept = [kept[k] for k in np.unique(np.linspace(0, len(kept) - 1, MOST_INSTANTS).astype(int))]
-    names = [name for name in cameras if sum(name in one for one in kept) >= LEAST_INSTANTS]
+    if len(kept) < p.LEAST_INSTANTS:
+        raise ValueError(
+            f"the person is seen by two cameras in {len(kept)} frame sets: allowed: {p.LEAST_INSTANTS} or more"
+        )
+    kept = [kept[k] for k in np.unique(np.linspace(0, len(kept) - 1, p.MOST_INSTANTS).astype(int))]
+    names = [name for name in cameras if sum(name in one for one in kept) >= p.LEAST_INSTANTS]
     rays = {name: hulls_of(cameras[name], [one.get(name) for one in kept]) for name in names}
     scene = scene_centre([cameras[name] for name in names], [[one[name] for one in kept if name in one] for name in names])
     present = {name: cameras[name] for name in names}
     moved: list[MovedCamera] = []
     residuals = {pair: pair_residuals(present, rays, pair, scene) for pair in combinations(names, 2)}
-    pairs_px = {pair: median_px(one) for pair, one in residuals.items() if np.isfinite(one).sum() >= LEAST_INSTANTS}
+    pairs_px = {pair: median_px(one) for pair, one in residuals.items() if np.isfinite(one).sum() >= p.LEAST_INSTANTS}
     checked = [name for name in names if any(name in pair for pair in pairs_px)]
     if not checked:
         raise ValueError("no two cameras show the person whole, from different sides, at the same time")
@@ -116,9 +108,9 @@ def _most_moved(
     name, motion, before = best
     camera = moved_camera(cameras[name], motion)
     others = _left_out(cameras, rays, name, scene)
-    error_px = max(LEAST_ERROR_PX, float(jackknife_error([_apart_px(camera, other, scene) for other in others])))
+    error_px = max(p.LEAST_ERROR_PX, float(jackknife_error([_apart_px(camera, other, scene) for other in others])))
     apart_px = _apart_px(cameras[name], camera, scene)
-    if apart_px < max(LEAST_PX, SURE_ERRORS * error_px) or most < EXPLAINED * before:
+    if apart_px < max(p.LEAST_PX, p.SURE_ERRORS * error_px) or most < p.EXPLAINED * before:
         return None
     pairs = [pair for pair in combinations(cameras, 2) if name in pair]
     offs = [
@@ -144,7 +136,7 @@ def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: st
     """The moved camera, fitted without one stretch of time each: errors of neighbouring instants are alike."""
     count = len(rays[name].local)
     found = []
-    for block in np.array_split(np.arange(count), BLOCKS):
+    for block in np.array_split(np.arange(count), p.BLOCKS):
         kept = np.setdiff1d(np.arange(count), block)
         part = {other: Hulls(one.local[kept], one.cut[kept]) for other, one in rays.items()}
         found.append(moved_camera(cameras[name], _fitted(cameras, part, name, scene)))
@@ -164,7 +156,7 @@ def moved_camera(camera: Camera, motion: Floats) -> Camera:
 
 def _fitted(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: str, scene: Floats) -> Floats:
     """Motion (6,) of a camera that makes its pairs agree; small motions are the more likely."""
-    widths = np.array([np.radians(PRIOR_TURN_DEG)] * 3 + [PRIOR_SHIFT_M] * 3)
+    widths = np.array([np.radians(p.PRIOR_TURN_DEG)] * 3 + [p.PRIOR_SHIFT_M] * 3)
 
     def off(scaled: Floats) -> Floats:
         return np.concatenate([np.sqrt(losses(_residuals(cameras, rays, name, scene, scaled * widths))), scaled])

@@ -54,7 +54,6 @@ def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[s
 
 
 def drift_lines(found: Drift) -> list[str]:
-    """Report as lines of text."""
     pairs = ", ".join(f"{one} and {other} {px:.1f}" for (one, other), px in found.pairs_px.items())
     lines = [f"{found.instants} frame sets compared; silhouettes of pairs of cameras disagree, px: {pairs}"]
     for one in found.moved:

@@ -24,7 +24,6 @@ class LensModel:
 
     @classmethod
     def of(cls, lens: Lens) -> "LensModel":
-        """The model of a lens."""
         matrix = lens.matrix
         values = np.concatenate([matrix[[0, 1], [0, 1]], matrix[:2, 2], np.ravel(lens.distortions)])
         return cls(lens.size, values, lens.fisheye, lens.guessed)

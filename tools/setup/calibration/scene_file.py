@@ -70,7 +70,6 @@ def read_scene(path: Path) -> PickedPoints:
 
 
 def scene_text(scene: PickedPoints) -> str:
-    """A scene as the text of its file."""
     lines = [
         "# Points of the room, for zenocap calibrate scene: X, Y (height) and Z in m; then their pixels in each camera."
     ]

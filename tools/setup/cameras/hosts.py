@@ -67,7 +67,6 @@ def host_problem(source: Announced, hosts: Sequence[CameraHost]) -> str:
 
 
 def host_data(hosts: Sequence[CameraHost]) -> list[dict[str, object]]:
-    """For JSON."""
     return [
         {"machine": host.machine, "host": host.host, **msgspec.to_builtins(camera)}
         for host in hosts

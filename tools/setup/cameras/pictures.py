@@ -10,7 +10,7 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
 from zenocap.common.video.v4l2.listing import FoundCamera
-from zenocap.tools.setup.cameras.streams import small_picture
+from zenocap.common.vision.pictures import small_picture
 
 LONG_SIDE_PX = 480  # of the pictures; chosen by hand
 WARM_UP = 15  # images that a camera's automatic exposure needs, about half a second; chosen by hand

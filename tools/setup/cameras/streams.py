@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 import av
-import cv2
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
@@ -130,17 +129,3 @@ def _reason(error: Exception) -> str:
     text = str(getattr(error, "strerror", None) or type(error).__name__)
     meant = next((meaning for part, meaning in REASONS if part.lower() in f"{text} {type(error).__name__}".lower()), "")
     return f"{text}: {meant}" if meant else text
-
-
-def jpeg(image: Image, long_side_px: int, quality: int) -> bytes:
-    """JPEG of an image, reduced as by `small_picture`."""
-    good, data = cv2.imencode(".jpg", small_picture(image, long_side_px), [cv2.IMWRITE_JPEG_QUALITY, quality])
-    assert good
-    return np.asarray(data, dtype=np.uint8).tobytes()
-
-
-def small_picture(image: Image, long_side_px: int) -> Image:
-    """The image reduced so that its longer side has at most `long_side_px` pixels."""
-    scale = min(1.0, long_side_px / max(image.shape[:2]))
-    size = max(1, round(image.shape[1] * scale)), max(1, round(image.shape[0] * scale))
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

@@ -45,7 +45,6 @@ def _control_text(control: Control) -> str:
 
 
 def stream_lines(streams: Sequence[TriedStream]) -> Iterator[str]:
-    """Lines on streams that were tried."""
     for stream in streams:
         if stream.size is None:
             yield f"{stream.address}: no image: {stream.problem}"
@@ -69,7 +68,6 @@ def onvif_lines(devices: Sequence[AskedDevice]) -> Iterator[str]:
 
 
 def onvif_data(devices: Sequence[AskedDevice]) -> list[dict[str, object]]:
-    """For JSON."""
     return [
         {
             **vars(one.device),
@@ -84,7 +82,6 @@ def onvif_data(devices: Sequence[AskedDevice]) -> list[dict[str, object]]:
 
 
 def camera_data(camera: FoundCamera, picture: str | None, picture_problem: str) -> dict[str, object]:
-    """For JSON."""
     return {
         "device": str(camera.path),
         "source": camera.source,
@@ -102,7 +99,6 @@ def camera_data(camera: FoundCamera, picture: str | None, picture_problem: str) 
 
 
 def stream_data(stream: TriedStream, picture: str | None) -> dict[str, object]:
-    """For JSON."""
     return {
         "address": stream.address,
         "size": stream.size,

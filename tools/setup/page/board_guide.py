@@ -12,16 +12,7 @@ from zenocap.tools.setup.calibration.board_views import View
 from zenocap.tools.setup.calibration.frame_sets import moved_px
 from zenocap.tools.setup.calibration.lens_model import LensModel, plane_poses
 from zenocap.tools.setup.calibration.parameters import CELLS
-from zenocap.tools.setup.page.parameters import (
-    MIN_CAMERA_MOMENTS,
-    MIN_COVERAGE,
-    MIN_MOMENTS,
-    MIN_SIDES,
-    MIN_TILTED,
-    MOVED_SHARE,
-    NOMINAL_FOCAL,
-    TILT_DEG,
-)
+from zenocap.tools.setup.page import parameters as p
 
 Side = Literal["left", "right", "upper", "lower"]
 SIDES: tuple[Side, ...] = ("left", "right", "upper", "lower")
@@ -42,7 +33,7 @@ REGIONS: tuple[tuple[str, slice, slice], ...] = (
 def nominal_lens(size: tuple[int, int]) -> LensModel:
     """A usual lens of images of `size` (width, height) px, for angles before the lens is known."""
     width, height = size
-    focal = NOMINAL_FOCAL * width
+    focal = p.NOMINAL_FOCAL * width
     return LensModel(size, np.array([focal, focal, (width - 1) / 2, (height - 1) / 2, 0.0, 0.0, 0.0, 0.0]), False)
 
 
@@ -59,7 +50,7 @@ def tilted_side(view: View, corners: Floats, size: tuple[int, int]) -> Side | No
     ahead = rotation @ corners[view.ids].mean(axis=0) + shift
     ahead /= np.linalg.norm(ahead)
     normal = rotation[:, 2]
-    if np.degrees(np.arccos(np.clip(normal @ ahead, -1.0, 1.0))) < TILT_DEG:
+    if np.degrees(np.arccos(np.clip(normal @ ahead, -1.0, 1.0))) < p.TILT_DEG:
         return None
     across, down = (normal - (normal @ ahead) * ahead)[:2]
     if abs(across) > abs(down):
@@ -69,7 +60,7 @@ def tilted_side(view: View, corners: Floats, size: tuple[int, int]) -> Side | No
 
 def has_moved(before: View | None, view: View, width: int) -> bool:
     """Whether the board is elsewhere in the image than in an earlier view."""
-    return before is None or moved_px(before, view) > MOVED_SHARE * width
+    return before is None or moved_px(before, view) > p.MOVED_SHARE * width
 
 
 @dataclass
@@ -94,12 +85,12 @@ class CameraProgress:
     @property
     def sides(self) -> int:
         """Number of sides to which the board was tilted often enough."""
-        return sum(count >= MIN_TILTED for count in self.tilted.values())
+        return sum(count >= p.MIN_TILTED for count in self.tilted.values())
 
     @property
     def enough(self) -> bool:
         """Whether its lens can be determined."""
-        return self.moments >= MIN_CAMERA_MOMENTS and self.coverage >= MIN_COVERAGE and self.sides >= MIN_SIDES
+        return self.moments >= p.MIN_CAMERA_MOMENTS and self.coverage >= p.MIN_COVERAGE and self.sides >= p.MIN_SIDES
 
     def region(self) -> str:
         """The region of the image of which the least is covered."""
@@ -142,7 +133,7 @@ class BoardGuide:
         """Cameras that are connected by pairs with at least MIN_MOMENTS common moments, the largest group first."""
         group = list(range(len(self.cameras)))
         for (one, other), count in self.pairs.items():
-            if count >= MIN_MOMENTS:
+            if count >= p.MIN_MOMENTS:
                 group = [group[one] if number == group[other] else number for number in group]
         found = [[k for k, number in enumerate(group) if number == name] for name in dict.fromkeys(group)]
         return sorted(found, key=lambda members: -len(members))
@@ -158,7 +149,7 @@ class BoardGuide:
         return not self.missing and all(self._has_enough(one) for one in self.cameras)
 
     def _has_enough(self, one: CameraProgress) -> bool:
-        return one.enough or (self.lens_known and one.moments >= MIN_MOMENTS)
+        return one.enough or (self.lens_known and one.moments >= p.MIN_MOMENTS)
 
     def advice(self) -> tuple[str, str, str]:
         """What to show next, in one sentence; the camera that it is about, and the region of its image; "" for none."""
@@ -173,19 +164,19 @@ class BoardGuide:
             first, second = (self.cameras[number].name for number in pair)
             have = self.pairs.get((min(pair), max(pair)), 0)
             sentence = f"Hold the board so that {first} and {second} both see it, and move it slowly"
-            return f"{sentence}: {have} of {MIN_MOMENTS} places.", second, ""
+            return f"{sentence}: {have} of {p.MIN_MOMENTS} places.", second, ""
         lacking = [one for one in self.cameras if not self._has_enough(one)]
         for one in sorted(lacking, key=lambda one: one.coverage):
-            if one.coverage < MIN_COVERAGE:
+            if one.coverage < p.MIN_COVERAGE:
                 region = one.region()
                 near = f"in the {region}" if region == "middle" else f"nearer to the {region}"
                 return f"Show it {near} of {one.name}, and near the camera.", one.name, region
         for one in lacking:
-            if one.sides < MIN_SIDES:
+            if one.sides < p.MIN_SIDES:
                 side = min(SIDES, key=lambda name: one.tilted[name])
                 return f"Tilt it more before {one.name}: turn its {side} edge towards the camera.", one.name, ""
         for one in lacking:
-            return f"Show it longer to {one.name}, at other places: {one.moments} of {MIN_CAMERA_MOMENTS}.", one.name, ""
+            return f"Show it longer to {one.name}, at other places: {one.moments} of {p.MIN_CAMERA_MOMENTS}.", one.name, ""
         return "Enough: lay the board on the floor and press Floor, then press Calibrate.", "", ""
 
     def _bridge(self, groups: Sequence[Sequence[int]]) -> tuple[int, int]:

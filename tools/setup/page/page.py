@@ -12,24 +12,15 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, VideoFile
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.vision.pictures import jpeg
 from zenocap.common.web.broadcast import EncodedUpdate, PageQueue
 from zenocap.common.web.content import PageContent, page_files
 from zenocap.common.web.page import Page
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.setup.cameras.streams import jpeg
 from zenocap.tools.setup.page import messages as lm
+from zenocap.tools.setup.page import parameters as p
 from zenocap.tools.setup.page.advice import rows
 from zenocap.tools.setup.page.camera import LiveCamera
-from zenocap.tools.setup.page.parameters import (
-    JPEG_QUALITY,
-    LARGE_JPEG_QUALITY,
-    LARGE_PX,
-    MEASURE_PERIOD_S,
-    PICTURE_PERIOD_S,
-    POLL_S,
-    READY_S,
-    TILE_PX,
-)
 
 
 class PageMode(Protocol):
@@ -112,7 +103,7 @@ class LivePage:
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Run until `stopped`, or the mode is finished."""
-        self._page.run(lambda: stopped() or self._mode.finished, self._handle, self._turn, POLL_S)
+        self._page.run(lambda: stopped() or self._mode.finished, self._handle, self._turn, p.POLL_S)
 
     def _turn(self) -> bool:
         """Publish what is due; returns whether there was anything."""
@@ -137,7 +128,7 @@ class LivePage:
     def _show(self, camera: LiveCamera) -> bool:
         shown, now_s, frame = self._shown[camera.name], time.monotonic(), camera.newest
         busy = False
-        if frame is not None and frame is not shown.frame and now_s - shown.picture_s >= PICTURE_PERIOD_S:
+        if frame is not None and frame is not shown.frame and now_s - shown.picture_s >= p.PICTURE_PERIOD_S:
             shown.frame, shown.picture_s, busy = frame, now_s, True
             corners = self._mode.corners(camera, frame)
             if self._page.pages:
@@ -145,9 +136,9 @@ class LivePage:
                 flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
                 with self._large_lock:
                     large = camera.name in self._large.values()
-                data = jpeg(frame.image, *((LARGE_PX, LARGE_JPEG_QUALITY) if large else (TILE_PX, JPEG_QUALITY)))
+                data = jpeg(frame.image, *((p.LARGE_PX, p.LARGE_JPEG_QUALITY) if large else (p.TILE_PX, p.JPEG_QUALITY)))
                 self._page.publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, data, flat))
-        if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._page.pages:
+        if now_s - shown.measured_s >= p.MEASURE_PERIOD_S and self._page.pages:
             shown.measured_s, busy = now_s, True
             found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
             self._page.publish(f"state/{camera.name}", lm.StateUpdate(camera.name, self._problem(camera), found))
@@ -179,13 +170,13 @@ class LivePage:
         return True
 
 
-def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], seconds: float = READY_S) -> None:
+def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], seconds: float = p.READY_S) -> None:
     """Wait for the first image of any camera.  Raises the failure of the first one when none can be opened."""
     end_s = time.monotonic() + seconds
     while not stopped() and time.monotonic() < end_s and not any(one.newest is not None for one in cameras):
         if all(one.failure is not None for one in cameras):
             break
-        time.sleep(POLL_S)
+        time.sleep(p.POLL_S)
     failures = [one.failure for one in cameras]
     if failures and failures[0] is not None and all(one is not None for one in failures):
         raise failures[0]

@@ -11,9 +11,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
+from zenocap.common.vision.pictures import jpeg
 from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.setup.cameras.streams import jpeg
 from zenocap.tools.setup.page import messages as lm
 from zenocap.tools.setup.page import point_messages as pm
 from zenocap.tools.setup.page.camera import LiveCamera

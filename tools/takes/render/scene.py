@@ -7,19 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Image, Ints32
 from zenocap.common.camera.pinhole import Camera
-from zenocap.services.animator.parameters import (
-    CONTACT_BLUR_M,
-    CONTACT_HEIGHT_M,
-    CONTACT_MARGIN_M,
-    CONTACT_TEXEL_M,
-    GRID_M,
-    MAX_TEXELS,
-    PENUMBRA_M,
-    SHADOW_MARGIN_M,
-    SHADOW_TEXEL_M,
-    SUN_AZIMUTH_DEG,
-    SUN_ELEVATION_DEG,
-)
+from zenocap.services.animator import parameters as p
 from zenocap.tools.takes.render.floor import darken_floor, draw_floor
 from zenocap.tools.takes.render.rasterizer import NEAR_M, develop, fill, light_body
 from zenocap.tools.takes.render.surfaces import Surface
@@ -69,7 +57,7 @@ class Scene:
         lens = (matrix[0, 0], matrix[0, 2], matrix[1, 2])
         self._eye = np.array([*camera.rotation, camera.centre, lens], dtype=np.float32)
         colours = [linear(colour) for colour in (theme.floor, theme.fine, theme.bold, theme.low, theme.high)]
-        self._floor = np.array([*colours, (*ground.middle, ground.radius), (GRID_M, 0.0, 0.0)], dtype=np.float32)
+        self._floor = np.array([*colours, (*ground.middle, ground.radius), (p.GRID_M, 0.0, 0.0)], dtype=np.float32)
         self._empty = np.empty((camera.size[1], camera.size[0], 3), dtype=np.float32)
         draw_floor(self._empty, self._eye, self._floor)
         self._everything = np.array([0, 0, camera.size[0] - 1, camera.size[1] - 1], dtype=np.int32)
@@ -150,7 +138,7 @@ class Scene:
 
 def sun_of(azimuth: float) -> Floats:
     """Return the unit vector (3,) to a sun to the left of a camera at an azimuth, radians."""
-    turn, up = azimuth - np.radians(SUN_AZIMUTH_DEG), np.radians(SUN_ELEVATION_DEG)
+    turn, up = azimuth - np.radians(p.SUN_AZIMUTH_DEG), np.radians(p.SUN_ELEVATION_DEG)
     return np.array([np.cos(up) * np.sin(turn), np.sin(up), np.cos(up) * np.cos(turn)])
 
 
@@ -158,7 +146,7 @@ def _height_map(surface: Surface, axes: Floats, texel: float, margin: float) -> 
     """Return the largest height of a surface along the third row of `axes` (3, 3), plus HEIGHT_OFFSET; 0 for nothing."""
     local = surface.points @ axes.T
     low, high = local.min(axis=0) - margin, local.max(axis=0) + margin
-    texel = max(texel, float((high - low)[:2].max()) / MAX_TEXELS)
+    texel = max(texel, float((high - low)[:2].max()) / p.MAX_TEXELS)
     width, height = (np.ceil((high - low)[:2] / texel).astype(int) + 1).tolist()
     out, row = np.zeros((height, width, 4), dtype=np.float32), np.zeros((height, width), dtype=np.uint8)
     pixels = ((local[:, :2] - low[:2]) / texel).astype(np.float32)
@@ -174,20 +162,22 @@ def _depths(surface: Surface, sun: Floats) -> _HeightMap:
     """Return the height map of a surface as seen from the sun."""
     across = np.cross([0.0, 1.0, 0.0], sun)
     across = across / np.linalg.norm(across)
-    return _height_map(surface, np.stack([across, np.cross(sun, across), sun]), SHADOW_TEXEL_M, SHADOW_MARGIN_M)
+    return _height_map(surface, np.stack([across, np.cross(sun, across), sun]), p.SHADOW_TEXEL_M, p.SHADOW_MARGIN_M)
 
 
 def _sun_shadow(depths: _HeightMap) -> _HeightMap:
     """Return the share of sunlight that is blocked from the floor, with a soft edge."""
     hidden = (depths.values > 0).astype(np.float32)
-    soft = cv2.GaussianBlur(hidden, (0, 0), max(PENUMBRA_M / depths.texel, 0.5)).astype(np.float32)
+    soft = cv2.GaussianBlur(hidden, (0, 0), max(p.PENUMBRA_M / depths.texel, 0.5)).astype(np.float32)
     return _HeightMap(soft, depths.world_to_map)
 
 
 def _contact_shadow(surface: Surface) -> _HeightMap:
     """Return approximately the share of sky light that low parts block from the floor below them."""
     axes = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-    found = _height_map(surface, axes, CONTACT_TEXEL_M, CONTACT_MARGIN_M)
+    found = _height_map(surface, axes, p.CONTACT_TEXEL_M, p.CONTACT_MARGIN_M)
     lowest = found.world_to_map[2, 3] - found.values  # smallest world y
-    hidden = np.where(found.values > 0, np.clip(1.0 - lowest / CONTACT_HEIGHT_M, 0.0, 1.0), 0.0).astype(np.float32)
-    return _HeightMap(cv2.GaussianBlur(hidden, (0, 0), CONTACT_BLUR_M / found.texel).astype(np.float32), found.world_to_map)
+    hidden = np.where(found.values > 0, np.clip(1.0 - lowest / p.CONTACT_HEIGHT_M, 0.0, 1.0), 0.0).astype(np.float32)
+    return _HeightMap(
+        cv2.GaussianBlur(hidden, (0, 0), p.CONTACT_BLUR_M / found.texel).astype(np.float32), found.world_to_map
+    )

@@ -78,7 +78,6 @@ def posed_surface(one: BodySurface, part_to_world: Floats, lost: Collection[int]
 
 
 def concatenated(surfaces: list[Surface]) -> Surface:
-    """Return several surfaces as one."""
     starts = np.cumsum([0, *(len(one.points) for one in surfaces[:-1])])
     return Surface(
         np.concatenate([one.points for one in surfaces]),

@@ -102,7 +102,6 @@ def generate_takes(
 
 
 def take_path(folder: Path, method: Method, take: PostureTake) -> Path:
-    """File of a take."""
     return folder / f"{method}-{take.name}.mcap"
 
 

@@ -31,7 +31,6 @@ class LabelledTakes:
 
     @property
     def rows(self) -> list[ManifestRow]:
-        """Rows of the manifest."""
         return [one.row for one in self._history.now]
 
     def labels_in(self, take: int) -> list[tuple[int, ManifestRow]]:
@@ -39,7 +38,6 @@ class LabelledTakes:
         return [(one.id, one.row) for one in self._history.now if self._take_of(one.row, -1) == take]
 
     def end_s(self, take: int) -> float:
-        """End of a take, seconds."""
         return self._spans[take].end_s
 
     def checked(self, take: int) -> int:

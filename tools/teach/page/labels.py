@@ -39,7 +39,6 @@ Labels = tuple[Label, ...]
 
 
 def labels_of(rows: Sequence[ManifestRow]) -> Labels:
-    """Labels of the rows of a manifest."""
     return tuple(Label(k, row) for k, row in enumerate(rows))
 
 

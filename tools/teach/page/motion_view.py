@@ -36,12 +36,10 @@ class MotionView:
 
     @property
     def chunk_poses(self) -> int:
-        """Poses in a chunk."""
         return max(1, round(CHUNK_S * self.track.rate / self.stride))
 
     @property
     def chunks(self) -> int:
-        """Number of chunks."""
         return -(-len(self.pose_times_s) // self.chunk_poses)
 
     @property

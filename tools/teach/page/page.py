@@ -48,7 +48,6 @@ class PosturePage:
         self._page.close()
 
     def run(self, stopped: Callable[[], bool]) -> None:
-        """Run until `stopped`."""
         self._page.run(stopped, self.session.receive, self._turn, POLL_S)
 
     def _turn(self) -> bool:

@@ -110,7 +110,6 @@ def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> lis
 
 
 def results_of(ready: Prepared, held: Sequence[HeldOut]) -> tuple[PostureRow, ...]:
-    """Result of each posture."""
     found = []
     for label in ready.labels:
         own = [example for example in ready.examples if example.label == label]

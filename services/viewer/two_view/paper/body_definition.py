@@ -9,14 +9,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.proportions import SHOULDER_DROP, body_from_paper_lengths, t_pose_angles
 from zenocap.common.body.segments import limb_directions
-from zenocap.services.viewer.parameters import (
-    ANGLE_STEPS,
-    FINE_STEPS,
-    HIDDEN_TORSO_DEPTH,
-    PAPER_FINE_TUNED,
-    SHORTEST_ARM,
-    SHORTEST_HEAD,
-)
+from zenocap.services.viewer import parameters as p
 from zenocap.services.viewer.two_view.body_definition import mean_arm_thickness, torso_columns, without_head
 from zenocap.services.viewer.two_view.body_fit import BodyFit, body_model
 from zenocap.services.viewer.two_view.paper.projection import orthographic
@@ -33,7 +26,7 @@ def front_measures(mask: Mask) -> tuple[dict[str, float], float]:
     height = lowest - highest
     headless = without_head(mask, torso.width)
     shoulder_rows = np.flatnonzero(headless[: highest + height // 2].any(axis=1))
-    if shoulder_rows.size == 0 or shoulder_rows[0] - highest < SHORTEST_HEAD * height:
+    if shoulder_rows.size == 0 or shoulder_rows[0] - highest < p.SHORTEST_HEAD * height:
         raise ValueError("no T-pose: no shoulder line below the head")
     head = float(shoulder_rows[0] - highest)
     shoulder_row = highest + head + SHOULDER_DROP * torso.width / 2  # y_a = y_c - len_torso + 0.45 LR_torso, y down
@@ -44,8 +37,8 @@ def front_measures(mask: Mask) -> tuple[dict[str, float], float]:
         across = abs(column + side * 0.5 - (torso.centre + side * torso.width / 2))
         arms.append(float(np.hypot(across, hand_row - shoulder_row)))
         angles.append(atan2(across, hand_row - shoulder_row))
-    if min(arms) < SHORTEST_ARM * height:
-        raise ValueError(f"no T-pose: an arm reaches {min(arms):.0f} px, at least {SHORTEST_ARM * height:.0f} expected")
+    if min(arms) < p.SHORTEST_ARM * height:
+        raise ValueError(f"no T-pose: an arm reaches {min(arms):.0f} px, at least {p.SHORTEST_ARM * height:.0f} expected")
     lengths = {
         "height": float(height),
         "head": head,
@@ -53,7 +46,7 @@ def front_measures(mask: Mask) -> tuple[dict[str, float], float]:
         # Paper (open): Fig. 7 has one arm; here the mean length and the mean angle of both.
         "arm": float(np.mean(arms)),
         # Paper (open): the radius of the arms is named and not given.
-        "arm_thickness": mean_arm_thickness(mask, torso, columns, round(SHORTEST_ARM * height)),
+        "arm_thickness": mean_arm_thickness(mask, torso, columns, round(p.SHORTEST_ARM * height)),
     }
     return lengths, float(np.mean(angles))
 
@@ -86,7 +79,7 @@ def fine_tuned(
     flat = orthographic(camera, depth)
 
     def score(lengths: Mapping[str, float]) -> float:
-        depth = {"torso_depth": HIDDEN_TORSO_DEPTH * lengths["torso_width"]}
+        depth = {"torso_depth": p.HIDDEN_TORSO_DEPTH * lengths["torso_width"]}
         bdp = body_from_paper_lengths(anatomy, {**lengths, **depth}, torso_share)
         angles = t_pose_angles(anatomy)
         angles[anatomy.index["right_shoulder.z"]] = pi - lengths["arm_angle"]
@@ -94,11 +87,11 @@ def fine_tuned(
         directions = limb_directions(anatomy, angles)
         return BodyFit(body_model(anatomy, bdp), flat, mask).place(position, yaw_rotation, directions)
 
-    for name in PAPER_FINE_TUNED:
+    for name in p.PAPER_FINE_TUNED:
         if name == "arm_angle":
-            trials = [trial | {name: trial[name] + step} for step in ANGLE_STEPS]
+            trials = [trial | {name: trial[name] + step} for step in p.ANGLE_STEPS]
         else:
-            trials = [trial | {name: trial[name] * step} for step in FINE_STEPS]
+            trials = [trial | {name: trial[name] * step} for step in p.FINE_STEPS]
         trial = max(trials, key=score)
     # Paper (replaced): 2.4 also gives theta_armz as the first angle of the arms; tracking starts from level arms.
     return {name: length for name, length in trial.items() if name != "arm_angle"}

@@ -105,12 +105,12 @@ def test_what_is_no_take_is_one_line_and_leaves_nothing(
 
 @pytest.mark.slow
 def test_sizes(animator: StandIn, take: bytes, folder: Path, played: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "DROPPED_PAUSE_S", 0.3)
+    monkeypatch.setattr(module.p, "DROPPED_PAUSE_S", 0.3)
     assert "more than the 40 bytes that were announced" in dropped(animator, take, size=40)
     assert dropped(animator, take, size=len(take) + 1) == "refused: no data for 0.3 s"
     assert "allowed: 1 byte to 1000 MB" in dropped(animator, take, size=MAX_DROPPED_BYTES + 1)
     assert dropped(animator, take + bytes(MAX_DROPPED_PIECE), size=len(take)) != ""
-    monkeypatch.setattr(module, "DROPPED_FREE_BYTES", 1 << 60)
+    monkeypatch.setattr(module.p, "DROPPED_FREE_BYTES", 1 << 60)
     assert "allowed: 0.0 MB, the space of" in dropped(animator, take)
     assert (played, files_in(folder)) == ([], [])
 

@@ -6,7 +6,8 @@ import pytest
 from tests.support.posture_cases import FAST, examples
 from zenocap.services.recognizer.model import NO_THRESHOLD
 from zenocap.services.recognizer.training.examples import prepare
-from zenocap.services.recognizer.training.thresholds import FURTHEST, NEAREST, held_out_groups, train_thresholds
+from zenocap.services.recognizer.training.parameters import FURTHEST, NEAREST
+from zenocap.services.recognizer.training.thresholds import held_out_groups, train_thresholds
 
 TRUE_SCORES = np.random.default_rng(0).normal(1.0, 0.2, 24)
 

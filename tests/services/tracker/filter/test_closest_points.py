@@ -6,21 +6,14 @@ import pytest
 from tests.support.tracker_scenes import NO_RAYS, average_model, frames_of, in_t_pose, rays_alone
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.services.tracker.filter.closest_points import (
-    CLOSEST_LENGTH,
-    Correspondence,
-    corresponding_part,
-    mean_modulated_square,
-    modulated_misfit,
-    part_capsules,
-)
+from zenocap.services.tracker.filter import closest_points
 from zenocap.services.tracker.parameters import NORMAL_MODULATION
 
 MODEL = average_model(TEN_PARTS)
 T_POSE = in_t_pose(TEN_PARTS, [0.1, 0.9, -0.2])  # arms far from the other parts, legs parallel
 ARM = TEN_PARTS.index["right_lower_arm"]
 LIMIT = 0.15
-ROUND = Correspondence(closest=True, flat=False)
+ROUND = closest_points.Correspondence(closest=True, flat=False)
 
 
 def ray_through(point: Floats, normal: Floats) -> Floats:
@@ -49,15 +42,15 @@ def test_printed_distance_of_four_points_beside_an_arm() -> None:
     assert NORMAL_MODULATION == 0.5
     frames, rays = frames_of(MODEL, T_POSE), arm_scene()
     expected = (0.5 * 0.02) ** 2 + (1.5 * 0.02) ** 2 + 0.01**2
-    three = mean_modulated_square(MODEL, frames, rays[:, :3].copy(), LIMIT, ROUND)
+    three = closest_points.mean_modulated_square(MODEL, frames, rays[:, :3].copy(), LIMIT, ROUND)
     assert three == pytest.approx(expected / 3, rel=1e-3)
-    four = mean_modulated_square(MODEL, frames, rays, LIMIT, ROUND)
+    four = closest_points.mean_modulated_square(MODEL, frames, rays, LIMIT, ROUND)
     assert four == pytest.approx((expected + min(0.5 * 0.4, LIMIT) ** 2) / 4, rel=1e-3)
-    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, ROUND, T_POSE) == pytest.approx(four)
+    assert closest_points.modulated_misfit(MODEL, rays_alone(rays), LIMIT, ROUND, T_POSE) == pytest.approx(four)
 
 
 def test_a_scene_without_points_has_no_distance() -> None:
-    assert modulated_misfit(MODEL, rays_alone(NO_RAYS), LIMIT, ROUND, T_POSE) == 0.0
+    assert closest_points.modulated_misfit(MODEL, rays_alone(NO_RAYS), LIMIT, ROUND, T_POSE) == 0.0
 
 
 def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_normal() -> None:
@@ -70,14 +63,14 @@ def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_norm
     down = frames[right, :, 1] * 0.5 * MODEL.lengths[right]
     point = frames[right, :, 3] + down + 0.49 * between
     capsules = np.empty((len(frames), 5))
-    part_capsules(MODEL, frames, False, capsules)
-    found, best = np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
+    closest_points.part_capsules(MODEL, frames, False, capsules)
+    found, best = np.empty(closest_points.CLOSEST_LENGTH), np.empty(closest_points.CLOSEST_LENGTH)
 
     def parts_of(closest: bool) -> set[int]:
         """Of every part that may be tried first."""
-        by = Correspondence(closest, flat=False)
+        by = closest_points.Correspondence(closest, flat=False)
         return {
-            int(corresponding_part(MODEL, frames, capsules, by, likely, point, -inward, found, best))
+            int(closest_points.corresponding_part(MODEL, frames, capsules, by, likely, point, -inward, found, best))
             for likely in range(len(frames))
         }
 

@@ -8,18 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import (
-    FRAME_NS,
-    ahead,
-    hip_error,
-    played,
-    rendered_masks,
-    ring,
-    setup,
-    simulated_person,
-    standing_at,
-    t_pose_at,
-)
+from tests.support import tracker_ring
 from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Phase
@@ -29,15 +18,15 @@ from zenocap.services.tracker.states import Lost, Outcome, Tracking, TrackState
 from zenocap.services.tracker.tracking import describe, initial_state, phase_of, remeasure, track
 from zenocap.simulation.body.pose import PersonPose
 
-SETUP = setup(ring(4))
+SETUP = tracker_ring.setup(tracker_ring.ring(4))
 SEED = 3
-AFTER = START_AFTER_NS // FRAME_NS + 1  # frame sets until a track starts
-STANDING = standing_at(SEED, 0.3, -0.2, 0.7)
+AFTER = START_AFTER_NS // tracker_ring.FRAME_NS + 1  # frame sets until a track starts
+STANDING = tracker_ring.standing_at(SEED, 0.3, -0.2, 0.7)
 Played = tuple[TrackState, list[Outcome], list[str]]
 
 
 def run(poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0) -> Played:
-    return played(SETUP, SEED, poses, state, start)
+    return tracker_ring.played(SETUP, SEED, poses, state, start)
 
 
 @pytest.fixture(scope="module")
@@ -49,24 +38,24 @@ def standing() -> Played:
 def test_standing_person_is_tracked_with_an_average_body_within_two_seconds(standing: Played) -> None:
     state, outcomes, texts = standing
     first = next(k for k, outcome in enumerate(outcomes) if outcome.pose is not None)
-    assert (first - 1) * FRAME_NS < 2e9
+    assert (first - 1) * tracker_ring.FRAME_NS < 2e9
     of_1_m = average_body(SETUP.anatomy, 1.0)
     height = outcomes[first].body.sizes[0, 0] / of_1_m.sizes[0, 0]
-    assert height == pytest.approx(simulated_person(SEED).height, rel=0.08)
-    assert hip_error(SEED, outcomes[-1].pose.position, STANDING) < 0.08
+    assert height == pytest.approx(tracker_ring.simulated_person(SEED).height, rel=0.08)
+    assert tracker_ring.hip_error(SEED, outcomes[-1].pose.position, STANDING) < 0.08
     assert texts[-1].startswith("tracking with average proportions: hold the T-pose to measure the body")
     assert phase_of(state) is Phase.TRACKING
 
 
 @pytest.mark.nightly
 def test_heading_is_that_of_the_feet(standing: Played) -> None:
-    assert standing[0].phase.estimate.rotation[:, 2] @ ahead(0.7) > 0.9
+    assert standing[0].phase.estimate.rotation[:, 2] @ tracker_ring.ahead(0.7) > 0.9
 
 
 @pytest.mark.nightly
 def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: Played) -> None:
     state, outcomes, _ = standing
-    state, outcomes, texts = run([t_pose_at(SEED)] * 6, state, len(outcomes))
+    state, outcomes, texts = run([tracker_ring.t_pose_at(SEED)] * 6, state, len(outcomes))
     assert state.phase.person.measuring is None
     assert "average" not in texts[-1]
     assert sum(outcome.body is not None for outcome in outcomes) >= 1
@@ -78,7 +67,7 @@ def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
     only_t_pose = msgspec.structs.replace(SETUP.options.filter, start="t-pose")
     only = replace(SETUP, options=replace(SETUP.options, filter=only_t_pose))
     for one, state in ((only, None), (SETUP, remeasure(SETUP))):
-        _, outcomes, texts = played(one, SEED, [STANDING] * (AFTER + 2), state)
+        _, outcomes, texts = tracker_ring.played(one, SEED, [STANDING] * (AFTER + 2), state)
         assert all(outcome.pose is None for outcome in outcomes)
         assert texts[-1].startswith("no T-pose")
 
@@ -112,10 +101,10 @@ def box(camera: Camera, width: float, height: float, depth: float) -> Mask:
 @pytest.mark.parametrize("size", [(0.5, 1.2, 0.5), (0.9, 2.0, 0.05), (0.6, 1.7, 0.6)], ids=["box", "door", "wardrobe"])
 @pytest.mark.parametrize("views", [2, 4])
 def test_furniture_never_starts(size: tuple[float, float, float], views: int) -> None:
-    config = setup(ring(views))
+    config = tracker_ring.setup(tracker_ring.ring(views))
     state, masks = initial_state(config), {viewer: box(camera, *size) for viewer, camera in config.cameras.items()}
     for k in range(2 * AFTER + 4):
-        state, outcome = track(config, state, k * FRAME_NS, masks)
+        state, outcome = track(config, state, k * tracker_ring.FRAME_NS, masks)
         assert outcome.pose is None
     assert describe(state).startswith("no T-pose")
 
@@ -128,8 +117,8 @@ def test_empty_room_never_starts() -> None:
 
 @pytest.mark.nightly
 def test_clock_that_is_set_back_starts_the_time_again() -> None:
-    state, masks = initial_state(SETUP), rendered_masks(SETUP.cameras, SEED, STANDING)
+    state, masks = initial_state(SETUP), tracker_ring.rendered_masks(SETUP.cameras, SEED, STANDING)
     hour_ns = 3_600_000_000_000
-    for captured_ns in (hour_ns, *(k * FRAME_NS for k in range(AFTER + 1))):
+    for captured_ns in (hour_ns, *(k * tracker_ring.FRAME_NS for k in range(AFTER + 1))):
         state, outcome = track(SETUP, state, captured_ns, masks)
     assert outcome.pose is not None

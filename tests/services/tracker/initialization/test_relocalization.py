@@ -6,19 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tests.support import tracker_ring
 from tests.support.anatomies import each_anatomy
-from tests.support.tracker_ring import (
-    ahead,
-    fit_of,
-    hip_error,
-    in_motion,
-    ring,
-    setup,
-    shown,
-    simulated_person,
-    standing_at,
-    t_pose_at,
-)
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
@@ -31,18 +20,18 @@ from zenocap.services.tracker.parameters import PARTICLE_HOLD
 from zenocap.services.tracker.states import TrackedPerson
 from zenocap.simulation.body.pose import PersonPose
 
-SETUP = setup(ring(4))
+SETUP = tracker_ring.setup(tracker_ring.ring(4))
 SEED = 2
 WEIGHTS = residual_weights(SETUP, PARTICLE_HOLD)
 
 
 @lru_cache
 def model() -> BodyModel:
-    return model_of(FOURTEEN_PARTS, fit_of(SETUP, of_pose(t_pose_at(SEED))).measured.body)
+    return model_of(FOURTEEN_PARTS, tracker_ring.fit_of(SETUP, of_pose(tracker_ring.t_pose_at(SEED))).measured.body)
 
 
 def of_pose(pose: PersonPose | None) -> Evidence:
-    return shown(SETUP.cameras, SEED, pose)
+    return tracker_ring.shown(SETUP.cameras, SEED, pose)
 
 
 def find(evidence: Evidence, rotation: Floats | None = None) -> RootedPose | None:
@@ -50,7 +39,7 @@ def find(evidence: Evidence, rotation: Floats | None = None) -> RootedPose | Non
 
 
 def person() -> TrackedPerson:
-    height = simulated_person(SEED).height
+    height = tracker_ring.simulated_person(SEED).height
     one = TrackedPerson.of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, height), height)
     return replace(one, model=model(), expected_support=0.7)
 
@@ -58,20 +47,20 @@ def person() -> TrackedPerson:
 @pytest.mark.nightly
 @pytest.mark.parametrize("yaw", np.linspace(0.0, 2 * np.pi, 5)[:-1] + 0.3)
 def test_standing_person_is_found_in_any_heading(yaw: float) -> None:
-    pose = standing_at(SEED, 0.4, 0.3, yaw)
+    pose = tracker_ring.standing_at(SEED, 0.4, 0.3, yaw)
     found = find(of_pose(pose))
-    assert hip_error(SEED, found.position, pose) < 0.08
-    assert found.rotation[:, 2] @ ahead(yaw) > 0.9
+    assert tracker_ring.hip_error(SEED, found.position, pose) < 0.08
+    assert found.rotation[:, 2] @ tracker_ring.ahead(yaw) > 0.9
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", ["walking", "running", "boxing"])
 def test_moving_person_is_found(name: str) -> None:
     for later_s in (0.5, 1.1):
-        (pose,) = in_motion(SEED, 1, name, later_s)
+        (pose,) = tracker_ring.in_motion(SEED, 1, name, later_s)
         evidence = of_pose(pose)
         found = find(evidence)
-        assert hip_error(SEED, found.position, pose) < 0.12
+        assert tracker_ring.hip_error(SEED, found.position, pose) < 0.12
         assert support_fraction(model(), evidence, found) > 0.5
 
 
@@ -82,7 +71,7 @@ def test_empty_scene_gives_no_pose() -> None:
 
 @pytest.mark.nightly
 def test_preferred_heading_wins_unless_it_fits_worse() -> None:
-    evidence = of_pose(standing_at(SEED, yaw=0.3))
+    evidence = of_pose(tracker_ring.standing_at(SEED, yaw=0.3))
     free = find(evidence)
     with_it, against_it = find(evidence, free.rotation), find(evidence, -free.rotation)
     np.testing.assert_array_equal(with_it.rotation, free.rotation)
@@ -90,7 +79,7 @@ def test_preferred_heading_wins_unless_it_fits_worse() -> None:
 
 
 def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
-    evidence = of_pose(*in_motion(SEED, 1, from_s=0.5))
+    evidence = of_pose(*tracker_ring.in_motion(SEED, 1, from_s=0.5))
     right = find(evidence)
     wrong = reversed_pose(SETUP, model(), evidence, right, search_postures(FOURTEEN_PARTS))
     again = reversed_pose(SETUP, model(), evidence, wrong, search_postures(FOURTEEN_PARTS))
@@ -108,7 +97,7 @@ def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
 
 @pytest.mark.slow
 def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits() -> None:
-    evidence = of_pose(standing_at(SEED, 0.1, 0.2, 0.4))
+    evidence = of_pose(tracker_ring.standing_at(SEED, 0.1, 0.2, 0.4))
     right = find(evidence)
     wrong = right._replace(values=search_postures(FOURTEEN_PARTS)[0].values.copy())  # arms stretched
     for pose, replaced in ((wrong, True), (right, False)):

@@ -10,9 +10,8 @@ from zenocap.common.errors import UserError
 from zenocap.common.vision.semantics import NOT_PERSON, PERSON
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.people.crops import Square, around, cut, tiles
 from zenocap.services.viewer.people.network import load_network
-from zenocap.services.viewer.people.segmenter import PeopleSegmenter
+from zenocap.services.viewer.people.segmenter import PeopleSegmenter, Square, around, cut, tiles
 
 SIZE = (160, 120)
 PERIOD_NS = 300

@@ -18,15 +18,7 @@ from tests.support.live_cameras import until
 from tests.support.processes import ENVIRONMENT, ZENOCAP
 from zenocap.common.errors import UserError
 from zenocap.common.runtime.signals import HANGS_S
-from zenocap.tools.record.launcher.child_processes import (
-    QUICK_FAILURES,
-    SETTLED_S,
-    SHORT_PAUSE_S,
-    WANTED_FILES,
-    ChildProcesses,
-    allow_files,
-    spawn,
-)
+from zenocap.tools.record.launcher import child_processes
 
 
 class FakeProcess:
@@ -65,7 +57,7 @@ class Harness:
         self.started: list[FakeProcess] = []
         self.refused = refused
         commands = [(name, [name]) for name in names]
-        self.children = ChildProcesses(commands, lambda: self.now_s, self._start, ["viewer of a video"])
+        self.children = child_processes.ChildProcesses(commands, lambda: self.now_s, self._start, ["viewer of a video"])
         self.children.start()
 
     def _start(self, arguments: Sequence[str]) -> FakeProcess:
@@ -91,7 +83,7 @@ def test_a_machine_that_starts_no_process_is_tried_again_or_named_at_once() -> N
     assert [child.name for child in first.children.given_up] == ["viewer 1", "viewer 2"]
     assert "viewer 2: cannot be started: Too many open files; not started again" in first.children.lines()
     harness = Harness()
-    harness.end_newest(-9, SETTLED_S)
+    harness.end_newest(-9, child_processes.SETTLED_S)
     harness.refused = full
     harness.pass_time(0.2)
     assert "cannot be started: Too many open files; starting it again in 0.1 s" in "\n".join(harness.children.lines())
@@ -116,7 +108,7 @@ def test_output_that_another_process_holds_open_delays_no_restart() -> None:
     harness, waits = Harness(), list[float]()
     harness.children.all[0].reader = Mock(join=waits.append)
     harness.end_newest(-9, 1.0)
-    assert waits == [SHORT_PAUSE_S]
+    assert waits == [child_processes.SHORT_PAUSE_S]
 
 
 def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
@@ -126,14 +118,14 @@ def test_restart_pause_grows_and_is_reset_by_a_long_run() -> None:
         pauses.append(harness.end_newest(-9, 1.0).rpartition(" in ")[2])
         harness.pass_time(10.0)
     assert pauses == ["0.1 s", "1 s", "2 s"]
-    assert " in 0.1 s" in harness.end_newest(-9, SETTLED_S + 1)
+    assert " in 0.1 s" in harness.end_newest(-9, child_processes.SETTLED_S + 1)
 
 
 @pytest.mark.parametrize(
     ("status", "after_s", "words", "starts", "given_up"),
     [
         (1, 2.0, "failed (exit status 1) after 2.0 s; not started again", 1, ["viewer 1"]),
-        (1, SETTLED_S + 1, "starting it again", 2, []),
+        (1, child_processes.SETTLED_S + 1, "starting it again", 2, []),
         (0, 1.0, "ended, although it was to run on (exit status 0); starting it again in 0.1 s", 2, []),
         (3, 1.0, "ended, although it was to run on (exit status 3); starting it again in 0.1 s", 2, []),
     ],
@@ -158,23 +150,23 @@ def test_a_viewer_of_a_video_finishes_and_is_not_started_again() -> None:
 @pytest.mark.parametrize("status", [-11, 0])
 def test_process_with_repeated_short_runs_is_given_up(status: int) -> None:
     harness = Harness()
-    for _ in range(QUICK_FAILURES):
+    for _ in range(child_processes.QUICK_FAILURES):
         harness.end_newest(status, 0.1)
         harness.pass_time(10.0)
-    assert len(harness.started) == QUICK_FAILURES
+    assert len(harness.started) == child_processes.QUICK_FAILURES
     assert harness.children.given_up
 
 
 def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
     """Such as one whose name another process has taken: its pauses grow, and it is not given up."""
     harness = Harness()
-    harness.end_newest(-9, SETTLED_S + 1)
+    harness.end_newest(-9, child_processes.SETTLED_S + 1)
     pauses = []
-    for _ in range(4 * QUICK_FAILURES):
+    for _ in range(4 * child_processes.QUICK_FAILURES):
         harness.pass_time(100.0)
         pauses.append(harness.end_newest(1, 0.5).rpartition(" in ")[2])
     assert not harness.children.given_up
-    assert len(harness.started) == 4 * QUICK_FAILURES + 1
+    assert len(harness.started) == 4 * child_processes.QUICK_FAILURES + 1
     assert (*pauses[:2], pauses[-1]) == ("0.1 s", "1 s", "60 s")
     harness.children.stop()
     assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
@@ -205,7 +197,7 @@ def test_a_launcher_that_is_to_stop_starts_no_process() -> None:
     def refused(arguments: Sequence[str]) -> FakeProcess:
         raise InterruptedError
 
-    children = ChildProcesses([("a", ["a"]), ("b", ["b"])], lambda: 0.0, refused)
+    children = child_processes.ChildProcesses([("a", ["a"]), ("b", ["b"])], lambda: 0.0, refused)
     children.start()
     children.stop()
     assert [(child.process, child.status) for child in children.all] == [(None, None)] * 2
@@ -247,7 +239,7 @@ def test_a_child_ends_with_its_parent(tmp_path: Path) -> None:
 @pytest.mark.core
 def test_error_output_of_a_child_is_logged() -> None:
     program = [sys.executable, "-c", "import sys; sys.exit('no such camera')"]
-    children, lines = ChildProcesses([("a", program)], time.monotonic, spawn), list[str]()
+    children, lines = child_processes.ChildProcesses([("a", program)], time.monotonic, child_processes.spawn), list[str]()
     children.start()
 
     def is_given_up() -> bool:
@@ -271,9 +263,9 @@ def is_running(pid: int) -> bool:
 @pytest.mark.parametrize(
     ("limits", "soft"),
     [
-        ((1024, 20_000), WANTED_FILES),
+        ((1024, 20_000), child_processes.WANTED_FILES),
         ((256, 1024), 1024),
-        ((256, resource.RLIM_INFINITY), WANTED_FILES),
+        ((256, resource.RLIM_INFINITY), child_processes.WANTED_FILES),
         ((1024, 1024), None),
         ((20_000, 20_000), None),
         ((resource.RLIM_INFINITY, resource.RLIM_INFINITY), None),
@@ -284,14 +276,14 @@ def test_a_rig_may_open_as_many_files_as_the_system_allows(monkeypatch, limits, 
     raised: list[tuple[int, int]] = []
     monkeypatch.setattr(resource, "getrlimit", lambda kind: limits)
     monkeypatch.setattr(resource, "setrlimit", lambda kind, values: raised.append(values))
-    allow_files()
+    child_processes.allow_files()
     assert raised == ([] if soft is None else [(soft, limits[1])])
 
 
 def test_too_few_open_files_are_an_error_with_the_command_that_allows_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(resource, "getrlimit", lambda kind: (64, 255))
     with pytest.raises(UserError, match=r"^open files = 255: allowed: at least 256: the hard limit"):
-        allow_files()
+        child_processes.allow_files()
 
 
 @pytest.mark.slow

@@ -7,29 +7,22 @@ from tests.support.virtual_actors import BODIES, stretched
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.camera.pinhole import Camera
+from zenocap.tools.takes.render import surfaces
 from zenocap.tools.takes.render.camera_path import VIEWS, framing_camera
 from zenocap.tools.takes.render.caption import Caption, write
 from zenocap.tools.takes.render.scene import Ground, Scene, sun_of
-from zenocap.tools.takes.render.surfaces import (
-    TRAIL_RADIUS_M,
-    TRAIL_SPACING_M,
-    Surface,
-    body_surface,
-    posed_surface,
-    trails,
-)
 from zenocap.tools.takes.render.theme import THEMES
 
 SIZE = (320, 240)
 GROUND = Ground(np.zeros(2), 4.0)
 
 
-def surface_of(name: str) -> Surface:
+def surface_of(name: str) -> surfaces.Surface:
     actor = stretched(name)
-    return posed_surface(body_surface(*BODIES[name]), part_frames(actor.anatomy, actor.body, actor.pose))
+    return surfaces.posed_surface(surfaces.body_surface(*BODIES[name]), part_frames(actor.anatomy, actor.body, actor.pose))
 
 
-def scene(name: str, look: str = "light", view: str = "front") -> tuple[Camera, Scene, Surface]:
+def scene(name: str, look: str = "light", view: str = "front") -> tuple[Camera, Scene, surfaces.Surface]:
     surface = surface_of(name)
     azimuth, elevation = np.radians(VIEWS[view])
     camera = framing_camera(
@@ -97,24 +90,24 @@ def test_a_nearer_limb_hides_a_farther_one() -> None:
 def test_a_body_outside_the_picture_leaves_the_empty_floor() -> None:
     _, stage, surface = scene("ten-parts")
     for away in ([0.0, 0.0, 50.0], [60.0, 0.0, 0.0]):
-        gone = Surface(surface.points + away, surface.normals, surface.triangles, surface.shades)
+        gone = surfaces.Surface(surface.points + away, surface.normals, surface.triangles, surface.shades)
         np.testing.assert_array_equal(stage.picture(gone), stage.picture(None))
 
 
 def test_trails_lie_on_their_paths_and_end_at_the_last_position() -> None:
     path = np.stack([np.linspace(0, 1, 50), np.sin(np.linspace(0, 3, 50)), np.zeros(50)], axis=1)
     path[10:12] = np.nan
-    found = trails({"LWrist": path, "RWrist": np.full((50, 3), np.nan)})
+    found = surfaces.trails({"LWrist": path, "RWrist": np.full((50, 3), np.nan)})
     assert found is not None
     away = np.linalg.norm(found.points[:, None] - path[None], axis=2)
-    assert np.nanmin(away, axis=1).max() < TRAIL_RADIUS_M + 0.1  # straight across the gap
-    assert np.nanmin(away[:, -1]) <= TRAIL_RADIUS_M + 1e-9
+    assert np.nanmin(away, axis=1).max() < surfaces.TRAIL_RADIUS_M + 0.1  # straight across the gap
+    assert np.nanmin(away[:, -1]) <= surfaces.TRAIL_RADIUS_M + 1e-9
     assert found.triangles.max() < len(found.points)
 
 
 def test_a_still_or_unknown_joint_has_no_trail() -> None:
-    still = np.zeros((30, 3)) + 0.1 * TRAIL_SPACING_M * np.random.default_rng(0).random((30, 3))
-    assert trails({"LWrist": still, "RAnkle": np.full((5, 3), np.nan)}) is None
+    still = np.zeros((30, 3)) + 0.1 * surfaces.TRAIL_SPACING_M * np.random.default_rng(0).random((30, 3))
+    assert surfaces.trails({"LWrist": still, "RAnkle": np.full((5, 3), np.nan)}) is None
 
 
 @pytest.mark.parametrize("size", [(64, 64), (320, 240), (1920, 1080)])

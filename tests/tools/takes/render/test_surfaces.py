@@ -11,24 +11,16 @@ from tests.support.virtual_actors import posed as actor_posed
 from zenocap.common.arrays import Floats
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import part_frames
-from zenocap.tools.takes.render.surfaces import (
-    HEAD,
-    LEFT,
-    LOST,
-    RIGHT,
-    VISOR,
-    body_surface,
-    posed_surface,
-)
+from zenocap.tools.takes.render import surfaces
 
 CLOSE_M = 1e-9
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_every_surface_except_the_visor_is_closed_with_outward_normals(name: str) -> None:
-    one = body_surface(*BODIES[name])
+    one = surfaces.body_surface(*BODIES[name])
     surface = one.surface
-    triangles = surface.triangles[surface.shades[surface.triangles[:, 0]] != VISOR]
+    triangles = surface.triangles[surface.shades[surface.triangles[:, 0]] != surfaces.VISOR]
     edges = Counter((int(a), int(b)) for t in triangles for a, b in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0])))
     assert set(edges.values()) == {1}
     assert all(edges[b, a] == 1 for a, b in edges)  # every edge once in either direction
@@ -41,7 +33,7 @@ def test_every_surface_except_the_visor_is_closed_with_outward_normals(name: str
 @pytest.mark.parametrize("name", BODIES)
 def test_limbs_have_the_radii_and_lengths_of_the_body(name: str) -> None:
     anatomy, body = BODIES[name]
-    one = body_surface(anatomy, body)
+    one = surfaces.body_surface(anatomy, body)
     for k, part in enumerate(anatomy.parts):
         points = one.surface.points[one.parts == k]
         if not part.startswith(("left", "right")) or (body.bases is not None and body.bases[k].any()):
@@ -58,7 +50,7 @@ def test_limbs_have_the_radii_and_lengths_of_the_body(name: str) -> None:
 def test_a_body_surface_has_the_height_of_its_person(name: str) -> None:
     anatomy, body = BODIES[name]
     frames = part_frames(anatomy, body, Pose(np.zeros(3), anatomy.neutral))
-    assert 1.70 < np.ptp(posed_surface(body_surface(anatomy, body), frames).points[:, 1]) < 1.82
+    assert 1.70 < np.ptp(surfaces.posed_surface(surfaces.body_surface(anatomy, body), frames).points[:, 1]) < 1.82
 
 
 @pytest.mark.nightly
@@ -68,8 +60,8 @@ def test_a_body_surface_has_the_height_of_its_person(name: str) -> None:
 def test_posing_moves_every_part_rigidly(name: str, shares: Floats, position: Floats) -> None:
     actor = actor_posed(name, shares, position)
     frames = part_frames(actor.anatomy, actor.body, actor.pose)
-    one = body_surface(actor.anatomy, actor.body)
-    surface = posed_surface(one, frames)
+    one = surfaces.body_surface(actor.anatomy, actor.body)
+    surface = surfaces.posed_surface(one, frames)
     for k in range(len(actor.anatomy.parts)):
         rows = one.parts == k
         np.testing.assert_allclose(
@@ -80,12 +72,12 @@ def test_posing_moves_every_part_rigidly(name: str, shares: Floats, position: Fl
 
 def test_left_right_and_lost_parts_have_their_shades() -> None:
     anatomy, body = BODIES["ten-parts"]
-    one = body_surface(anatomy, body)
+    one = surfaces.body_surface(anatomy, body)
     frames = part_frames(*BODIES["ten-parts"], actor_posed("ten-parts", np.full(25, 0.5), np.zeros(3)).pose)
     arm = anatomy.index["left_lower_arm"]
-    assert set(one.surface.shades[one.parts == arm]) == {LEFT}
-    assert set(one.surface.shades[one.parts == anatomy.index["right_upper_leg"]]) == {RIGHT}
-    assert set(one.surface.shades[one.parts == anatomy.index["head"]]) == {HEAD, VISOR}
-    lost = posed_surface(one, frames, {arm})
-    assert set(lost.shades[one.parts == arm]) == {LOST}
-    assert LOST not in lost.shades[one.parts != arm]
+    assert set(one.surface.shades[one.parts == arm]) == {surfaces.LEFT}
+    assert set(one.surface.shades[one.parts == anatomy.index["right_upper_leg"]]) == {surfaces.RIGHT}
+    assert set(one.surface.shades[one.parts == anatomy.index["head"]]) == {surfaces.HEAD, surfaces.VISOR}
+    lost = surfaces.posed_surface(one, frames, {arm})
+    assert set(lost.shades[one.parts == arm]) == {surfaces.LOST}
+    assert surfaces.LOST not in lost.shades[one.parts != arm]

@@ -21,14 +21,7 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.setup.calibration.drift import moved_camera
 from zenocap.tools.setup.calibration.silhouettes import Hulls, losses, pair_residuals
-from zenocap.tools.setup.calibration.walk.parameters import (
-    FLOOR_NOISE_M,
-    FOOT_NEARER,
-    HEAD_IN_WALK,
-    HEAD_NOISE_M,
-    HEAD_PX,
-    ROUNDS,
-)
+from zenocap.tools.setup.calibration.walk import parameters as p
 from zenocap.tools.setup.calibration.walk.single_view import elevations
 
 GAUGE_M, GAUGE_RAD = 1e-3, 1e-3  # tolerance of the first camera's place and direction on the floor
@@ -85,7 +78,7 @@ def heads_of(cameras: Mapping[str, Camera], walk: Walk) -> Heads:
         cosine = (rays[name] * to_head).sum(axis=1) / away
         focal = 0.5 * float(camera.matrix[0, 0] + camera.matrix[1, 1])
         off_px[name] = focal * np.arccos(np.clip(cosine, -1.0, 1.0))
-        level = np.hypot(to_head[:, 0], to_head[:, 2]) - FOOT_NEARER * walk.stature_m
+        level = np.hypot(to_head[:, 0], to_head[:, 2]) - p.FOOT_NEARER * walk.stature_m
         floor_m[name] = camera.centre[1] + level * bottoms[name]
     return Heads(places, off_px, floor_m)
 
@@ -94,7 +87,7 @@ def adjusted(
     cameras: Mapping[str, Camera],
     walk_at: Callable[[Mapping[str, float]], Walk],
     delays: Mapping[str, float] | None = None,
-    rounds: int = ROUNDS,
+    rounds: int = p.ROUNDS,
 ) -> tuple[dict[str, Camera], dict[str, float]]:
     """Cameras that fit the walk best, from ones near to them, and delays, s, where these are free.
 
@@ -151,7 +144,7 @@ def middle_of(cameras: Mapping[str, Camera], walk: Walk) -> Floats:
 def _residuals(cameras: Mapping[str, Camera], walk: Walk, scene: Floats) -> list[Floats]:
     heads = heads_of(cameras, walk)
     found = [pair_residuals(cameras, walk.hulls, pair, scene) for pair in combinations(cameras, 2)]
-    found.append((heads.places[:, 1] - HEAD_IN_WALK * walk.stature_m) / HEAD_NOISE_M)
-    found += [one / HEAD_PX for one in heads.off_px.values()]
-    found += [one / FLOOR_NOISE_M for one in heads.floor_m.values()]
+    found.append((heads.places[:, 1] - p.HEAD_IN_WALK * walk.stature_m) / p.HEAD_NOISE_M)
+    found += [one / p.HEAD_PX for one in heads.off_px.values()]
+    found += [one / p.FLOOR_NOISE_M for one in heads.floor_m.values()]
     return found

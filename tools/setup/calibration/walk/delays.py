@@ -16,18 +16,8 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.pairs import jackknife_error
 from zenocap.tools.setup.calibration.silhouettes import Hulls
+from zenocap.tools.setup.calibration.walk import parameters as p
 from zenocap.tools.setup.calibration.walk.adjustment import Walk, adjusted
-from zenocap.tools.setup.calibration.walk.parameters import (
-    DELAY_BIAS_S,
-    DELAY_BLOCKS,
-    DELAY_ERRORS,
-    DIRECTIONS,
-    LAG_STEP_S,
-    LEAST_AGREEING,
-    LONGEST_GAP_S,
-    MOST_DELAY_S,
-    TRACK_SMOOTHING_S,
-)
 from zenocap.tools.setup.calibration.walk.registration import registered
 from zenocap.tools.setup.calibration.walk.single_view import SingleView, Track, smooth, track_of
 
@@ -53,7 +43,7 @@ class Series:
         before = later - 1
         gap = self.times[later] - self.times[before]
         share = (times - self.times[before]) / gap
-        known = (share >= 0.0) & (share <= 1.0) & (gap <= LONGEST_GAP_S)
+        known = (share >= 0.0) & (share <= 1.0) & (gap <= p.LONGEST_GAP_S)
         local = (1.0 - share)[:, None, None] * self.points[before] + share[:, None, None] * self.points[later]
         local /= np.linalg.norm(local, axis=2, keepdims=True)
         local[~known] = np.nan
@@ -65,7 +55,7 @@ def series_of(times: Sequence[float] | Floats, hulls: Hulls) -> Series:
     seen = np.isfinite(hulls.local[..., 0]).any(axis=1)
     local, cut = hulls.local[seen], hulls.cut[seen]
     flat = local[..., :2] / local[..., 2:]
-    angles = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, p.DIRECTIONS, endpoint=False)
     along = flat @ np.stack([np.cos(angles), np.sin(angles)])
     farthest = np.where(np.isfinite(along), along, -np.inf).argmax(axis=1)
     rows = np.arange(len(local))[:, None]
@@ -81,7 +71,7 @@ class Delay:
 
     @property
     def is_certain(self) -> bool:
-        return abs(self.seconds) > DELAY_ERRORS * self.error_s
+        return abs(self.seconds) > p.DELAY_ERRORS * self.error_s
 
 
 @dataclass(frozen=True)
@@ -101,8 +91,8 @@ class SilhouetteSeries:
 
 def coarse_delays(views: Mapping[str, SingleView], timing: SilhouetteSeries, height_m: float) -> dict[str, float]:
     """Delays of the cameras that can be joined to the first one by their tracks, s, to a fraction of a step."""
-    grid = np.arange(timing.instants[0] - MOST_DELAY_S, timing.instants[-1] + MOST_DELAY_S, LAG_STEP_S)
-    window = 2 * round(0.5 * TRACK_SMOOTHING_S / LAG_STEP_S) + 1
+    grid = np.arange(timing.instants[0] - p.MOST_DELAY_S, timing.instants[-1] + p.MOST_DELAY_S, p.LAG_STEP_S)
+    window = 2 * round(0.5 * p.TRACK_SMOOTHING_S / p.LAG_STEP_S) + 1
     tracks = {
         name: smooth(track_of(timing.series[name].at(grid), view.rotation[:, 1], height_m), window)
         for name, view in views.items()
@@ -125,14 +115,14 @@ def coarse_delays(views: Mapping[str, SingleView], timing: SilhouetteSeries, hei
 
 def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
     """Delay s of `other` against `one`, tracks on the same grid, and the number of agreeing instants; None without any."""
-    most = round(MOST_DELAY_S / LAG_STEP_S)
+    most = round(p.MOST_DELAY_S / p.LAG_STEP_S)
     scores = np.full(2 * most + 1, np.inf)
     agreeing = np.zeros(2 * most + 1, dtype=np.int64)
     for k, steps in enumerate(range(-most, most + 1)):
         # At equal times of the scene: an image of `other` at t shows what `one` shows at t + steps.
         count = len(one) - abs(steps)
         motion = registered(one[max(0, steps) :][:count], other[max(0, -steps) :][:count])
-        if motion is not None and motion.agreeing >= LEAST_AGREEING * motion.common and not motion.mirrored:
+        if motion is not None and motion.agreeing >= p.LEAST_AGREEING * motion.common and not motion.mirrored:
             scores[k], agreeing[k] = motion.error_m, motion.agreeing
     k = int(scores.argmin())
     if not np.isfinite(scores[k]):
@@ -141,7 +131,7 @@ def best_lag(one: Track, other: Track) -> tuple[float, int] | None:
     if 0 < k < 2 * most and np.isfinite(scores[k - 1 : k + 2]).all():
         before, here, after = scores[k - 1 : k + 2] ** 2
         shift = 0.5 * (before - after) / max(1e-12, before - 2.0 * here + after)
-    return (k - most + float(np.clip(shift, -0.5, 0.5))) * LAG_STEP_S, int(agreeing[k])
+    return (k - most + float(np.clip(shift, -0.5, 0.5))) * p.LAG_STEP_S, int(agreeing[k])
 
 
 def adjusted_delays(
@@ -170,7 +160,7 @@ def adjusted_delays(
     on_step("delays")
     cameras, delays = adjusted(start, walk_at(timing), coarse)
     parts = []
-    blocks = np.array_split(np.arange(len(timing.instants)), DELAY_BLOCKS)
+    blocks = np.array_split(np.arange(len(timing.instants)), p.DELAY_BLOCKS)
     for k, block in enumerate(blocks):
         on_step(f"errors of the delays, {k + 1} of {len(blocks)}")
         kept = np.setdiff1d(np.arange(len(timing.instants)), block)
@@ -178,6 +168,6 @@ def adjusted_delays(
     spread = jackknife_error(np.array(parts) - np.mean(parts, axis=0))
     first = next(iter(delays))
     return {
-        name: Delay(seconds, 0.0 if name == first else float(np.hypot(error, DELAY_BIAS_S)))
+        name: Delay(seconds, 0.0 if name == first else float(np.hypot(error, p.DELAY_BIAS_S)))
         for (name, seconds), error in zip(delays.items(), spread, strict=True)
     }

@@ -2,19 +2,11 @@
 
 import math
 
+from zenocap.tools.setup.calibration.walk import parameters as p
 from zenocap.tools.setup.calibration.walk.calibration import WalkCalibration
-from zenocap.tools.setup.calibration.walk.parameters import (
-    GOOD_DELAY_S,
-    GOOD_ERROR_M,
-    LAG_STEP_S,
-    LEAST_WIDTH_M,
-    MOST_DELAY_S,
-    MOST_MRAD,
-)
 
 
 def report(found: WalkCalibration) -> list[str]:
-    """Lines of text."""
     lines = [
         f"{found.instants} frame sets compared; the walk covers {found.area_m[0]:.1f} by {found.area_m[1]:.1f} m; scale "
         f"from a person of {found.stature_m:g} m"
@@ -43,34 +35,34 @@ def report(found: WalkCalibration) -> list[str]:
 def verdict(found: WalkCalibration) -> tuple[str, list[str]]:
     """Good or poor, and what to do better, for people."""
     reasons = [
-        f"{one.camera.name}: {one.off_mrad:.0f} mrad off, more than {MOST_MRAD:g}: is its lens right, are the videos in "
+        f"{one.camera.name}: {one.off_mrad:.0f} mrad off, more than {p.MOST_MRAD:g}: is its lens right, are the videos in "
         "step, is anything else than the person in its silhouettes?"
         for one in found.cameras
-        if not one.off_mrad <= MOST_MRAD
+        if not one.off_mrad <= p.MOST_MRAD
     ]
     for one in found.cameras:
         if not any(one.camera.name in pair and not math.isnan(px) for pair, px in found.pairs_px.items()):
             reasons.append(f"{one.camera.name}: its silhouettes cannot be compared with any other's")
     reasons += [
-        f"{name}: when its images were taken is known to {1e3 * one.error_s:.0f} ms, allowed: {1e3 * GOOD_DELAY_S:.0f}: "
+        f"{name}: when its images were taken is known to {1e3 * one.error_s:.0f} ms, allowed: {1e3 * p.GOOD_DELAY_S:.0f}: "
         "walk longer, in curves, or give sync.toml"
         for name, one in found.delays.items()
-        if not one.error_s <= GOOD_DELAY_S
+        if not one.error_s <= p.GOOD_DELAY_S
     ]
     reasons += [
         f"{name}: its images are {one.seconds:+.1f} s late, which is as far as was searched: give sync.toml (zenocap sync)"
         for name, one in found.delays.items()
-        if not abs(one.seconds) <= MOST_DELAY_S - LAG_STEP_S
+        if not abs(one.seconds) <= p.MOST_DELAY_S - p.LAG_STEP_S
     ]
-    if not found.area_m[1] >= LEAST_WIDTH_M:
+    if not found.area_m[1] >= p.LEAST_WIDTH_M:
         reasons.append(
-            f"the walk is {found.area_m[1]:.1f} m wide, less than {LEAST_WIDTH_M:g}: walk through the whole area, in "
+            f"the walk is {found.area_m[1]:.1f} m wide, less than {p.LEAST_WIDTH_M:g}: walk through the whole area, in "
             "curves, not along one line"
         )
-    if not found.error_m <= GOOD_ERROR_M:
+    if not found.error_m <= p.GOOD_ERROR_M:
         reasons.append(
-            f"the expected error is {1e3 * found.error_m:.0f} mm, more than {1e3 * GOOD_ERROR_M:.0f}: walk longer, half a "
-            "minute or more"
+            f"the expected error is {1e3 * found.error_m:.0f} mm, more than {1e3 * p.GOOD_ERROR_M:.0f}: walk longer, half "
+            "a minute or more"
         )
     return ("poor" if reasons else "good"), reasons
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
     from zenocap.services.recognizer.training.manifest import ManifestRow
-    from zenocap.tools.cli.posture.label import LabelArguments, LabelExpert
+    from zenocap.tools.cli.posture.label_options import LabelArguments, LabelExpert
 
 FRAMES_PER_S = 20.0  # of the playback
 HELP = """  a label        label the segment, such as kick  Enter      accept the suggestion

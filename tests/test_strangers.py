@@ -155,8 +155,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
     ),
     "without T-pose": (
         "tools/judge/test_verdict.py::test_what_lies_before_the_first_pose_counts_in_a_short_take",
-        "tools/cli/test_track.py::test_the_height_over_the_floor_is_estimated_without_t_pose",
-        "tools/cli/test_track.py::test_two_view_without_t_pose_tracks_again_with_the_height_over_the_floor",
+        "tools/cli/test_track.py::test_without_t_pose_the_frames_are_tracked_again_with_the_height_over_the_floor",
     ),
     "first hour: 0 poses": ("tools/cli/test_track.py::test_the_height_is_advised_where_the_method_needs_it",),
     "first hour: two people": (

@@ -138,7 +138,10 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/tracker/view_check/test_view_consistency.py::"
         "test_frozen_view_is_reported_in_time_and_used_again_when_it_changes",
     ),
-    "both colour schemes": (f"{PAGE}::test_every_text_has_contrast_in_every_window",),
+    "both colour schemes": (
+        f"{PAGE}::test_every_text_has_contrast_in_every_window",
+        f"{PAGE}::test_curves_have_the_colours_of_their_legend_and_the_room_is_light_where_the_colour_scheme_is",
+    ),
     "a terminal of 80 x 24": (
         "tools/record/launcher/test_rig_status.py::test_everything_is_seen_in_a_terminal_of_80_columns_and_24_rows",
     ),
@@ -147,6 +150,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "services/viewer/advice/test_person.py::test_another_person_and_a_place_that_one_has_left_are_distinguished",
         "common/rig/test_rig.py::test_first_frames_of_cameras_of_different_rates_end_at_the_same_time",
         f"{PICTURES}::test_the_background_of_a_film_is_that_of_its_empty_part",
+        "tools/cli/test_track.py::test_a_fifth_more_empty_frames_than_there_are_lose_no_poses_or_are_named_first",
     ),
     "setup with another calibration": (
         "tools/cli/test_setup_steps.py::test_a_calibration_with_other_names_and_another_shape_is_matched_by_asking",
@@ -157,6 +161,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests
         "tools/judge/test_verdict.py::test_what_lies_before_the_first_pose_counts_in_a_short_take",
         "tools/cli/test_track.py::test_without_t_pose_the_frames_are_tracked_again_with_the_height_over_the_floor",
     ),
+    "first hour: the frame in Blender": ("system/test_blender.py::test_blender_has_the_joints_where_they_are",),
     "first hour: 0 poses": ("tools/cli/test_track.py::test_the_height_is_advised_where_the_method_needs_it",),
     "first hour: two people": (
         "services/viewer/advice/test_faults.py::test_a_second_person_is_stated",
@@ -243,6 +248,7 @@ BEFORE: Mapping[str, str] = {  # what other points gave, and the commit that men
     "a truth of another offset, side or unit: doubtful, status 3": "a note of offsets of centres, with status 0 (3adf8328)",
     "points against the body": "points of two people were mixed (72072b14); legs and feet of left-handed files pointed "
     "another way than the pelvis (e0bcdfdd)",
+    "first hour: the frame in Blender": "'row k is frame k + 1': of Blender, or of the take, was open (5715d6e1)",
     "first hour: a take without pictures": "shown without pictures, without a note (e4e9eb6e)",
     "first hour: take.verdict.text": "no such attribute (3e615b10)",
     "first hour: export without -o": "refused: -o was required (3e615b10)",

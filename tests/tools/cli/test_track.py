@@ -1,9 +1,11 @@
 """Output of `zenocap track` for takes without T-pose, without a pose or of two people."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.command import zenocap
@@ -20,8 +22,6 @@ from zenocap.tools.cli.track import _print_losses
 from zenocap.tools.takes.track import Tracked
 from zenocap.tools.takes.track_job import TrackJob, overlay
 from zenocap.tools.takes.verify.recompute import verify
-
-FPS = 15
 
 
 def tracked(poses: int = 0, estimated: float | None = None) -> Tracked:
@@ -51,17 +51,19 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
     assert printed(capsys, tracked(40), "auto", 1.75) == ""
 
 
-def filmed(folder: Path, views: int, steps: int = 6, frames: int = 36, other: Placement | None = None) -> Walker:
+def filmed(
+    folder: Path, rates: Sequence[int], steps: int = 6, until_s: float = 3.4, other: Placement | None = None
+) -> Walker:
     """A folder of films of a person who walks after a second of the empty scene.  other: where a second person walks."""
-    scene, second = walker(1, views, (160, 120), steps), person(3)
-    for name, camera in scene.cameras.items():
+    scene, second = walker(1, len(rates), (160, 120), steps), person(3)
+    for (name, camera), fps in zip(scene.cameras.items(), rates, strict=True):
         film, images = SimulatedCamera(camera, scene.person, 0), []
         beside = SimulatedCamera(camera, second, 0)
-        for k in range(FPS + frames):
-            pose = None if k < FPS else scene.motion.pose_at(k / FPS - 1.0)
+        for k in range(round(until_s * fps)):
+            pose = None if k < fps else scene.motion.pose_at(k / fps - 1.0)
             others = [] if pose is None or other is None else [(beside, place(pose, other))]
             images.append(film.render(pose, k, beside=others))
-        write_video(folder / "videos" / f"{name}.mp4", images, fps=FPS)
+        write_video(folder / "videos" / f"{name}.mp4", images, fps=fps)
     write_calibration(folder / "calibration.toml", dict(scene.cameras))
     return scene
 
@@ -71,12 +73,12 @@ def filmed(folder: Path, views: int, steps: int = 6, frames: int = 36, other: Pl
 def test_without_t_pose_the_frames_are_tracked_again_with_the_height_over_the_floor(
     method: str, views: int, tmp_path: Path
 ) -> None:
-    scene, take = filmed(tmp_path, views), tmp_path / "a.mcap"
+    scene, take = filmed(tmp_path, [15] * views), tmp_path / "a.mcap"
     rig = load_rig(tmp_path, method, background="first:1s")
     drawing, shown = overlay(rig, tmp_path / "pictures", 10), WorkProgress("tracking")
     result = TrackJob(rig, drawing, two_passes=method == "hybrid", jobs=1).run(take, shown)
     assert result.both_ways == (method == "hybrid")
-    assert result.poses >= result.frame_sets - FPS - 5  # the empty scene has FPS
+    assert result.poses >= result.frame_sets - 20  # the empty scene has 15
     assert not result.measured
     assert result.estimated == pytest.approx(scene.person.height, abs=0.1)
     assert drawing.finish() == -(-result.frame_sets // 10)  # of the second time alone
@@ -89,8 +91,23 @@ def test_without_t_pose_the_frames_are_tracked_again_with_the_height_over_the_fl
 
 @pytest.mark.nightly
 def test_two_people_in_films_are_the_first_reason_that_is_printed(tmp_path: Path) -> None:
-    filmed(tmp_path, 3, steps=14, frames=105, other=Placement(0.9, 0.0, 0.0))
+    filmed(tmp_path, [15] * 3, steps=14, until_s=8.0, other=Placement(0.9, 0.0, 0.0))
     status, _, text = zenocap("track", tmp_path, "-o", tmp_path / "a.mcap", "--empty-seconds", "1", "--no-both-ways")
     first = re.search(r"^verdict: (\w+).*\n  camera ([\w, ]+): (a second person, [^:]*)", text, re.MULTILINE)
     assert first is not None, text
     assert (first[1], status) in (("doubtful", 3), ("unusable", 4))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("slowest", [30, 25])
+def test_a_fifth_more_empty_frames_than_there_are_lose_no_poses_or_are_named_first(slowest: int, tmp_path: Path) -> None:
+    """30 frames are empty; 36 of a camera of 25/s beside the others of 30/s are 1.44 s."""
+    filmed(tmp_path, [slowest, 30, 30], steps=14, until_s=8.0)
+    found = []
+    for background in ("first:1s", "first:36"):
+        verdict = track(load_rig(tmp_path, "hybrid", background=background), tmp_path / "a.mcap").verdict
+        assert verdict is not None
+        lost = float(np.mean([one.lost for one in verdict.stretches] or [1.0]))
+        found.append((lost, verdict.rating, [one.kind for one in verdict.reasons]))
+    (before, rating, _), (after, its_rating, kinds) = found
+    assert (after <= before + 0.05 and its_rating == rating) or kinds[:1] == ["not-empty"], found

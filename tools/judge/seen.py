@@ -1,4 +1,4 @@
-"""Causes of lost poses in the pictures: people, a scene not empty, half a person, contrast, legs."""
+"""Causes of lost poses in the pictures: people, scene not empty, half a person, contrast, legs."""
 
 from collections import defaultdict
 from collections.abc import Mapping

@@ -19,7 +19,7 @@ from zenocap.simulation.body.pose import Placement, place
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.cli.progress import WorkProgress
 from zenocap.tools.cli.track import _print_losses
-from zenocap.tools.takes.track import Tracked
+from zenocap.tools.takes.track import Tracked, track
 from zenocap.tools.takes.track_job import TrackJob, overlay
 from zenocap.tools.takes.verify.recompute import verify
 

@@ -199,8 +199,9 @@ def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[s
     without = [name for name in cameras if name not in paired]
     unused = [path.name for name in without for path in others if _contains(path.stem, name)]
     notes += [f"videos/{name}: not used, by its suffix: allowed: {' '.join(VIDEO_SUFFIXES)}" for name in unused]
-    if unused and len(paired) < 2:
-        raise UserError(f"{folder}: {notes[-1]}")
+    if without and len(paired) < 2:
+        missing = f"videos/ has no video of {', '.join(without)}: allowed: those of two cameras or more"
+        raise UserError(f"{folder}: {notes[-1] if unused else missing}")
     notes += [f"videos/{one.name}: not used: a spare bare stream" for one in others if one.suffix.lower() in BARE_SUFFIXES]
     return paired, notes
 

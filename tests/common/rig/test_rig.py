@@ -265,6 +265,9 @@ def test_a_camera_without_video_is_not_used(tmp_path):
     rig = load_rig(folder, "hybrid")
     assert [v.id for v in rig.viewers] == ["cam02", "cam03"]
     assert rig.notes == ("cam01: no video: this camera is not used",)
+    (folder / "videos" / "cam03.mp4").unlink()
+    with pytest.raises(UserError, match="videos/ has no video of cam01, cam03: allowed: those of two cameras or more"):
+        load_rig(folder, "hybrid")
 
 
 def test_videos_with_other_names_are_assigned_in_order(tmp_path):

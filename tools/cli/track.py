@@ -165,6 +165,11 @@ def _print_losses(result: Tracked, rig: Rig) -> None:
     lines += [f"left out: {frames}" for frames in result.left_out]
     lines += [f"lost: {problem}" for problem in result.problems]
     has_tracker = method_of(rig.method).has_tracker
+    if result.poses and rig.person_height is not None:
+        lines.append(
+            f"note: height {rig.person_height:g} m: the body has average proportions; a T-pose measures it better: "
+            "where there is one, leave the height out"
+        )
     if result.poses and not result.measured and rig.person_height is None:
         estimated = (
             "" if result.estimated is None else f", of {result.estimated:.2f} m from the floor to the top of the head"

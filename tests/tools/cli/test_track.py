@@ -48,7 +48,10 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
     assert "--height METRES" in text
     assert "adapted" in text
     assert "adapted" not in printed(capsys, tracked(40, 1.743), "two-view")
-    assert printed(capsys, tracked(40), "auto", 1.75) == ""
+    assert printed(capsys, tracked(40), "auto", 1.75) == (
+        "note: height 1.75 m: the body has average proportions; a T-pose measures it better: where there is one, "
+        "leave the height out\n"
+    )
 
 
 def filmed(

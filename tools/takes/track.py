@@ -4,6 +4,7 @@ Time is that of the frames, so that two runs give equal bytes.
 """
 
 import logging
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,6 +12,7 @@ from itertools import chain
 from pathlib import Path
 from typing import cast
 
+from zenocap.common.atomic_write import atomic_file
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.conversion import anatomy_of, bdp_of
@@ -94,7 +96,8 @@ def track(
 
     Where no body was measured, the frames are tracked again with the height that the tracker takes from the visual hull
     over the floor: with a tracker where it had waited for more than WAITED_SHARE of them, else where there is no pose.
-    on_repeat: is called with the height (m) before.
+    on_repeat: is called with the height (m) before.  The take of the first time stays until the second one is complete, and
+    where that is not, or has fewer poses.
     jobs: number of cores to use, on which the take does not depend; default: the available ones.
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
@@ -113,7 +116,11 @@ def track(
         return result
     on_repeat(height)
     wanted = replace(result, estimated=height, repeated=True)
-    again = _tracked(wanted.rig_of(rig), take, on_frame_set, jobs)
+    with atomic_file(take.resolve()) as unfinished:
+        again = _tracked(wanted.rig_of(rig), unfinished, on_frame_set, jobs)
+        if not again.complete or again.poses < result.poses:
+            shutil.copyfile(take, unfinished)
+            return result
     return replace(again, measured=False, estimated=height, repeated=True)
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -22,7 +23,7 @@ from zenocap.tools.takes.overlay import Overlay
 from zenocap.tools.takes.render.floor import darken_floor, draw_floor
 from zenocap.tools.takes.render.rasterizer import develop, fill, light_body
 from zenocap.tools.takes.rig_changes import at_working_size
-from zenocap.tools.takes.track import TrackedFrameSet, track
+from zenocap.tools.takes.track import Tracked, TrackedFrameSet, track
 from zenocap.tools.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.slow
@@ -125,6 +126,30 @@ def test_a_take_without_poses_cannot_be_exported(short_rig: Rig, tmp_path: Path)
     assert track(unseen, tmp_path / "a.mcap").poses == 0
     with pytest.raises(UserError, match=r"a\.mcap: no universal BDP"):
         read_poses(tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(
+    ("second", "kept"),
+    [({"poses": 50}, "b"), ({"poses": 29}, "a"), ({"poses": 50, "complete": False}, "a")],
+    ids=["more poses", "fewer", "full disk"],
+)
+def test_the_second_time_with_an_estimated_height_replaces_no_better_take(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, second: dict[str, Any], kept: str
+) -> None:
+    first = Tracked(60, 30, 100, (), {}, measured=False, estimated=1.7, waited=20)
+    results = iter([("a", first), ("b", replace(first, **second))])
+
+    def tracked(rig: Rig, take: Path, *_: object) -> Tracked:
+        text, result = next(results)
+        assert rig.person_height == (None if text == "a" else 1.7)
+        take.write_text(text)
+        return result
+
+    monkeypatch.setattr("zenocap.tools.takes.track._tracked", tracked)
+    found = track(with_viewers(demo_rig("auto"), source=Actor("march", 1)), take := tmp_path / "a.mcap")
+    assert take.read_text() == kept
+    assert found.repeated == (kept == "b")
+    assert [*tmp_path.iterdir()] == [take]
 
 
 @pytest.mark.nightly

@@ -1,14 +1,15 @@
 """Stops of a whole rig, and starts again of its services: `python -m tests.measures.stops [STOPS]`.
 
 A rig of three simulated cameras around a router is stopped with Ctrl-C, each time after one of its services was killed and
-has worked again; --load N: beside N processes that never wait.  Printed: a line for each stop, then a table: seconds of the
-stops, seconds from the end of a service to the first health of the next process, of a viewer to the first with a frame (one
-a second), services that hung at a stop, killed or not, starts that failed (of the rig, or of the service within three
-minutes).  The status is 1 where a limit is broken.
+has worked again.  With --load N no service is killed: N processes that never wait begin when the rig works, LOADED_AFTER_S
+before its stop.  Printed: a line for each stop, then a table: seconds of the stops, seconds from the end of a service to
+the first health of the next process, of a viewer to the first with a frame (one a second), services that hung at a stop,
+killed or not, starts that failed (of the rig, or of the service within three minutes).  The status is 1 where a limit is
+broken.
 """
 
 import argparse
-import os
+import math
 import signal
 import sys
 import tempfile
@@ -29,6 +30,7 @@ from zenocap.tools.record.launcher.child_processes import HANGING_S
 
 RIG, SIZE, FPS = "stops", "160x120", 15.0
 SETTLED_S = 11.0  # after which a process that ends is started again at once
+LOADED_AFTER_S = 3.0
 STOPS = 20
 ALONE_S, LOADED_S, AGAIN_S = 2.0, 5.0, 3.0  # longest stop, without and with load, and start again of a service
 HUNG = f"has not stopped in {HANGING_S:g} s"
@@ -37,16 +39,15 @@ WORDS = {True: "yes", False: "NO"}
 
 @dataclass(frozen=True)
 class Stop:
-    """service, again_s: the one that was ended, and the time until the next process worked.  text: output of the rig.
+    """service, again_s: the one that was ended, and the time until the next process worked; "", nan beside a load.
 
-    load: of the machine.
+    text: output of the rig.
     """
 
     service: str
     again_s: float
     stop_s: float
     status: int | None
-    load: float
     text: str
 
     @property
@@ -55,8 +56,13 @@ class Stop:
         return self.text.count(HUNG)
 
 
-def stop_after(service: str, folder: Path, settled_s: float = SETTLED_S, ended_by: signal.Signals = signal.SIGKILL) -> Stop:
-    """Start a rig, end a service, and stop the rig when it works again.  Raises RuntimeError when it does not."""
+def stop_after(
+    service: str, folder: Path, settled_s: float = SETTLED_S, ended_by: signal.Signals = signal.SIGKILL, load: int = 0
+) -> Stop:
+    """Start a rig, end a service ("": none), and stop the rig when it works again.  Raises RuntimeError when it does not.
+
+    load: number of processes that never wait, from LOADED_AFTER_S before the stop.
+    """
     folder.mkdir(exist_ok=True)
     with RunningRig(folder, folder / "takes", rig_file(folder, RIG, SIZE, FPS, 0)) as rig:
         observer = Observer(rig.endpoint, RIG, [], SERVICES)
@@ -64,15 +70,21 @@ def stop_after(service: str, folder: Path, settled_s: float = SETTLED_S, ended_b
         try:
             _until(rig, lambda: {one.service for one in observer.health} >= {*SERVICES})
             time.sleep(settled_s)
-            known = {one.health.counts.get(PROCESS) for one in observer.health}
-            begin_s = time.monotonic()
-            rig.signal(rig.pid(service), ended_by)
-            _until(rig, lambda: works(service, observer.health, known))
-            again_s = time.monotonic() - begin_s
+            again_s = _again_s(rig, service, observer, ended_by) if service else math.nan
         finally:
             observer.close()
-        rig.stop()
-        return Stop(service, again_s, rig.stop_s, rig.status, os.getloadavg()[0], rig.log_text() + rig.output())
+        with beside(BUSY if load else None, load):
+            time.sleep(LOADED_AFTER_S if load else 0.0)
+            rig.stop()
+        return Stop(service, again_s, rig.stop_s, rig.status, rig.log_text() + rig.output())
+
+
+def _again_s(rig: RunningRig, service: str, observer: Observer, ended_by: signal.Signals) -> float:
+    known = {one.health.counts.get(PROCESS) for one in observer.health}
+    begin_s = time.monotonic()
+    rig.signal(rig.pid(service), ended_by)
+    _until(rig, lambda: works(service, observer.health, known))
+    return time.monotonic() - begin_s
 
 
 def works(service: str, seen: Sequence[SeenHealth], known: Collection[int | None]) -> bool:
@@ -107,21 +119,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--load", type=int, default=0, help="processes that never wait, beside the rig (default: none)")
     chosen = parser.parse_args(arguments)
     found, failed = list[Stop](), 0
-    with tempfile.TemporaryDirectory() as folder, beside(BUSY if chosen.load else None, chosen.load):
+    with tempfile.TemporaryDirectory() as folder:
         for number in range(chosen.stops):
-            service = SERVICES[number % len(SERVICES)]
+            service = "" if chosen.load else SERVICES[number % len(SERVICES)]
+            begin = f"{number + 1} of {chosen.stops}: {service or f'beside {chosen.load} processes'}"
             try:
-                one = stop_after(service, Path(folder) / str(number))
+                one = stop_after(service, Path(folder) / str(number), 0.0 if chosen.load else SETTLED_S, load=chosen.load)
             except RuntimeError as error:
                 failed += 1
-                print(f"{number + 1} of {chosen.stops}: {service}: {error}", flush=True)
+                print(f"{begin}: {error}", flush=True)
                 continue
             found.append(one)
-            print(
-                f"{number + 1} of {chosen.stops}: {one.service} again in {one.again_s:.1f} s, stop in {one.stop_s:.1f} s, "
-                f"{one.hung} hung, status {one.status}, load {one.load:.1f}",
-                flush=True,
-            )
+            again = f" again in {one.again_s:.1f} s" if service else ""
+            print(f"{begin}{again}, stop in {one.stop_s:.1f} s, {one.hung} hung, status {one.status}", flush=True)
     lines, holds = table(found, failed, LOADED_S if chosen.load else ALONE_S)
     print("\n".join(lines))
     return 0 if holds else 1

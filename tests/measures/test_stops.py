@@ -10,7 +10,7 @@ from zenocap.common.messages import Health
 
 
 def stop(service: str = "tracker", again_s: float = 1.0, stop_s: float = 1.0, text: str = "") -> Stop:
-    return Stop(service, again_s, stop_s, 0, 1.0, text)
+    return Stop(service, again_s, stop_s, 0, text)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_a_viewer_works_again_with_its_first_frame(service: str, counts: dict[st
 def test_a_start_that_fails_is_counted_and_the_others_go_on(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def after(service: str, _: object) -> Stop:
+    def after(service: str, *_: object, load: int) -> Stop:
         if service == "viewer 2":
             raise RuntimeError("the rig does not work")
         return stop(service)

@@ -73,7 +73,7 @@ def at_once(make: Callable[[int], Image], count: int, fps: float = 30.0) -> Iter
     yield None
 
 
-def until(condition: Callable[[], bool], text: str, seconds: float = PATIENCE_S) -> None:
+def until(condition: Callable[[], bool], text: str = "", seconds: float = PATIENCE_S) -> None:
     """Wait for a state; text: of the error."""
     end_s = time.monotonic() + seconds
     while not condition():

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.live_cameras import until
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
 from zenocap.common.runtime.keyboard import BY_BYTES, Key, Keyboard, keyboard, keys_in
@@ -143,9 +144,6 @@ def test_keys_are_read_again_after_stop_and_continue(session: Session) -> None:
     os.kill(session.process.pid, signal.SIGSTOP)
     termios.tcsetattr(session.slave, termios.TCSANOW, session.before)  # as a shell does
     os.kill(session.process.pid, signal.SIGCONT)
-    end_s = time.monotonic() + PATIENCE_S
-    while termios.tcgetattr(session.slave) == session.before:
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
+    until(lambda: termios.tcgetattr(session.slave) != session.before)
     session.press(b" ")
     session.until("key PAUSE")

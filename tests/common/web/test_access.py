@@ -17,6 +17,7 @@ from websockets.asyncio.client import ClientConnection
 from tests.common.web.test_server import fetched, talk, updates_until
 from tests.support.animator_stand_in import stand_in
 from tests.support.bare_connections import bare_connections
+from tests.support.live_cameras import until
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.web import server as server_module
@@ -114,10 +115,7 @@ def test_malformed_requests_are_counted_and_logged_in_one_line(
                 one.sendall(data)
                 while one.recv(4096):
                     pass
-        end_s = time.monotonic() + 60
-        while animator.bridge.counts() != {"page_malformed": 20}:
-            assert time.monotonic() < end_s, animator.bridge.counts()
-            time.sleep(0.01)
+        until(lambda: animator.bridge.counts() == {"page_malformed": 20})
         assert fetched(animator.address)[0] == 200
     (line,) = [record for record in caplog.records if record.name != "asyncio"]
     assert line.exc_info is None

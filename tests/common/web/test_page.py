@@ -1,6 +1,5 @@
 """A page: what its commands become, and what a page that opens gets."""
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -9,6 +8,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from tests.common.web.test_server import socket_of, talk, updates_until
+from tests.support.live_cameras import until
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.broadcast import PageQueue
@@ -106,9 +106,7 @@ def test_openings_count_how_often_a_first_page_opens() -> None:
         for number in range(1, 3):
             talk(page.address, act)
             assert page.openings == number
-            end_s = time.monotonic() + 10
-            while page.pages and time.monotonic() < end_s:
-                time.sleep(0.01)
+            until(lambda: not page.pages)
 
 
 def test_a_page_runs_until_it_is_stopped() -> None:

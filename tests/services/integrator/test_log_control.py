@@ -1,13 +1,12 @@
 """Log stopped and started on request: messages between are lost, latched ones repeated."""
 
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import pytest
 
 from tests.support.animator_stand_in import bap, body_message, pose_at
+from tests.support.live_cameras import until
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.recording.log import Log
@@ -58,13 +57,6 @@ class Rig:
     def until(self, **counts: int) -> None:
         """Wait for these counts."""
         until(lambda: counts.items() <= self.control.counts().items())
-
-
-def until(what: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 60
-    while not what():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)
 
 
 def frames_in(path: Path) -> list[int]:

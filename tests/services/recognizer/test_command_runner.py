@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ from unittest.mock import Mock
 import pytest
 
 from tests.support.command_receivers import SECOND, http_receiver, posture_at, program, udp_receiver
+from tests.support.live_cameras import until
 from zenocap.common.messages import CommandResult
 from zenocap.common.rig.commands import posture_commands
 from zenocap.common.runtime.clock import ManualClock
@@ -50,13 +50,6 @@ def running(
 def program_table(path: str, argument: Path, **fields: object) -> dict[str, object]:
     """Table of a command that runs a program."""
     return {"action": "program", "program": path, "arguments": [str(argument)]} | fields
-
-
-def until(what: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not what():
-        assert time.monotonic() < end_s
-        time.sleep(0.002)
 
 
 def results_of(runner: CommandRunner, count: int) -> list[CommandResult]:

@@ -2,7 +2,6 @@
 
 import queue
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import cast
 import pytest
 from msgspec import structs
 
+from tests.support.live_cameras import until
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_take
 from tests.tools.teach.page.test_session import Pages
 from zenocap.common.bus.protocol import Bus, BusError, Envelope, Received
@@ -24,8 +24,6 @@ from zenocap.tools.teach.page import live_trial
 from zenocap.tools.teach.page import messages as pm
 from zenocap.tools.teach.page.live_trial import LiveTrial
 from zenocap.tools.teach.page.motion_view import MotionView, open_motion
-
-PATIENCE_S = 60.0
 
 
 class Network:
@@ -73,13 +71,6 @@ def poses(path: Path) -> list[Envelope]:
 def trial_on(network: Network) -> tuple[LiveTrial, list[pm.LiveUpdate]]:
     updates: list[pm.LiveUpdate] = []
     return LiveTrial(dataset_rig("truth"), updates.append, lambda ended: cast(Bus, network)), updates
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
 
 
 @pytest.mark.nightly

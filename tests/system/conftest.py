@@ -1,6 +1,7 @@
 """Settings of the system tests, and the rigs that they share."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,13 @@ def _rigs_of(item: pytest.Item) -> list[str]:
 def _order(item: pytest.Item) -> tuple[int, bool]:
     rigs = _rigs_of(item)
     return (RIGS.index(rigs[0]), f"{rigs[0]}_take" in item.fixturenames) if rigs else (len(RIGS), False)
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    """What is to be closed first, before what the test got earlier."""
+    with ExitStack() as one:
+        yield one
 
 
 @pytest.fixture(scope="session")

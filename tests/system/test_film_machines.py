@@ -51,13 +51,6 @@ def rig(tmp_path: Path) -> Iterator[Path]:
         yield written_rig(tmp_path, cameras, urls, name="machines-test", head="film = true", each=f"fps = {FPS}")
 
 
-@pytest.fixture
-def stack() -> Iterator[ExitStack]:
-    """What is to be closed before the cameras."""
-    with ExitStack() as one:
-        yield one
-
-
 class Machines:
     """Two processes `zenocap viewer --discover`, each with one of the cameras and a folder."""
 

@@ -112,9 +112,8 @@ def let_expire(certs: Path) -> float:
 
 
 @pytest.fixture
-def joined(rig_file: Path) -> Iterator[Callable[[str, Path], ZenohBus]]:
-    with ExitStack() as stack:
-        yield lambda name, folder: stack.enter_context(member(rig_file, folder, name))
+def joined(rig_file: Path, stack: ExitStack) -> Callable[[str, Path], ZenohBus]:
+    return lambda name, folder: stack.enter_context(member(rig_file, folder, name))
 
 
 def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_admitted(

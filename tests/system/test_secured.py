@@ -94,12 +94,6 @@ def received_keys(bus: ZenohBus, wait_s: float = 0.0) -> set[str]:
 
 
 @pytest.fixture
-def stack() -> Iterator[ExitStack]:
-    with ExitStack() as one:
-        yield one
-
-
-@pytest.fixture
 def joined(rig_file: Path, endpoint: str, stack: ExitStack) -> Callable[[str], ZenohBus]:
     """Open the bus of a member."""
     return lambda name: stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", RealClock()))

@@ -66,12 +66,6 @@ def routed(endpoint: str) -> Iterator[ZenohOptions]:
 
 
 @pytest.fixture
-def stack() -> Iterator[ExitStack]:
-    with ExitStack() as one:
-        yield one
-
-
-@pytest.fixture
 def opened(routed: ZenohOptions, stack: ExitStack) -> Open:
     """Open a bus around the router."""
     return lambda: stack.enter_context(ZenohBus.open(routed, RIG, RealClock()))

@@ -474,7 +474,7 @@ def test_cameras_that_do_not_show_their_height_are_not_questioned(centres, axes)
     assert unit_note(cameras) == ""
 
 
-@pytest.mark.skipif(not CLIPS.is_dir(), reason="the shared clips are not beside the checkout")
+@pytest.mark.clips
 def test_in_feet_a_calibration_of_the_clips_is_questioned_and_not_in_metres_or_yards():
     for path in sorted(CLIPS.glob("*/calibration.toml")):
         cameras = list(read_calibration(path, "z" if path.parent.name.startswith("real") else "y").values())
@@ -630,7 +630,6 @@ def test_files_of_others_that_are_not_read_are_named_in_one_line(tmp_path, name,
 
 
 @pytest.mark.clips
-@pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
 def test_the_two_calibrations_of_the_real_clip_agree():
     folder = CLIPS / "real_beam4"
     toml, qualisys = (read_calibration(folder / name, "z") for name in ("calibration.toml", "Calib.qca.txt"))

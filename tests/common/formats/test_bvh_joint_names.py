@@ -109,7 +109,6 @@ def test_an_implausible_leg_length_raises_an_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("name", ["cmu_02_01", "cmu_02_03", "cmu_07_01", "cmu_10_01", "cmu_11_01"])
 def test_people_in_motion_capture_are_upright_and_walk_forward(name: str) -> None:
     data = read_bvh_centres(MOTIONS / f"{name}.bvh")

@@ -91,7 +91,6 @@ def test_errors_name_the_line(good: str, bad: str, message: str, tmp_path: Path)
 
 @pytest.mark.slow
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("name", ["cmu_02_03", "cmu_11_01"])
 def test_motion_capture_has_the_joint_count_of_another_reader(name: str) -> None:
     path = MOTIONS / f"{name}.bvh"

@@ -201,7 +201,6 @@ def test_a_renamed_file_gives_the_same_centres_and_says_so(tmp_path: Path, caplo
 
 @pytest.mark.nightly
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("path", sorted(MOTIONS.glob("*.bvh")), ids=lambda path: path.stem)
 def test_motion_capture_without_names_has_the_roles_of_its_names(path: Path) -> None:
     file = read_bvh(path)

@@ -68,7 +68,6 @@ def test_errors_name_line_column_value_and_what_is_allowed(tmp_path: Path, text:
 
 
 @pytest.mark.clips
-@pytest.mark.skipif(not ANGLES.exists(), reason="the test clips are not beside the project")
 def test_a_file_of_opensim_is_read() -> None:
     found = read_mot(ANGLES)
     assert (found.rate, len(found.columns), len(found.times_s)) == (60.0, 62, 100)

@@ -157,7 +157,6 @@ def test_a_file_without_a_known_coordinate_is_an_error() -> None:
 
 
 @pytest.mark.clips
-@pytest.mark.skipif(not ANGLES.exists(), reason="the test clips are not beside the project")
 def test_directions_of_the_reference_agree_with_triangulated_key_points() -> None:
     """Mean angle between segments of OpenSim's inverse kinematics and lines between the key points it was computed from."""
     rotations, notes = rotations_of(read_mot(ANGLES), ANGLES)

@@ -96,7 +96,6 @@ def test_frame_range_includes_its_last_frame() -> None:
 
 @pytest.mark.nightly
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_a_prior_of_recorded_walks_reconstructs_another_persons_walk(tmp_path: Path) -> None:
     files = [MOTIONS / f"cmu_07_0{k}.bvh" for k in (1, 2, 3)]
     out = tmp_path / "walk.prior"

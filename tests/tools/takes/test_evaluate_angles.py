@@ -302,7 +302,6 @@ def test_rows_left_out_of_a_mot_file_are_reported(walk: Path, tmp_path: Path) ->
 
 
 @pytest.mark.clips
-@pytest.mark.skipif(not REFERENCE.exists(), reason="the test clips are not beside the project")
 def test_inverse_kinematics_of_opensim_agrees_with_the_key_points_it_was_computed_from(tmp_path: Path) -> None:
     """Angles of real_beam4 from OpenSim against those from triangulated key points: the same signs and ranges."""
     from zenocap.common.formats.angle_series import angle_series, read_source

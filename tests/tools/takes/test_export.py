@@ -265,7 +265,6 @@ def test_interrupted_writer_leaves_no_file(tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.clips
-@pytest.mark.skipif(not CLIP.exists(), reason="the shared test clips are not beside the project")
 @pytest.mark.parametrize(("method", "read_bvh"), [("two-view", read_by_bvhio), ("hybrid", read_by_text)])
 def test_tracked_take_round_trips_through_bvh(method: str, read_bvh: Callable[[Path], Floats], tmp_path: Path) -> None:
     """The `bvhio` package turns bones that are not along Y, such as the head of the fourteen parts."""

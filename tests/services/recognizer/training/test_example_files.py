@@ -92,7 +92,6 @@ def test_frames_before_the_first_pose_are_omitted_without_start_and_end() -> Non
 
 @pytest.mark.slow
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_motion_capture_data_have_all_features_after_their_rest_pose() -> None:
     (example,) = examples_of(Path("m.csv"), [row(MOTIONS / "cmu_07_03.bvh")], "directions")
     assert example.rate == 60.0

@@ -101,7 +101,6 @@ def test_error_names_the_invalid_motion(tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @each_anatomy
 @pytest.mark.parametrize("name", ["cmu_02_01", "cmu_02_03", "cmu_02_05", "cmu_07_03", "cmu_10_01"])
 def test_motion_capture_has_no_jumps_and_no_rest_pose(name: str, anatomy: Anatomy) -> None:
@@ -115,7 +114,6 @@ def test_motion_capture_has_no_jumps_and_no_rest_pose(name: str, anatomy: Anatom
 
 @pytest.mark.slow
 @pytest.mark.clips
-@pytest.mark.skipif(not (MOTIONS.exists() and CLIP.exists()), reason="the shared clips are not beside the project")
 def test_walk_has_plausible_angles_from_bvh_and_ground_truth() -> None:
     frames = range(198, 198 + 171)  # of clip.toml: the motion of cmu_02_01
     ours = read_motion(MOTIONS / "cmu_02_01.bvh", FOURTEEN_PARTS)

@@ -536,7 +536,6 @@ def test_a_live_viewer_of_a_film_runs_for_its_length_and_another_one_without_end
 
 @pytest.mark.slow
 @pytest.mark.clips
-@pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
 def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():
     rig = load_rig(CLIPS / "real_beam4")
     for viewer in rig.viewers:

@@ -254,7 +254,6 @@ def test_rigs_that_cannot_be_tracked_are_reported_with_their_line(tmp_path: Path
 
 @pytest.mark.nightly
 @pytest.mark.clips
-@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_walking_and_kicking_are_distinguished_on_recorded_motion(tmp_path: Path) -> None:
     rows = ["source,posture,person"]
     walks = (("02_01", "02"), ("02_02", "02"), ("07_01", "07"), ("07_02", "07"))

@@ -1,4 +1,4 @@
-"""Screenshots of `zenocap demo` in a terminal of 80 columns and 24 lines."""
+"""Screenshot of `zenocap demo` in a terminal of 80 columns and 24 lines."""
 
 import os
 import pty
@@ -12,6 +12,7 @@ import time
 from contextlib import suppress
 from io import StringIO
 from pathlib import Path
+from select import select
 
 from rich.console import Console
 from rich.terminal_theme import DEFAULT_TERMINAL_THEME, MONOKAI
@@ -21,25 +22,24 @@ from tests.support.browser import chromium
 
 COLUMNS, LINES = 80, 24
 DEMO_S = 40.0  # until the screenshot; it begins with compiled kernels
-THEMES = {"light": DEFAULT_TERMINAL_THEME, "dark": MONOKAI}
-PAGE = (
-    '<body style="margin: 0"><pre style="display: inline-block; margin: 0; padding: 8px; color: {foreground}; '
-    'background: {background}; font: 16px monospace">{code}</pre></body>'
+PAUSE_S = 0.1  # in which nothing is written: what is on the screen is whole
+THEMES = MONOKAI, DEFAULT_TERMINAL_THEME  # dark, light
+SCREEN = (
+    '<pre style="margin: 0; padding: 8px; color: {foreground}; background: {background}; font: 16px monospace">{code}</pre>'
 )
 # Colours stay in the text; what else rich writes is to move up, to erase a line, and to hide the cursor.
 CONTROL = re.compile(r"(\r\n|\n|\x1b\[1A|\x1b\[2K|\r|\x1b\[\?25[hl])")
 
 
 def draw(folder: Path) -> None:
-    """Write terminal-dark.png and terminal-light.png."""
-    shown = Text("\n").join(screen_of(written_by_demo()))
+    """Write terminal.png: the same in a dark and in a light one."""
+    console = Console(record=True, width=COLUMNS, file=StringIO(), force_terminal=True)
+    console.print(Text("\n").join(screen_of(written_by_demo())))
+    screens = [console.export_html(theme=theme, clear=False, code_format=SCREEN, inline_styles=True) for theme in THEMES]
     with chromium() as browser:
         page = browser.new_page()
-        for scheme, theme in THEMES.items():
-            console = Console(record=True, width=COLUMNS, file=StringIO(), force_terminal=True)
-            console.print(shown)
-            page.set_content(console.export_html(theme=theme, code_format=PAGE, inline_styles=True))
-            page.locator("pre").screenshot(path=folder / f"terminal-{scheme}.png")
+        page.set_content(f'<div style="display: inline-block">{"".join(screens)}</div>')
+        page.locator("div").screenshot(path=folder / "terminal.png")
 
 
 def written_by_demo() -> str:
@@ -53,7 +53,7 @@ def written_by_demo() -> str:
         subprocess.Popen(command, stdin=terminal, stdout=terminal, stderr=terminal, cwd=place) as process,
     ):
         os.close(terminal)
-        while time.monotonic() < end_s:
+        while time.monotonic() < end_s or select([own], [], [], PAUSE_S)[0]:
             written += os.read(own, 1 << 16)
         process.send_signal(signal.SIGINT)
         with suppress(OSError):  # its end; it waits where nothing is read

@@ -1,6 +1,8 @@
 """Errors that a user can put right: base class, unreadable files, notes."""
 
 import difflib
+import shlex
+import sys
 import warnings
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
@@ -37,10 +39,7 @@ class EndedEarly(SourceError):
 
 
 class FileNote(UserWarning):
-    """What is odd about a file that is read all the same, for `warnings.warn`: mathematics writes no log.
-
-    The command line shows it once as a line; elsewhere Python prints it.
-    """
+    """What is odd about a file that is read all the same, for `warnings.warn`; the command line shows it once as a line."""
 
 
 @contextmanager
@@ -77,3 +76,8 @@ def did_you_mean(text: str, known: Collection[str]) -> str:
     """Suggestion of the most similar known word, for the end of an error text; "" when none is similar."""
     similar = difflib.get_close_matches(text, list(known), 1)
     return f"; did you mean {similar[0]!r}?" if similar else ""
+
+
+def pip_install(extra: str) -> str:
+    """Command that installs an extra for the interpreter that runs: another one finds no zenocap, which is on no index."""
+    return f"{shlex.quote(sys.executable)} -m pip install 'zenocap[{extra}]'"

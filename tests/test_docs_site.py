@@ -16,7 +16,7 @@ EXTERNAL = re.compile(r"<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)=[\"']?(
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'zenocap[docs]'")
+    pytest.importorskip("mkdocs", reason="mkdocs is not installed: the extra docs")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-q", "-d", folder]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}

@@ -1,6 +1,7 @@
 """README and documentation agree with the code: commands, tables, files, links."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,15 @@ def test_every_topic_is_in_the_table(topic: object) -> None:
     row = next(t for t in TOPICS if t is topic)
     rate = f"{row.rate_hz:g}" if row.rate_hz else "on change"
     assert f"| `{row.key}` | {row.message.__name__} | {rate} | {row.queueing.value} |" in WIRE
+
+
+def test_every_extra_is_in_the_table_and_its_command_in_one_place() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    rows = "".join(re.findall(r"^\|[^|]*\|", sections(PAGES[0])["extras"], re.MULTILINE))
+    assert {*re.findall(r"`(\w+)`", rows)} == {*extras} - {"all", "dev", "docs"}
+    files = [path for folder in ("common", "services", "tools") for path in (ROOT / folder).rglob("*.py")]
+    assert [path.name for path in files if "pip install 'zenocap" in path.read_text(encoding="utf-8")] == ["errors.py"]
+    assert "pip install 'zenocap" not in ALL
 
 
 def test_every_named_file_exists() -> None:

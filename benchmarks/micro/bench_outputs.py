@@ -67,7 +67,7 @@ def test_datagrams(benchmark: BenchmarkFixture, kind: str, name: str, port: int)
 
 @pytest.mark.parametrize("name", NAMES)
 def test_lsl(benchmark: BenchmarkFixture, name: str) -> None:
-    pytest.importorskip("pylsl", reason="pylsl is not installed: pip install 'zenocap[lsl]'")
+    pytest.importorskip("pylsl", reason="pylsl is not installed: the extra lsl")
     output, actor = LslOutput(LslTable(stream="bench"), "studio", RealClock()), stretched(name)
     benchmark(output.send, actor, None)
     assert output.counts()["sent"] > 1

@@ -20,7 +20,7 @@ from zenocap.common.bus.certificate import Expiry
 from zenocap.common.bus.revocations import BadRevocations, Revocations, read_revocations
 from zenocap.common.bus.security import ROUTER_PORT, RouterFiles
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, pip_install
 from zenocap.common.topics import REVOKED
 
 logger = logging.getLogger(__name__)
@@ -86,9 +86,9 @@ def router(
         if find_spec("cryptography") is not None:
             revocations = RevocationList(files)
         elif files.revoked.exists():
-            raise BadRevocations(f"{files.revoked}: its signature cannot be checked: pip install 'zenocap[certs]'")
+            raise BadRevocations(f"{files.revoked}: its signature cannot be checked: {pip_install('certs')}")
         else:
-            logger.warning("revocations are not received and not enforced here: pip install 'zenocap[certs]'")
+            logger.warning("revocations are not received and not enforced here: %s", pip_install("certs"))
     opened = False
     while not stopped():
         known, before = revocations.known if revocations else Revocations(), _state(files)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.errors import UserError, reading
+from zenocap.common.errors import UserError, pip_install, reading
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
@@ -42,7 +42,7 @@ def read_c3d(path: Path) -> Trajectories:
     than 65535, are not read: a warning.  Raises UserError.
     """
     if find_spec("ezc3d") is None:
-        raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'")
+        raise UserError(f"{path}: .c3d needs ezc3d: {pip_install('export')}")
     size, intel, head = _header(path)
     labels, other, unit, rate, first, trial, long_frames, points, residuals = _content(path)
     count, counted = points.shape[1], int.from_bytes(head[2:4], "little")

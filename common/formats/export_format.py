@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from zenocap.common.atomic_write import new_file
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, pip_install
 from zenocap.common.table import Table, attribute
 
 if TYPE_CHECKING:  # `zenocap --help` reads the names alone
@@ -85,7 +85,7 @@ class ExportFormat:
         """Write the file.  new: none is replaced.  Raises UserError for a package that is missing, and OSError."""
         if self.needs is not None and find_spec(self.needs[0]) is None:
             _, package, extra = self.needs
-            raise UserError(f"{output}: {self.name} needs the package {package}: pip install 'zenocap[{extra}]'")
+            raise UserError(f"{output}: {self.name} needs the package {package}: {pip_install(extra)}")
         write = cast("Callable[[Path, ExportRequest], Sequence[str] | None]", attribute(self.write))
         if not (new and self.suffixes):  # a folder replaces none but an empty one
             return write(output, request) or ()

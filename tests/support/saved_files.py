@@ -56,7 +56,7 @@ def read_glb(path: Path) -> Motion:
 
 def read_usd(path: Path) -> Motion:
     """By OpenUSD, which computes the poses of the joints itself."""
-    pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'zenocap[usd]'")
+    pytest.importorskip("pxr", reason="usd-core is not installed: the extra usd")
     from pxr import Usd, UsdGeom, UsdSkel
 
     stage = Usd.Stage.Open(str(path))
@@ -103,7 +103,7 @@ def read_mot(path: Path) -> Motion:
 
 def read_parquet(path: Path) -> Motion:
     pandas = pytest.importorskip("pandas", reason="pandas is not installed")
-    pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed: the extra tables")
     table = pandas.read_parquet(path)
     places = {name: table[[f"{name}.{axis}_m" for axis in "xyz"]].to_numpy() for name in ("Hip", "RWrist")}
     return table["time_s"].to_numpy(), places

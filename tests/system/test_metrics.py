@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: pip install 'zenocap[metrics]'")
+pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: the extra metrics")
 from prometheus_client.parser import text_string_to_metric_families
 
 from tests.support.processes import PATIENCE_S, ended, output_of, run, started, wait_until

@@ -120,7 +120,7 @@ def export(
     by the complete file or not at all. (--to is the format, so the end of a range is --until.)
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
-    csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing
+    csv, parquet (needs the extra tables), npz: one row per frame; the last two name axes, joints and smoothing
     too. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
     of every file: in bvh, glb, usd and c3d, rows count from frame 0, or from --from. Rows are blank while the person is
     lost; bvh, glb and usd repeat the last pose (usd hides the body), mot leaves the row out.

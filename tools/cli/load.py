@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.errors import pip_install
 from zenocap.tools.cli.options import FAILED, JsonOption, one_line_errors, refuse, size_of
 from zenocap.tools.option_groups import EXPERT, RESEARCH, option
 from zenocap.tools.service_arguments import ConnectArguments
@@ -82,7 +83,7 @@ def load(
 
     Measures its network too, and names the bottleneck. Starts viewers on rendered films, integrators and trackers, and
     measures the latency from the time a frame is due to the arrival of its pose. A load is held when nothing is lost,
-    99 % of the poses arrive within one frame period, and no backlog grows. Needs `pip install 'zenocap[load]'`. Ctrl-C
+    99 % of the poses arrive within one frame period, and no backlog grows. Needs the extra load. Ctrl-C
     ends it and writes the results so far.
 
     Examples: `zenocap load --rate 60`, `zenocap load --rate 1000` (frame sets per second reached, and cores used),
@@ -98,7 +99,7 @@ def load(
         from zenocap.tools.measure.load_processes import LoadNetwork
         from zenocap.tools.measure.load_session import prepared, run_load, run_soak, serve
     except ModuleNotFoundError as error:
-        typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
+        typer.echo(f"error: {error.name} is missing: {pip_install('load')}", err=True)
         raise typer.Exit(FAILED) from None
     out = _output(given.json)
     with one_line_errors(), stop_signals() as stopped:

@@ -12,6 +12,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from zenocap.common.errors import pip_install
 from zenocap.tools.cli.suggestions import CommandGroup
 from zenocap.tools.option_groups import add_command
 
@@ -128,7 +129,7 @@ def main() -> None:
         if extra is None:
             raise
         also = "" if extra in NOT_IN_ALL else ", or [all]"
-        typer.echo(f"error: {error.name} is not installed here: pip install 'zenocap[{extra}]'{also}", err=True)
+        typer.echo(f"error: {error.name} is not installed here: {pip_install(extra)}{also}", err=True)
         raise SystemExit(1) from None
 
 

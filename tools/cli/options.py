@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from zenocap.common.errors import UserError, file_notes
+from zenocap.common.errors import UserError, file_notes, pip_install
 from zenocap.common.rig.methods import AUTO, METHODS
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
@@ -168,7 +168,7 @@ def check_plot(path: Path | None) -> None:
     if path.suffix.lower() not in PICTURES:
         raise UserError(f"--plot {path}: suffix {path.suffix!r}: allowed: {', '.join(PICTURES)}")
     if find_spec("matplotlib") is None:
-        raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'")
+        raise UserError(f"--plot needs matplotlib: {pip_install('plots')}")
     check_folder(path)
 
 

@@ -46,8 +46,8 @@ class PlanExpert:
 def plan(*, given: PlanArguments, expert: Annotated[PlanExpert, EXPERT]) -> None:
     """Calculate the cores, memory and network of an installation.
 
-    From measured costs; also the disk that takes need. Nothing is started, except with --measure, which needs `pip
-    install 'zenocap[load]'` and a quiet machine. Costs are of processor time: a camera's own driver, and images that
+    From measured costs; also the disk that takes need. Nothing is started, except with --measure, which needs the
+    extra load and a quiet machine. Costs are of processor time: a camera's own driver, and images that
     are larger than the working size, come on top.
 
     Examples: `zenocap plan --cameras 24 --fps 30 --size 640x480`, `zenocap plan --cameras 100 --rigs 25 --routers 2`

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.common.errors import UserError
+from zenocap.common.errors import UserError, pip_install
 from zenocap.common.rig.services import MAIN, OF_RIGS, file_name
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, RigPath, RigPaths, one_line_errors, rig_at
 from zenocap.tools.service_arguments import ZenohArguments
@@ -115,7 +115,7 @@ def traces(
 
     Every traced frame set is one trace: the silhouette of each viewer from the capture of its frame on, then the tracker,
     or the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
-    publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
+    publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs the extra traces.
 
     Exit status 1: no pose was received; 3: the collector did not take all.
 
@@ -134,7 +134,7 @@ def traces(
         try:
             from zenocap.tools.operate.traces.export import run_traces
         except ModuleNotFoundError as error:
-            raise UserError(f"no package {error.name}: pip install 'zenocap[traces]'") from error
+            raise UserError(f"no package {error.name}: {pip_install('traces')}") from error
         loaded = [rig_at(path, files=False) for path in rigs]
         sent, lost = run_traces([rig.name for rig in loaded], zenoh.options(loaded[0]), endpoint, every, stopped)
         typer.echo(f"{sent} frame sets traced, {lost} of their spans not taken by {endpoint}")

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from zenocap.common.bus.protocol import BusError
+from zenocap.common.errors import pip_install
 from zenocap.tools.measure.load_plan import LoadError, Plan, checked
 from zenocap.tools.measure.load_processes import Deployment, LoadNetwork, LoadProcesses
 from zenocap.tools.measure.measurement import Measurement, ReportProgress, measure_plan
@@ -168,7 +169,7 @@ def _drawn(path: Path, out: Console, found: Sequence[Measurement] | Soak, quanti
     try:
         from zenocap.tools.measure.plot import draw_points, draw_soak
     except ModuleNotFoundError as error:
-        out.print(f"no picture: {error.name} is missing: pip install 'zenocap[load]'", markup=False, highlight=False)
+        out.print(f"no picture: {error.name} is missing: {pip_install('load')}", markup=False, highlight=False)
         return []
     if isinstance(found, Soak):
         draw_soak(path, found)

@@ -15,6 +15,7 @@ import numpy as np
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.errors import pip_install
 from zenocap.common.rig.animator import LslTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import OutputError
@@ -39,7 +40,7 @@ class LslOutput:
         try:
             self._lsl: ModuleType = import_module("pylsl")
         except (ImportError, RuntimeError) as error:
-            raise OutputError(f"animator.lsl: needs pylsl: pip install 'zenocap[lsl]' ({error})") from error
+            raise OutputError(f"animator.lsl: needs pylsl: {pip_install('lsl')} ({error})") from error
         self._name = table.stream or rig
         self.title = f"animator.lsl {self._name}"
         self._rig, self._clock = rig, clock

@@ -7,6 +7,7 @@ from importlib import import_module
 
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_ros import RosConnection
+from zenocap.common.errors import pip_install
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, NO_HASH, TF_MESSAGE, RosTopic, ros_name
 from zenocap.common.rig.animator import RosTable
 from zenocap.common.runtime.clock import Clock
@@ -34,7 +35,7 @@ class RosOutput:
         try:
             digest = import_module("xxhash").xxh3_128_digest
         except ImportError as error:
-            raise OutputError(f"animator.ros: needs xxhash: pip install 'zenocap[ros]' ({error})") from error
+            raise OutputError(f"animator.ros: needs xxhash: {pip_install('ros')} ({error})") from error
         tf, markers = (replace(kind, hash=NO_HASH) if table.humble else kind for kind in (TF_MESSAGE, MARKER_ARRAY))
         topics = (RosTopic("/tf", tf, TF_DEPTH), RosTopic(f"{namespace.rstrip('/')}/skeleton", markers, MARKERS_DEPTH))
         self._connection = RosConnection(table.connect, table.domain, namespace, NODE, topics, digest)

@@ -53,7 +53,7 @@ def test_every_heading_names_its_unit(tmp_path: Path) -> None:
 
 def test_pandas_reads_equal_tables_from_csv_and_parquet(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas", reason="pandas is not installed: pip install pandas")
-    pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed: the extra tables")
     track = moving(9, lost=LOST, first=2)
     write_csv(tmp_path / "a.csv", request(track))
     write_parquet(tmp_path / "a.parquet", request(track))
@@ -69,7 +69,7 @@ def test_pandas_reads_equal_tables_from_csv_and_parquet(tmp_path: Path) -> None:
 
 
 def test_parquet_says_what_the_columns_are(tmp_path: Path) -> None:
-    pq = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
+    pq = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: the extra tables")
     write_parquet(tmp_path / "a.parquet", request(moving(5)))
     schema = pq.read_schema(tmp_path / "a.parquet")
     said = json.loads(schema.metadata[b"zenocap"])

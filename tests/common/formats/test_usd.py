@@ -10,7 +10,7 @@ from tests.support.pose_tracks import moving
 from tests.support.scene_takes import motion_of
 from zenocap.common.formats.animated_skeleton import AnimatedSkeleton
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'zenocap[usd]'")
+pytest.importorskip("pxr", reason="usd-core is not installed: the extra usd")
 
 from pxr import Usd, UsdGeom, UsdSkel, UsdValidation
 

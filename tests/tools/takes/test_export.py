@@ -37,7 +37,7 @@ from zenocap.tools.takes.track import track
 
 CLIP = CLIPS / "walk2"
 SOME: tuple[str, ...] = ("trc", "bvh", "c3d", "csv")
-needs_usd = pytest.mark.skipif(find_spec("pxr") is None, reason="usd-core is not installed: pip install 'zenocap[usd]'")
+needs_usd = pytest.mark.skipif(find_spec("pxr") is None, reason="usd-core is not installed: the extra usd")
 POINTS = "has no points: allowed in trc, c3d, csv, parquet, npz"
 
 
@@ -282,7 +282,7 @@ def test_tracked_take_round_trips_through_bvh(method: str, read_bvh: Callable[[P
 @pytest.mark.parametrize("to", ["parquet", "npz", "mot", "c3d"])
 def test_files_say_how_they_were_smoothed(to: str, two_view: Path, tmp_path: Path) -> None:
     if to == "parquet":
-        pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed: the extra tables")
     path = tmp_path / f"a.{to}"
     status, _, err = zenocap("export", two_view, "-o", path, "--smooth", 6)
     assert status == 0

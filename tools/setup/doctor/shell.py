@@ -9,6 +9,7 @@ from socket import gethostname
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.errors import pip_install
 from zenocap.common.messages import ServiceInfo
 from zenocap.common.observe.view import RigView, observed
 from zenocap.common.rig.animator import FoxgloveTable
@@ -57,7 +58,7 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
         found += map(machine.check_port, _ports(rig, ours=_runs_here("animator", network)))
     if rig.security is not None and find_spec("cryptography") is None:
         text = "cannot be checked: the package cryptography is not installed on this machine"
-        found.append(warning("certificates", text, "pip install 'zenocap[certs]'"))
+        found.append(warning("certificates", text, pip_install("certs")))
     elif rig.security is not None:
         names = [service] if service is not None else probe.certified(rig.security)
         found += [

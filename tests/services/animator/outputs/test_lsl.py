@@ -19,7 +19,7 @@ TABLE = LslTable(stream="zenocap-test")
 
 @pytest.fixture(scope="module")
 def pylsl() -> ModuleType:
-    return pytest.importorskip("pylsl", reason="pylsl is not installed: pip install 'zenocap[lsl]'")
+    return pytest.importorskip("pylsl", reason="pylsl is not installed: the extra lsl")
 
 
 @pytest.fixture
@@ -95,5 +95,5 @@ def test_both_anatomies_have_the_same_channels() -> None:
 
 def test_a_missing_pylsl_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
     monkeypatch.setattr(lsl, "import_module", Mock(side_effect=ModuleNotFoundError("No module named 'pylsl'")))
-    with pytest.raises(OutputError, match=r"^animator\.lsl: needs pylsl: pip install 'zenocap\[lsl\]' \(No module named"):
+    with pytest.raises(OutputError, match=r"^animator\.lsl: needs pylsl: .+ -m pip install 'zenocap\[lsl\]' \(No module"):
         LslOutput(TABLE, "studio", clock)

@@ -246,5 +246,5 @@ def test_a_router_that_hangs_delays_the_end_by_a_limit(monkeypatch: pytest.Monke
 
 def test_a_missing_xxhash_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
     monkeypatch.setattr(ros, "import_module", Mock(side_effect=ModuleNotFoundError("No module named 'xxhash'")))
-    with pytest.raises(OutputError, match=r"^animator\.ros: needs xxhash: pip install 'zenocap\[ros\]' \(No module named"):
+    with pytest.raises(OutputError, match=r"^animator\.ros: needs xxhash: .+ -m pip install 'zenocap\[ros\]' \(No module"):
         RosOutput(RosTable(), "studio", clock)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pytest
 
-pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: pip install 'zenocap[metrics]'")
+pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: the extra metrics")
 from prometheus_client import CollectorRegistry, generate_latest
 from prometheus_client.parser import text_string_to_metric_families
 

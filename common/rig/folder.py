@@ -77,10 +77,7 @@ def rig_of_files(
     videos: Sequence[Path], calibration: Path, up_axis: str, background: str, method: str,
     cameras: Sequence[str] | None = None,
 ) -> tuple[RigFile, tuple[str, ...]]:  # fmt: skip
-    """Rig file content for videos and a calibration in any folders, and notes for the user.  cameras: see `chosen`.
-
-    Raises UserError.
-    """
+    """Rig file content of videos and a calibration in any folder, and notes; cameras: see `chosen`.  Raises UserError."""
     for file in (*videos, calibration):
         if not file.is_file():
             raise UserError(f"{file}: no such file")
@@ -92,7 +89,9 @@ def rig_of_files(
         for name, video in paired.items()
     ]
     viewers = chosen(calibration, viewers, cameras)
-    content = _rig_file(videos[0].resolve().parent.name, str(calibration.resolve()), viewers, up_axis, method)
+    folder = videos[0].resolve().parent
+    name = (folder.parent if folder.name == "videos" else folder).name
+    content = _rig_file(name, str(calibration.resolve()), viewers, up_axis, method)
     return content, (*notes, *_median_notes(viewers))
 
 

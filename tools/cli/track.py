@@ -54,9 +54,9 @@ def track(
     Every frame of a rig's videos is tracked offline; the output is a take, or an export for other programs. The same
     steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions and the height that the cameras see over the floor, which
-    --height corrects. An existing output is replaced. Frames are paired by the times in their files. The last lines are the
-    verdict: good, doubtful or unusable, and why; and what to improve at the cameras. Exit status 3: done, but the take
-    is doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
+    --height corrects. An existing output that is named is replaced. Frames are paired by the times in their files. The
+    last lines are the verdict: good, doubtful or unusable, and why; and what to improve at the cameras. Exit status 3:
+    done, but the take is doubtful, a video ended early, or something was lost or left out; 4: done, but it is unusable.
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
     exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`
@@ -72,7 +72,8 @@ def track(
     with one_line_errors():
         _check_output(output)
         job = _job(source, given, expert, research)
-        output = Path(f"{job.rig.name}.mcap") if output is None else output
+        if output is None and (output := Path(f"{job.rig.name}.mcap")).exists():
+            raise WrongArgument(f"{output} is there already: allowed: -o FILE, which may replace it")
         to = format_of(output.suffix)
         result = _tracked(job, output) if to is None else _exported(job, output, to)
     _print_drawn(job, given.overlay, result)
@@ -84,10 +85,12 @@ def track(
 
 
 def _check_output(output: Path | None) -> None:
-    """Raises WrongArgument for an output that is neither a take nor an export."""
+    """A note where it is there.  Raises WrongArgument for an output that is neither a take nor an export."""
     if output is not None and output.suffix.lower() != ".mcap" and format_of(output.suffix) is None:
         known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
         raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
+    if output is not None and output.exists():
+        typer.echo(f"note: {output} is replaced", err=True)
 
 
 def _job(source: list[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> TrackJob:

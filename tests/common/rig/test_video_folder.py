@@ -219,6 +219,7 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
     folder(tmp_path / "a")
     first, second = (tmp_path / "a" / "videos" / f"cam0{k}.mp4" for k in (1, 2))
     rig = rig_of_videos([second, first], tmp_path / "a" / "calibration.toml")
+    assert rig.name == "a"  # not of the folder `videos`, as many have
     sources = {viewer.id: viewer.source for viewer in rig.viewers}
     assert list(sources.items()) == [("cam01", VideoFile(first)), ("cam02", VideoFile(second))]
     (note,) = (note for note in rig.notes if "median" in note)

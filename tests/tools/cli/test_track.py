@@ -13,7 +13,7 @@ from tests.support.video_file import write_video
 from tests.support.walkers import Walker, walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.recording.reader import TakeReader
-from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.common.rig.rig import demo_rig, demo_rig_file, load_rig
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import Placement, place
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -52,6 +52,16 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
         "note: height 1.75 m: the body has average proportions; a T-pose measures it better: where there is one, "
         "leave the height out\n"
     )
+
+
+def test_a_take_is_replaced_only_where_it_is_named_and_with_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("demo.mcap").touch()
+    status, _, text = zenocap("track", demo_rig_file())
+    assert (status, Path("demo.mcap").stat().st_size) == (2, 0)
+    assert "demo.mcap is there already: allowed: -o FILE, which may replace it" in " ".join(text.split())
+    assert "note: demo.mcap is replaced\n" in zenocap("track", "none", "-o", "demo.mcap")[2]
+    assert "is replaced" not in zenocap("track", "none", "-o", "other.mcap")[2]
 
 
 def filmed(

@@ -113,11 +113,12 @@ def _calibrated(
 ) -> BoardCalibration:
     """Search the board in films and calibrate, with progress.  Raises UserError."""
     from zenocap.tools.setup.calibration.board_calibration import calibrated_rig
-    from zenocap.tools.setup.calibration.board_films import board_films, board_views
+    from zenocap.tools.setup.calibration.board_films import board_films, board_views, check_floor
 
     found, notes = board_films([Path(film) for film in films])
     for note in notes:
         typer.echo(note, err=True)
+    check_floor(found, floor)
     with progress("searching the board") as shown:
         seen_board, seen = board_views(described, found, lambda done, total, name: shown.update(done, total or None, name))
         shown.restart("calibrating")

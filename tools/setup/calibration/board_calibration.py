@@ -13,7 +13,7 @@ from zenocap.tools.setup.calibration.april_grid import check_spacing
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_views import CameraViews
 from zenocap.tools.setup.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
-from zenocap.tools.setup.calibration.floor import World, floor_world, guessed_world
+from zenocap.tools.setup.calibration.floor import World, at_floor, floor_world, guessed_world
 from zenocap.tools.setup.calibration.frame_sets import chosen_frame_sets, frame_sets_near, shared_counts
 from zenocap.tools.setup.calibration.lens_choice import first_lens, held_out_error, spread_views
 from zenocap.tools.setup.calibration.lens_model import LensModel
@@ -86,6 +86,10 @@ def calibrated_rig(
     """
     check_spacing(board, [view for one in seen for view in one.views])
     corners, names = board.corners, [one.name for one in seen]
+    none = np.zeros(len(seen))  # delays and readouts
+    frame_sets = _frame_sets(seen, none, floor_s)
+    for time_s in floor_s:  # before the work
+        at_floor(frame_sets, time_s)
     models, held_out = [], []
     for one in seen:
         on_progress(f"lens of {one.name}")
@@ -99,8 +103,6 @@ def calibrated_rig(
     own_delay = np.array([delays and not one.still for one in seen])
     own_lens = np.array([lenses is None] * len(seen))
     on_progress("poses of the cameras")
-    none = np.zeros(len(seen))  # delays and readouts
-    frame_sets = _frame_sets(seen, none, floor_s)
     poses, boards = start_poses(names, models, frame_sets, corners)
     start = RigState(tuple(models), tuple(poses), none, tuple(b for b in boards if b is not None), none)
     frame_sets = [frame_set for frame_set, b in zip(frame_sets, boards, strict=True) if b is not None]

@@ -1,5 +1,6 @@
 """Views of a board in videos, folders of images or corner files."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,12 +8,14 @@ from pathlib import Path
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, IMAGE_SUFFIXES, SYNC_FILE, read_offsets, with_suffix
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.video.reader import VideoReader
 from zenocap.tools.setup.calibration.board import Board
 from zenocap.tools.setup.calibration.board_detection import best_variant, board_variant
 from zenocap.tools.setup.calibration.board_views import CameraViews
 from zenocap.tools.setup.calibration.corners_file import check_board, read_corners
 from zenocap.tools.setup.calibration.detection import Detection, camera_views, not_found
 from zenocap.tools.setup.calibration.film_search import OnProgress, Searched, probes, searched
+from zenocap.tools.setup.calibration.parameters import FLOOR_S
 from zenocap.tools.setup.cameras.away import require_copied
 
 LAYOUT = "a folder with videos, or with videos/, or with a folder of images for each camera; or the videos themselves"
@@ -40,6 +43,14 @@ class BoardFilm:
     def source(self) -> str:
         """Name of the video or folder of images that it is, or that its corners were detected in."""
         return self.path.name if self.detection is None else self.detection.source
+
+    @property
+    def end_s(self) -> float:
+        """End of a video, s; infinite of anything else, and where the file does not state it."""
+        if self.still or self.detection is not None:
+            return math.inf
+        with VideoReader(self.path) as reader:
+            return self.offset_s + reader.declared / reader.fps if reader.declared else math.inf
 
     @property
     def stems(self) -> list[str]:
@@ -115,6 +126,16 @@ def _checked(films: Sequence[BoardFilm]) -> list[BoardFilm]:
     return list(films)
 
 
+def check_floor(films: Sequence[BoardFilm], floor_s: Sequence[float]) -> None:
+    """Raise UserError for a time of the board on the floor outside of all videos, before their search."""
+    if not floor_s:
+        return
+    begin_s, end_s = min(film.offset_s for film in films), max(film.end_s for film in films)
+    for time_s in floor_s:
+        if not begin_s - FLOOR_S <= time_s <= end_s + FLOOR_S:
+            raise UserError(f"--floor {time_s:g}: allowed: {begin_s:.1f} to {end_s:.1f}, seconds of the videos")
+
+
 def board_views(
     board: Board, films: Sequence[BoardFilm], on_progress: OnProgress = lambda *_: None
 ) -> tuple[Board, list[CameraViews]]:
@@ -132,7 +153,9 @@ def board_views(
         else:
             raise UserError(f"{film.path}: no images in it: allowed: {LAYOUT}")
     # All cameras see the same board: the one with the most corners shows its variant.
-    chosen, _ = max(probed, key=lambda one: one[1])
+    chosen, most = max(probed, key=lambda one: one[1])
+    if not most and all(film.detection is None for film in films):  # nor would a search of all images find enough views
+        raise not_found(films[0].path, chosen)
     # Names of stills number the moments; of equal names all cameras saw the board in one place.
     stems = sorted({stem for film in films if film.still for stem in film.stems})
     moments = {stem: float(k) for k, stem in enumerate(stems)}

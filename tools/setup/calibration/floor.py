@@ -26,6 +26,16 @@ class World:
     remarks: tuple[str, ...]
 
 
+def at_floor(frame_sets: Sequence[BoardFrameSet], time_s: float) -> list[int]:
+    """Numbers of the frame sets near a time at which the board lay on the floor.  Raises UserError without any."""
+    near = [k for k, one in enumerate(frame_sets) if abs(one.time_s - time_s) <= FLOOR_S]
+    if frame_sets and not near:
+        begin, end = frame_sets[0].time_s, frame_sets[-1].time_s
+        seen = f"it is seen from {begin:.1f} to {end:.1f} s, with gaps"
+        raise UserError(f"--floor {time_s:g}: the board is not seen within {FLOOR_S:g} s: {seen}")
+    return near
+
+
 def floor_world(
     board: Board, frame_sets: Sequence[BoardFrameSet], boards: Sequence[Pose], times_s: Sequence[float]
 ) -> World:
@@ -35,11 +45,7 @@ def floor_world(
     """
     corners, ups, first = [], [], None
     for time_s in times_s:
-        near = [k for k, one in enumerate(frame_sets) if abs(one.time_s - time_s) <= FLOOR_S]
-        if not near:
-            begin, end = frame_sets[0].time_s, frame_sets[-1].time_s
-            seen = f"it is seen from {begin:.1f} to {end:.1f} s, with gaps"
-            raise UserError(f"--floor {time_s:g}: the board is not seen within {FLOOR_S:g} s: {seen}")
+        near = at_floor(frame_sets, time_s)
         speeds = [view.speed for k in near for view in frame_sets[k].views.values()]
         if float(np.median(speeds)) > FLOOR_STILL_PX_S:
             raise UserError(

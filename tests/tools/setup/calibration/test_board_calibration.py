@@ -145,8 +145,10 @@ def test_a_camera_with_few_views_is_named(rig, seen):
 @pytest.mark.nightly
 def test_a_time_without_the_board_on_the_floor_is_refused(rig, seen):
     for time_s, text in ((99.0, r"the board is not seen within 0\.5 s"), (5.0, r"the board moves there, by \d+ px/s")):
+        steps = []
         with pytest.raises(UserError, match=f"--floor {time_s:g}: {text}"):
-            calibrated_rig(BOARD, seen, lenses_of(rig), floor_s=[time_s])
+            calibrated_rig(BOARD, seen, lenses_of(rig), floor_s=[time_s], on_progress=steps.append)
+        assert bool(steps) == (time_s < 99)  # a time without the board: before the work
 
 
 def test_the_report_has_every_camera_and_the_error(found):

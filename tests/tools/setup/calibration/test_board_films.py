@@ -7,7 +7,7 @@ import pytest
 from tests.support.board_pictures import before, board_video, picture_folder, picture_of, plain_camera, true_pixels
 from zenocap.common.errors import UserError
 from zenocap.tools.setup.calibration.board import checked_board
-from zenocap.tools.setup.calibration.board_films import BoardFilm, board_films, board_views
+from zenocap.tools.setup.calibration.board_films import BoardFilm, board_films, board_views, check_floor
 
 BOARD = checked_board("charuco", 5, 7, 35.0)
 CAMERA = plain_camera((320, 240), 300.0)
@@ -208,6 +208,19 @@ def test_a_file_that_is_no_video_and_a_camera_without_the_board_are_named(folder
     board_video(folder / "videos" / "cam02.mp4", [wall] * 2, FPS)
     with pytest.raises(UserError, match=r"cam02.mp4: the board is not found: no markers are seen"):
         board_views(BOARD, board_films([folder])[0])
+    board_video(folder / "videos" / "cam01.mp4", [wall] * 2, FPS)
+    calls = []
+    with pytest.raises(UserError, match=r"cam01.mp4: the board is not found: no markers are seen"):
+        board_views(BOARD, board_films([folder])[0], lambda *call: calls.append(call))
+    assert calls == [(0, 0, "cam01"), (0, 0, "cam02")]  # a few images of each, before all are searched
+
+
+def test_a_time_on_the_floor_outside_of_all_videos_is_named_before_the_search(folder):
+    (folder / "sync.toml").write_text("[offset_s]\ncam02 = 3.0\n")
+    films, end_s = board_films([folder])[0], 3.0 + FRAMES / FPS
+    check_floor(films, [0.0, end_s])
+    with pytest.raises(UserError, match=rf"--floor 99: allowed: 0\.0 to {end_s:.1f}, seconds of the videos"):
+        check_floor(films, [1.0, 99.0])
 
 
 @pytest.mark.nightly

@@ -113,7 +113,8 @@ def _tracked(job: TrackJob, take: Path) -> Tracked:
     result = _run(job, take)
     passes = " of the forward pass" if job.two_passes and result.poses else ""
     passes = " tracked both ways" if result.both_ways else passes
-    typer.echo(f"{take}: {result.frame_sets} frames, {result.poses} poses{passes}, {result.messages} messages")
+    t_pose = f" ({result.initial} of the separate T-pose)" if result.initial else ""
+    typer.echo(f"{take}: {result.frame_sets} frames{t_pose}, {result.poses} poses{passes}, {result.messages} messages")
     if result.both_ways:
         typer.echo("the poses of the forward pass are in it too: --raw of export, evaluate, render and show")
     return result

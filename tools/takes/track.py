@@ -64,6 +64,7 @@ class Tracked:
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
     waited: frame sets with the person in view before the first pose.  repeated: whether the height is that `estimated`.
+    initial: frame sets of separate videos of the T-pose.
     verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
     """
 
@@ -82,6 +83,7 @@ class Tracked:
     advice: tuple[TakeFault, ...] = ()
     waited: int = 0
     repeated: bool = False
+    initial: int = 0
 
     def rig_of(self, rig: Rig) -> Rig:
         """The rig with which the take was made.  rig: with which it was wanted."""
@@ -173,7 +175,7 @@ def track_frames(
             raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
         recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
         recording.closing = lambda: {VIDEO_NOTES: notes} if (notes := inputs.video_notes()) else {}
-        count, poses, measured, method = 0, 0, True, method_of(rig.method)
+        count, poses, initial, measured, method = 0, 0, 0, True, method_of(rig.method)
         estimated: float | None = None
         advice, verdict, waited = TakeAdvice(), None, 0
         report_ns = EPOCH_NS + HEALTH_NS
@@ -195,6 +197,7 @@ def track_frames(
                     if isinstance(message, TrackerBdp):
                         measured, estimated = message.measured, estimated or _height(message)
                 count += 1
+                initial += all(frame.initial for frame in current.values())
                 state = session.describe((method.pose_service, MAIN))
                 on_frame_set(TrackedFrameSet(current, messages, state))
             _record(session.report(), writer)
@@ -208,6 +211,7 @@ def track_frames(
         count, poses, written.messages, tuple(problems), session.states(), measured,
         None if measured or rig.person_height is not None else estimated, complete=written.failure is None,
         verdict=None if written.failure else verdict, advice=tuple(advice.faults()), waited=waited,
+        initial=initial,
     )  # fmt: skip
 
 

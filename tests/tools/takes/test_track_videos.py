@@ -102,6 +102,14 @@ def test_next_commands_name_the_take(walk: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.nightly
+def test_frames_of_a_separate_video_of_the_t_pose_are_counted_apart(walk: Path, tmp_path: Path) -> None:
+    shutil.copytree(walk, tmp_path / "walk")
+    shutil.copytree(walk / "videos", tmp_path / "walk" / "stretched")
+    _, text = run("track", tmp_path / "walk", "-o", tmp_path / "a.mcap", "--no-both-ways")
+    assert f"a.mcap: {2 * FRAMES} frames ({FRAMES} of the separate T-pose), " in text
+
+
+@pytest.mark.nightly
 def test_the_decision_is_part_of_the_take(walk: Path, tmp_path: Path) -> None:
     run("track", walk, "-o", tmp_path / "a.mcap", "--no-both-ways", "--front", "cam01")
     take = TakeReader(tmp_path / "a.mcap")

@@ -25,7 +25,7 @@ def compile_parts(parts: Sequence[str], stopped: Callable[[], bool], console: Co
     if problem := cache_problem():
         console.print(f"warning: {problem}; every service compiles for itself, at each start", markup=False)
         return True
-    text = f"compiling {', '.join(missing)} (first run only)"
+    text = f"compiling {', '.join(missing)} (first run only, before anything else starts)"
     running = [_start(group) for group in shared_out(missing, PROCESSES)]
     started_s = line_s = time.monotonic()
     status = Status(f"{text} ...", console=console)

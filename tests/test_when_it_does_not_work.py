@@ -1,4 +1,4 @@
-"""Lines quoted by the page "When it does not work" are texts of the source, and it has every line of the verdict."""
+"""The page "When it does not work" quotes texts of the source, and has every line of the verdict."""
 
 import ast
 import re
@@ -80,7 +80,7 @@ def words_of(text: str) -> list[str]:
 def verdict_lines() -> list[str]:
     """What a user can look for of each line of the verdict: the first SOUGHT words that no value separates."""
     inner = {part for line in texts("tools/judge") if len(line) > 1 for part in line}
-    lines = [(WORDINGS[code].found,) for code in (*KINDS, *LEFT_OUT)]
+    lines: list[tuple[str | None, ...]] = [(WORDINGS[code].found,) for code in (*KINDS, *LEFT_OUT)]
     lines += [line for line in texts("tools/judge") if len(line) > 1 or line[0] not in inner]
     parts = [[part for whole in line if whole for part in re.split(r"\{[^}]*\}", whole)] for line in lines]
     long = [line for line in parts if len(words_of(" ".join(line))) >= SHORTEST]

@@ -72,7 +72,8 @@ def track(
     with one_line_errors():
         _check_output(output)
         job = _job(source, given, expert, research)
-        if output is None and (output := Path(f"{job.rig.name}.mcap")).exists():
+        named, output = output, output or Path(f"{job.rig.name}.mcap")
+        if named is None and output.exists():
             raise WrongArgument(f"{output} is there already: allowed: -o FILE, which may replace it")
         to = format_of(output.suffix)
         result = _tracked(job, output) if to is None else _exported(job, output, to)

@@ -1,7 +1,8 @@
 """Causes of lost poses in the rig: swapped, turned and moved cameras, wrong calibrations.
 
 Each hypothesis changes videos or calibration.  It holds in a frame set where the views then agree on a person who stands on
-the floor, see `lower_ends`.  It is stated where it holds in most sets, and the rig as it is in few.
+the floor, see `lower_ends`.  It is stated where it holds in most sets, and the rig as it is in few.  Changes of the whole
+world leave the views in agreement: there a silhouette may end below the floor, as one with a shadow does.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -38,6 +39,7 @@ from zenocap.tools.judge.view_lag import ViewLags
 
 TURNS = {1: "90° clockwise", 2: "180°", 3: "90° anticlockwise"}  # of pictures, by the quarter turns back
 ONE = "one-view"  # kind of the fault of a camera without which the others agree
+WORLD = "calibration"  # kind of a fault of the unit or the axis, the same in all views
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class SeenRig:
 
     def held(self, one: Hypothesis) -> Bools:
         """(sets,) whether a hypothesis holds."""
-        cameras = {}
+        cameras, lowest_m = {}, -np.inf if one.kind == WORLD else -LEGS_ABOVE_M
         for view in one.films:
             own = self.cameras[view]
             cameras[view] = replace(own, rotation=own.rotation @ one.world_to_world, translation=one.unit * own.translation)
@@ -75,7 +77,7 @@ class SeenRig:
             seen = {view: self._outline(k, view, film, one.turns.get(view, 0)) for view, film in one.films.items()}
             outlines = {view: replace(each, rays=each.rays @ one.world_to_world) for view, each in seen.items() if each}
             ends = lower_ends(cameras, outlines) if len(outlines) > 1 else {}
-            found[k] = bool(ends) and max(map(abs, ends.values())) <= LEGS_ABOVE_M
+            found[k] = bool(ends) and all(lowest_m <= height <= LEGS_ABOVE_M for height in ends.values())
         return found
 
     def likeliest(self, every: Iterable[Hypothesis]) -> Hypothesis | None:
@@ -121,7 +123,9 @@ def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
     since = _since(now)
     if len(now) < FEWEST_SETS or now[since:].mean() > HOLDS_NOT:
         return None
-    found = SeenRig(cameras, rig.sets[since:]).likeliest([*([] if since else _changes(alike)), *_without_one(alike)])
+    stands = rig.held(Hypothesis(WORLD, (), "", alike)).mean() > HOLDS_NOT
+    every = [one for one in ([] if since else _changes(alike)) if one.kind != WORLD or not stands]
+    found = SeenRig(cameras, rig.sets[since:]).likeliest([*every, *_without_one(alike)])
     if found is not None and found.kind == ONE:
         found = _one_view(found, since and rig.sets[since][0] - min(one.captured_ns for one in evidence.cameras.values()))
     return None if found is None else m.VerdictReason(kind=found.kind, viewers=list(found.viewers), text=found.text)
@@ -181,17 +185,17 @@ def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
     for turns in TURNS:
         for some in (*((view,) for view in views), views):
             text = f"the pictures of camera {', '.join(some)} are turned by {TURNS[turns]}"
-            if len(some) == len(views) and turns == 2:
-                text += ", or the vertical axis of the calibration points down"
             text += ": turned back, the silhouettes agree; turn the videos, or calibrate with cameras that stand so"
             yield Hypothesis("turned", some, text, alike, dict.fromkeys(some, turns))
     for name, unit in UNITS_M.items():
         text = f"the calibration is in {name}, not in metres: so the silhouettes show a person; convert it"
-        yield Hypothesis("calibration", (), text, alike, unit=unit)
+        yield Hypothesis(WORLD, (), text, alike, unit=unit)
     for axis, other, world_to_world in ("Z", "Y", Z_UP_TO_Y_UP.T), ("Y", "Z", Z_UP_TO_Y_UP):
         text = f"the calibration's vertical axis is {axis}, not {other}: so the silhouettes show a person who stands; "
         text += f'up_axis = "{axis.lower()}" in clip.toml or the rig file, or --up-axis with --calibration'
-        yield Hypothesis("calibration", (), text, alike, world_to_world=world_to_world)
+        yield Hypothesis(WORLD, (), text, alike, world_to_world=world_to_world)
+    text = "the calibration's vertical axis points down: turned up, the silhouettes show a person; calibrate again"
+    yield Hypothesis(WORLD, (), text, alike, world_to_world=np.diag([1.0, -1.0, -1.0]))
 
 
 def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:

@@ -1,13 +1,19 @@
 """Hypotheses on the rig: which of several that hold is stated."""
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.support.built_messages import built
+from tests.support.built_messages import built, camera_message, silhouette
+from tests.support.walkers import walker
 from zenocap.common import messages as m
-from zenocap.common.arrays import Bools
+from zenocap.common.arrays import Bools, Floats
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP
+from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.judge import rig_faults
 from zenocap.tools.judge.evidence import evidence_of
 from zenocap.tools.judge.rig_faults import Hypothesis, SeenRig
@@ -47,3 +53,42 @@ def test_a_camera_moved_within_a_take_is_found_from_a_quarter_to_three(
     when = f" from about {since} s on, not before" if timed else ", which agree"
     begin = None if timed is None else f"camera cam02 contradicts the others{when}"
     assert (found and found.text.partition(":")[0]) == begin
+
+
+@cache
+def shaded(views: int) -> tuple[tuple[Camera, tuple[m.Silhouette, ...]], ...]:
+    """Cameras, and silhouettes of a person with a shadow that falls towards each, 4 a second."""
+    one, found = walker(3, views, (160, 120), 14), []
+    for name, camera in one.cameras.items():
+        film, seen = SimulatedCamera(camera, one.person, 0), []
+        for k in range(8):
+            mask = np.asarray(film.silhouette(one.motion.pose_at(k / 4.0)) != 0, dtype=np.uint8)
+            rows, columns = np.nonzero(mask)
+            middle, end = int(columns[rows == rows.max()].mean()), rows.max() + round(0.25 * np.ptp(rows))
+            mask[rows.max() : min(end, 118), middle - 1 : middle + 2] = 1
+            seen.append(silhouette(name, k, k * 250_000_000, mask))
+        found.append((camera, tuple(seen)))
+    return tuple(found)
+
+
+@pytest.mark.parametrize("views", [2, 3, 4])
+@pytest.mark.parametrize(
+    ("world_to_world", "unit", "words"),
+    [
+        (np.eye(3), 1.0, None),
+        (Z_UP_TO_Y_UP, 1.0, "axis is Z, not Y"),
+        (Z_UP_TO_Y_UP.T, 1.0, "axis is Y, not Z"),
+        (np.diag([1.0, -1.0, -1.0]), 1.0, "axis points down"),
+        (np.eye(3), 0.01, "in centimetres, not in metres"),
+    ],
+)
+def test_axis_and_unit_are_named_although_shadows_lengthen_the_silhouettes(
+    world_to_world: Floats, unit: float, words: str | None, views: int
+) -> None:
+    found: list[m.Message] = []
+    for camera, seen in shaded(views):
+        own = replace(camera, rotation=camera.rotation @ world_to_world, translation=camera.translation / unit)
+        found += [camera_message(own), *seen]
+    first = rig_faults.no_pose(evidence_of(found), None)[0]
+    assert first.kind == ("calibration" if words else "no-pose"), first.text
+    assert words is None or words in first.text

@@ -46,14 +46,19 @@ class LevelView:
         return float(self.camera.matrix[0, 2]), float(self.camera.matrix[1, 2])
 
 
+def has_level_view(camera: Camera) -> bool:
+    """Whether the camera does not point straight up or down, within MIN_OFF_VERTICAL."""
+    return bool(np.hypot(camera.rotation[2, 0], camera.rotation[2, 2]) >= np.sin(MIN_OFF_VERTICAL))
+
+
 def level_view(camera: Camera) -> LevelView:
     """Return the level view of a camera: same centre, same horizontal heading, same scale.
 
-    Raises ValueError when the camera points straight up or down, within MIN_OFF_VERTICAL.
+    Raises ValueError for a camera without, see `has_level_view`.
     """
     forward = camera.rotation[2]
     heading = np.array([forward[0], 0.0, forward[2]])
-    if np.linalg.norm(heading) < np.sin(MIN_OFF_VERTICAL):
+    if not has_level_view(camera):
         raise ValueError(f"camera {camera.name}: points within 10 degrees of straight up or down; it has no level view")
     z = heading / np.linalg.norm(heading)
     y = np.array([0.0, -1.0, 0.0])

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 
 from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.level_view import has_level_view
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
@@ -247,6 +248,14 @@ def _viewers_in_use(path: Path, row: Method, viewers: tuple[Viewer, ...]) -> tup
     kept = [f"viewer {viewer.id}" for viewer in viewers if viewer.keep_background]
     if not row.only_silhouettes and kept:
         raise UserError(f"{path}: {', '.join(kept)}: keep_background = true: allowed: false for method {method!r}")
+    if not row.only_silhouettes and (steep := [one for one in viewers if not has_level_view(one.camera)]):
+        if len(viewers) - len(steep) < fewest:
+            names = ", ".join(one.camera.name for one in steep)
+            raise UserError(
+                f"{path}: camera {names} points within 10 degrees of straight up or down: allowed for method {method!r}: "
+                f"{fewest} cameras that do not; is another axis vertical (up_axis)?"
+            )
+        viewers = tuple(one for one in viewers if one not in steep)
     if len(viewers) <= most:
         return viewers, ()
     if most != 2:

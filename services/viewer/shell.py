@@ -57,7 +57,7 @@ def silhouette_service(
     kept: background of an earlier run, see `kept_background`; None: it is learnt.
 
     With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
-    Raises SourceError for an unreadable background picture, ValueError for a camera that looks straight up or down.
+    Raises SourceError for an unreadable background picture.
     """
     used = viewer.background_in_use
     setup = ViewerSetup(viewer.id, viewer.camera, used, viewer.preview, plate_of(viewer, used), people, kept)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 
 from zenocap.common.arrays import Image
-from zenocap.common.camera.level_view import level_view
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, MedianFrames, Mog2
 from zenocap.common.vision.adaptive.model import Adaptive
@@ -20,7 +19,7 @@ class ViewerSetup:
 
     people: network that corrects the silhouettes, or None; no value, for it works in a thread: only `segment` uses it.
     kept: background of an earlier run, or None.
-    Raises ValueError for a camera that looks straight up or down, or an image background without its plate.
+    Raises ValueError for an image background without its plate.
     """
 
     id: str
@@ -34,7 +33,6 @@ class ViewerSetup:
     def __post_init__(self) -> None:
         if isinstance(self.background, BackgroundImage) and self.plate is None:
             raise ValueError(f"viewer {self.id}: background image {self.background.path} is missing")
-        level_view(self.camera)  # raises; a rig may be used with every method
 
 
 @dataclass(frozen=True)

@@ -167,6 +167,10 @@ VIEWERS, SECOND = RIG[RIG.index("[[viewer]]") :], RIG[RIG.index('[[viewer]]\nid 
         ("[log]", "[log", "not TOML"),
         ("[[viewer]]", "[[viewers]]", "viewers = .*did you mean 'viewer'"),
         (VIEWERS, '[viewer]\nid = "1"\n', r"\[viewer\] is one table: allowed: \[\[viewer\]\], once per viewer"),
+        (
+            'up_axis = "y"', 'up_axis = "z"', r"camera cam01 points within 10 degrees of straight up or down: allowed for "
+            r"method 'two-view': 2 cameras that do not; is another axis vertical \(up_axis\)\?",
+        ),
         (SECOND, "", r"1 viewer\(s\): allowed: 2 or more \[\[viewer\]\] for method 'two-view'"),
     ],
 )  # fmt: skip
@@ -257,6 +261,12 @@ def test_two_view_uses_the_most_orthogonal_pair_front_view_first_and_notes_it(tm
     cameras = "cam03 (front) and cam02, 90 degrees apart, the most nearly orthogonal pair"
     assert rig.notes == (f"method two-view uses two of the 3 cameras: {cameras}",)
     assert len(load_rig(folder).viewers) == len(load_rig(folder, "hybrid").viewers) == 3
+
+
+def test_two_view_uses_no_camera_that_looks_straight_down(tmp_path):
+    folder = write_folder(tmp_path / "take", [0, 90, 60], 'up_axis = "z"')
+    assert [viewer.id for viewer in load_rig(folder, "two-view").viewers] == ["cam02", "cam03"]
+    assert len(load_rig(folder).viewers) == 3
 
 
 def test_a_camera_without_video_is_not_used(tmp_path):

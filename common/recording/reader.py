@@ -17,6 +17,8 @@ from zenocap.common.topics import TOPICS, Topic, topic_at
 
 MAX_KEPT = 256 << 20  # bytes of metadata, attachments, schemas and channels held at once; chosen by hand
 MAX_DAMAGES = 1000  # described individually; chosen by hand
+# A message that is so much earlier than that before it, of another channel, is in another order; chosen by hand.
+APART_NS, MOST_APART = 1_000_000_000, 2  # MOST_APART: channels may begin while a clock is set back
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class UnreadableParts:
     """Unreadable content of a file.  bytes: of the file.  orphans: messages whose channel is lost.  spans_ns: log times.
 
     index: there is damage after the data, where no message is.  first: descriptions, at most MAX_DAMAGES.
+    unordered: messages are in another order than that of time, more of them than restarts of a service explain.
     """
 
     bytes: int = 0
@@ -45,6 +48,7 @@ class UnreadableParts:
     orphans: int = 0
     index: bool = False
     cut: bool = False
+    unordered: bool = False
     spans_ns: list[tuple[int, int]] = field(default_factory=list)
     first: list[Damage] = field(default_factory=list)
 
@@ -62,7 +66,7 @@ class UnreadableParts:
         self.stretches += not damage.chunk and not damage.cut
 
     def __bool__(self) -> bool:
-        return bool(self.first or self.orphans)
+        return bool(self.first or self.orphans or self.unordered)
 
     @property
     def data(self) -> bool:
@@ -72,6 +76,8 @@ class UnreadableParts:
     def description(self, count: int) -> str:
         """Description for display, with the number of messages that were read."""
         read = f"{count} messages read"
+        if self.unordered and not (self.first or self.orphans):
+            return f"its messages are in another order than that of time, in which `mcap sort` writes them; {read}"
         reasons = [damage.why for damage in self.first if damage.chunk]
         if reasons and all(why.startswith((COMPRESSED, LARGE)) for why in reasons):
             return f"{self.chunks} chunks lost: {reasons[0]}; {read}"
@@ -106,7 +112,8 @@ class TakeReader:
         self.cut, self.losses, self.chunks = None, UnreadableParts(), Counter()
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        count = 0
+        last: dict[int, tuple[int, int]] = {}
+        count = back = apart = before_ns = 0
         for item in items_of(self.path):
             match item:
                 case Message():
@@ -115,6 +122,11 @@ class TakeReader:
                         self.losses.orphans += 1
                         continue
                     count += 1
+                    own_ns, own = last.get(item.channel_id, (0, 0))
+                    # Where a clock was set back, the log times of every channel fall, and its numbers do not.
+                    back += item.log_time < own_ns and item.sequence < own
+                    apart += own_ns <= item.log_time < before_ns - APART_NS
+                    last[item.channel_id], before_ns = (item.log_time, item.sequence), item.log_time
                     yield recorded_of(item, channel, schemas)
                 case Schema():
                     schemas[item.id] = item
@@ -130,6 +142,7 @@ class TakeReader:
                     self.losses.add(item)
                 case ChunkEnd():
                     self.chunks[item.compression] += 1
+        self.losses.unordered = back > len(channels) or apart > MOST_APART
         if self.losses:
             self.cut = f"{self.path}: {self.losses.description(count)}"
 

@@ -50,7 +50,7 @@ def _head(info: Info) -> Iterator[str]:
     yield _line("size", f"{_size(info.size_bytes)}, {info.messages} messages, {chunks}")
     if info.messages:
         yield _line("time", f"{_date(info.start)} to {_date(info.end)} UTC, {info.duration_s:.3f} s")
-    yield _line("state", "cut or damaged: only intact messages are counted" if info.cut else "intact")
+    yield _line("state", "cut, damaged or out of order: only intact messages are counted" if info.cut else "intact")
     if info.unreadable:
         yield _line("unreadable", f"{info.unreadable} messages, perhaps of another version")
     for name, values in info.metadata.items():

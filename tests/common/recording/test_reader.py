@@ -1,5 +1,6 @@
 """Reading a complete take; truncated and damaged takes give all intact messages and report the damage."""
 
+import random
 from pathlib import Path
 
 import pytest
@@ -131,6 +132,29 @@ def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: P
     assert len(found) == 99
     assert found == sorted(found)
     assert take.cut is not None
+
+
+@pytest.mark.parametrize("order", ["as written", "set back", "reversed", "shuffled", "by channel"])
+def test_messages_in_another_order_than_that_of_time_are_noted(tmp_path: Path, order: str) -> None:
+    """They gave another body, and `info` other gaps, without a word; a clock that is set back is no such order."""
+    rows = [(channel, number, number * 10**8 + channel) for number in range(200) for channel in range(4)]
+    back = [(*row[:2], row[2] - 10**10) if row[1] > 100 else row for row in rows]
+    written = {
+        "as written": rows, "set back": back, "reversed": rows[::-1], "by channel": sorted(rows),
+        "shuffled": random.Random(1).sample(rows, len(rows)),
+    }[order]  # fmt: skip
+    path = tmp_path / "take.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channels = [writer.register_channel(f"/{number}", "json", 0) for number in range(4)]
+        for channel, sequence, log_ns in written:
+            writer.add_message(channels[channel], log_ns + 10**11, b"{}", 10**12 - log_ns, sequence)
+        writer.finish()
+    take = TakeReader(path)
+    assert len(list(take.messages())) == len(rows)
+    noted = take.cut is not None and "its messages are in another order than that of time" in take.cut
+    assert noted is (order not in ("as written", "set back"))
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MC", b"hello, this is no take at all"])

@@ -92,7 +92,7 @@ class RecordedRecognizer(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """person_height: metres, when the body is not measured.  tracker, recognizer: None for a rig without one.
+    """person_height: metres, of an average body until the T-pose.  tracker, recognizer: None for a rig without one.
 
     additions: to the paper's two-view method; None for all of them.
     delays: as in the rig file; left out of the file for "report".

@@ -108,7 +108,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     variant: str = "improved"
     additions: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; replaces measuring in the T-pose
+    person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; of the body until the T-pose
     tracker: TrackerTable = TrackerTable()
     recognizer: RecognizerTable | None = None
     zenoh: ZenohTable = ZenohTable()

@@ -36,7 +36,7 @@ class Rig:
 
     digest: hash of the rig and calibration files, equal on every machine of the rig.
     files: the rig file and the calibration, for the log.
-    person_height: metres, replaces measuring in the T-pose; None to measure the body.
+    person_height: metres, of an average body until the T-pose; None: as the cameras see it.
     tracker: None for a method without one.  recognizer: None for a rig without one.
     animator: page and outputs.  security: folder of certificates; None for an open rig.
     additions: to the paper's two-view method, see `zenocap.common.rig.two_view`.

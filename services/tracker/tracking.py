@@ -9,14 +9,14 @@ import numpy as np
 from zenocap.common.arrays import Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.messages import Phase
-from zenocap.services.tracker.body.average_body import average_body, stature_of
+from zenocap.services.tracker.body.average_body import stature_of
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization import decisions
-from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
+from zenocap.services.tracker.initialization.any_posture import average_person, start_in_any_posture
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
@@ -26,12 +26,11 @@ from zenocap.services.tracker.view_check.view_consistency import check_views, in
 
 
 def initial_state(setup: TrackerSetup) -> TrackState:
-    """Initial state: wait for a T-pose; with a known height, search for an average body at once."""
+    """Initial state: wait for a T-pose; with a known height, search at once for an average body, until the T-pose."""
     views = initial_consistency(list(setup.cameras))
     if setup.person_height is None:
         return TrackState(AwaitingPerson(), views)
-    average = average_body(setup.anatomy, setup.person_height)
-    return TrackState(Lost(TrackedPerson.of(setup.anatomy, average, setup.person_height), None), views)
+    return TrackState(Lost(average_person(setup, setup.person_height), None), views)
 
 
 def remeasure(setup: TrackerSetup) -> TrackState:
@@ -47,9 +46,7 @@ def resume(
 
     The next T-pose is measured: with the body of another program the person might never be found.
     """
-    person = replace(known_person(setup, body), measured=measured)
-    if setup.person_height is None:
-        person = replace(person, measuring=AwaitingPerson())
+    person = replace(known_person(setup, body), measured=measured, measuring=AwaitingPerson())
     return replace(state, phase=Lost(person, RootedPose.of(setup.anatomy, body, pose), seen_ns=captured_ns))
 
 
@@ -88,8 +85,7 @@ def track(
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
-        measured = setup.person_height is None and phase.person.measured
-        outcome = replace(outcome, measured=measured)
+        outcome = replace(outcome, measured=phase.person.measured)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=points)
@@ -143,7 +139,9 @@ def advance_phase(
             decided_ns = phase.decided_ns if isinstance(phase, Tracking) else None
             # The decision was about the start; since then the person may have turned, and the track with him or her.
             tracked = phase.estimate.rotation[:, 2] if isinstance(phase, Tracking) and decided_ns is not None else None
-            measured, outcome = await_person(setup, phase.person.measuring, captured_ns, evidence, lambda _: tracked)
+            at_start = isinstance(phase, Lost) and phase.last is None
+            front = partial(decisions.decided_front, setup) if at_start else lambda _: tracked
+            measured, outcome = await_person(setup, phase.person.measuring, captured_ns, evidence, front)
             if isinstance(measured, Tracking):
                 return replace(measured, decided_ns=decided_ns), outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))

@@ -16,7 +16,7 @@ from zenocap.services.tracker.evidence.evidence import Evidence, support_fractio
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.initialization.decisions import by_decision, decided_front, faces, opposite_pose
 from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
-from zenocap.services.tracker.initialization.localization import Column, find_column
+from zenocap.services.tracker.initialization.localization import find_column
 from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of, search_postures
 from zenocap.services.tracker.initialization.t_pose import detail_at
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
@@ -35,7 +35,9 @@ def start_in_any_posture(
     heights = (*(phase.heights if later else ()), (captured_ns, height))
     if captured_ns - heights[0][0] < p.START_AFTER_NS:
         return replace(phase, heights=heights), no_result
-    person = average_person(setup, float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE)), column)
+    stature = float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE))
+    detail = detail_at(setup, column.centre)
+    person = replace(average_person(setup, stature), heading_known=False, detail=detail)
     pose = best_pose_anywhere(setup, person, None, None, evidence)
     recent = tuple(one for one in heights if captured_ns - one[0] <= p.START_AFTER_NS - p.START_RETRY_NS)
     if pose is None:
@@ -54,11 +56,10 @@ def start_in_any_posture(
     return tracking, replace(outcome, body=person.body)
 
 
-def average_person(setup: TrackerSetup, stature: float, column: Column) -> TrackedPerson:
-    """Person of average proportions.  stature: metres.  column: where the person is."""
+def average_person(setup: TrackerSetup, stature: float) -> TrackedPerson:
+    """Person of average proportions, until the T-pose is seen.  stature: metres."""
     person = TrackedPerson.of(setup.anatomy, average_body(setup.anatomy, stature), stature)
-    person = replace(person, measured=False, measuring=AwaitingPerson())
-    return replace(person, heading_known=False, detail=detail_at(setup, column.centre))
+    return replace(person, measured=False, measuring=AwaitingPerson())
 
 
 def _facing_where_feet_point(

@@ -3,6 +3,7 @@
 import itertools
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from zenocap.common.errors import UserError
@@ -12,7 +13,7 @@ from zenocap.common.rig.sources import first_text
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
 from zenocap.tools.takes.both_ways import has_second_pass, track_both_ways
-from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, of_height, with_tracker
+from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, with_tracker
 from zenocap.tools.takes.track import TrackedFrameSet
 from zenocap.tools.takes.track import track as write_take
 
@@ -59,7 +60,7 @@ def track(
     preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.
     fps: frames per second that are used; default: the rig's.
-    height: of the person, metres, of a body of average proportions, without a T-pose; default: as seen over the floor.
+    height: of the person, metres, where no T-pose measures the body; default: as seen over the floor.
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
     both_ways: track a second time, backwards, and use the better pose of each limb; default: with method hybrid and preset
@@ -95,7 +96,7 @@ def track(
         rig = rig_of_videos(videos, Path(calibration), up_axis, background or MEDIAN, method, variant, cameras)
     rig = decoded_by_hardware(rig) if hardware_decoding else rig
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
-    rig = rig if height is None else of_height(rig, height)
+    rig = rig if height is None else replace(rig, person_height=height)
     frame_sets, path = itertools.count(1), Path(output)
 
     def on_frame_set(_: TrackedFrameSet) -> None:

@@ -39,6 +39,7 @@ OutputOption = Annotated[
         "default: NAME.mcap, in this folder.",
     ),
 ]
+OTHER_HEIGHT = 0.04  # of the given height, from which the one in the T-pose is another
 INTERRUPTED = {  # by the part of the work
     "second": "interrupted in the second pass: {} is complete, with the poses of the forward pass",
     "drawing": "interrupted while the pictures were drawn: {} is complete, with the poses of both passes",
@@ -170,10 +171,13 @@ def _print_losses(result: Tracked, rig: Rig) -> None:
     lines += [f"left out: {frames}" for frames in result.left_out]
     lines += [f"lost: {problem}" for problem in result.problems]
     has_tracker = method_of(rig.method).has_tracker
-    if result.poses and rig.person_height is not None:
+    given, found = rig.person_height, result.height
+    if result.poses and given is not None and not result.measured:
+        lines.append(f"note: height {given:g} m: the body has average proportions; no T-pose has measured it")
+    elif given is not None and found is not None and abs(found / given - 1) > OTHER_HEIGHT:
         lines.append(
-            f"note: height {rig.person_height:g} m: the body has average proportions; a T-pose measures it better: "
-            "where there is one, leave the height out"
+            f"note: in the T-pose the person is {found:.2f} m tall, not {given:g} m as given: the body is as measured; "
+            "check the height, and the scale of the calibration"
         )
     if result.poses and not result.measured and rig.person_height is None:
         estimated = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -39,7 +39,7 @@ class TrackArguments:
         "Tracking method: two-view and both use two views, the others all; default: the rig's, else auto (hybrid)."
     )
     height: float | None = option(
-        None, "Body height (m), of average proportions. Default: measured in the T-pose, else estimated over the floor.",
+        None, "Body height (m) where no T-pose measures the body. Default: estimated over the floor.",
         min=0.5, max=2.5, metavar="METRES",
     )  # fmt: skip
     cameras: str | None = option(
@@ -110,7 +110,7 @@ class TrackResearch:
 def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> Rig:
     """The rig to track, with the options instead of its own.  Raises UserError, WrongArgument, typer.BadParameter."""
     from zenocap.common.rig.tracker import TrackerOverrides
-    from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, of_height, with_people, with_tracker
+    from zenocap.tools.takes.rig_changes import at_working_size, decoded_by_hardware, with_people, with_tracker
 
     size = None if given.size is None else parsed_size(given.size)
     rig = _rig(source, given, research.variant)
@@ -121,7 +121,7 @@ def configured_rig(source: Sequence[Path], given: TrackArguments, expert: TrackE
         research.preset, expert.front, expert.heading,
     )  # fmt: skip
     rig = with_tracker(rig, overrides)
-    return rig if given.height is None else of_height(rig, given.height)
+    return rig if given.height is None else replace(rig, person_height=given.height)
 
 
 def _rig(source: Sequence[Path], given: TrackArguments, variant: Variant | None) -> Rig:

@@ -1,4 +1,4 @@
-"""Rig with other settings for offline tracking: size, rate, tracker, decoding, people, height."""
+"""Rig with other settings for offline tracking: size, rate, tracker, decoding, people."""
 
 from dataclasses import replace
 
@@ -50,15 +50,6 @@ def decoded_by_hardware(rig: Rig) -> Rig:
 def with_people(rig: Rig) -> Rig:
     """The rig with the network that finds people in every viewer."""
     return replace(rig, viewers=tuple(replace(viewer, people=True) for viewer in rig.viewers))
-
-
-def of_height(rig: Rig, height: float) -> Rig:
-    """The rig for a person of that height (m) whose body is not measured, for videos without T-pose."""
-    viewers = tuple(
-        replace(viewer, source=replace(viewer.source, initial=None)) if isinstance(viewer.source, VideoFile) else viewer
-        for viewer in rig.viewers
-    )
-    return replace(rig, viewers=viewers, person_height=height)
 
 
 def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float | None) -> Viewer:

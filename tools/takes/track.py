@@ -17,7 +17,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import CameraAdvice, Message, Silhouette, TrackerBdp, Verdict
+from zenocap.common.messages import CameraAdvice, Message, Silhouette, TrackerBdp, UniversalBdp, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import VIDEO_NOTES, recorded_rig
@@ -31,7 +31,7 @@ from zenocap.common.session.lookahead import Lookahead, available_cores, limited
 from zenocap.common.session.session import Session
 from zenocap.common.topics import CAMERA, SILHOUETTE, TOPICS, TRACKER_BDP, VERDICT, Topic
 from zenocap.services.tracker import shell as tracker_shell
-from zenocap.services.tracker.body.average_body import stature_of
+from zenocap.services.tracker.body.average_body import standing_height
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -61,9 +61,10 @@ class Tracked:
     frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
     states: of each service at the end, in words.  measured: False for a body of average proportions, whose
     estimated: first height (m) then is that of the visual hull over the floor; None for other bodies.
+    height: of the body that was measured in the T-pose (m); None without one.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
-    waited: frame sets with the person in view before the first pose.  repeated: whether the height is that `estimated`.
+    waited: frame sets with the person in view before the first pose.  repeated: whether these were tracked again.
     initial: frame sets of separate videos of the T-pose.
     verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
     """
@@ -84,10 +85,12 @@ class Tracked:
     waited: int = 0
     repeated: bool = False
     initial: int = 0
+    height: float | None = None
 
     def rig_of(self, rig: Rig) -> Rig:
-        """The rig with which the take was made.  rig: with which it was wanted."""
-        return replace(rig, person_height=self.estimated, height_estimated=True) if self.repeated else rig
+        """The rig with which a take with the height `estimated` was made.  rig: with which it was wanted."""
+        seen = rig.person_height is None
+        return replace(rig, person_height=self.estimated, height_estimated=seen) if self.repeated else rig
 
 
 def track(
@@ -98,6 +101,7 @@ def track(
 
     Where no body was measured, the frames are tracked again with the height that the tracker takes from the visual hull
     over the floor: with a tracker where it had waited for more than WAITED_SHARE of them, else where there is no pose.
+    A method without a tracker takes a given height likewise, where no T-pose was seen, or late.
     on_repeat: is called with the height (m) before.  The take of the first time stays until the second one is complete, and
     where that is not, or has fewer poses.
     jobs: number of cores to use, on which the take does not depend; default: the available ones.
@@ -107,11 +111,13 @@ def track(
         if not viewer.source.ends:
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     jobs = available_cores() if jobs is None else jobs
-    result = _tracked(rig, take, on_frame_set, jobs)
-    if not result.complete or rig.person_height is not None:
+    given, has_tracker = rig.person_height, method_of(rig.method).has_tracker
+    result = _tracked(rig if has_tracker else replace(rig, person_height=None), take, on_frame_set, jobs)
+    if not result.complete or (has_tracker and given is not None):
         return result
-    if method_of(rig.method).has_tracker:
-        height = result.estimated if result.waited > WAITED_SHARE * result.frame_sets else None
+    if has_tracker or given is not None:
+        late = not result.poses or result.waited > WAITED_SHARE * result.frame_sets
+        height = (given or result.estimated) if late else None
     else:
         height = None if result.poses else height_over_floor(rig, take)
     if height is None:
@@ -123,7 +129,7 @@ def track(
         if not again.complete or again.poses < result.poses:
             shutil.copyfile(take, unfinished)
             return result
-    return replace(again, measured=False, estimated=height, repeated=True)
+    return replace(again, measured=has_tracker and again.measured, estimated=height, repeated=True)
 
 
 def _tracked(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None], jobs: int) -> Tracked:
@@ -177,6 +183,7 @@ def track_frames(
         recording.closing = lambda: {VIDEO_NOTES: notes} if (notes := inputs.video_notes()) else {}
         count, poses, initial, measured, method = 0, 0, 0, True, method_of(rig.method)
         estimated: float | None = None
+        standing: float | None = None
         advice, verdict, waited = TakeAdvice(), None, 0
         report_ns = EPOCH_NS + HEALTH_NS
         with TakeWriter(recording, rig.name) as writer:
@@ -196,6 +203,9 @@ def track_frames(
                 for message in messages:
                     if isinstance(message, TrackerBdp):
                         measured, estimated = message.measured, estimated or _height(message)
+                        standing = standing or (_height(message) if measured else None)
+                    elif isinstance(message, UniversalBdp) and rig.person_height is None:
+                        standing = standing or _height(message)
                 count += 1
                 initial += all(frame.initial for frame in current.values())
                 state = session.describe((method.pose_service, MAIN))
@@ -211,7 +221,7 @@ def track_frames(
         count, poses, written.messages, tuple(problems), session.states(), measured,
         None if measured or rig.person_height is not None else estimated, complete=written.failure is None,
         verdict=None if written.failure else verdict, advice=tuple(advice.faults()), waited=waited,
-        initial=initial,
+        initial=initial, height=standing,
     )  # fmt: skip
 
 
@@ -242,10 +252,10 @@ def tolerance_ns(rig: Rig) -> int:
     return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
 
 
-def _height(body: TrackerBdp) -> float:
+def _height(body: TrackerBdp | UniversalBdp) -> float:
     """Height of a body, m."""
     anatomy = anatomy_of(body.body)
-    return stature_of(anatomy, bdp_of(anatomy, body.body))
+    return standing_height(anatomy, bdp_of(anatomy, body.body))
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

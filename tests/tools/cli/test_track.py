@@ -49,8 +49,7 @@ def test_the_estimated_height_of_a_body_without_t_pose_is_stated(capsys: pytest.
     assert "adapted" in text
     assert "adapted" not in printed(capsys, tracked(40, 1.743), "two-view")
     assert printed(capsys, tracked(40), "auto", 1.75) == (
-        "note: height 1.75 m: the body has average proportions; a T-pose measures it better: where there is one, "
-        "leave the height out\n"
+        "note: height 1.75 m: the body has average proportions; no T-pose has measured it\n"
     )
 
 
@@ -62,6 +61,15 @@ def test_a_take_is_replaced_only_where_it_is_named_and_with_a_note(tmp_path: Pat
     assert "demo.mcap is there already: allowed: -o FILE, which may replace it" in " ".join(text.split())
     assert "note: demo.mcap is replaced\n" in zenocap("track", "none", "-o", "demo.mcap")[2]
     assert "is replaced" not in zenocap("track", "none", "-o", "other.mcap")[2]
+
+
+@pytest.mark.parametrize(("height", "words"), [(1.69, ""), (1.60, "is 1.60 m tall, not 1.75 m as given: ")])
+def test_a_given_height_that_the_t_pose_contradicts_is_noted(
+    capsys: pytest.CaptureFixture[str], height: float, words: str
+) -> None:
+    text = printed(capsys, replace(tracked(40), measured=True, height=height), "auto", 1.75)
+    assert words in text
+    assert bool(words) == bool(text)
 
 
 def filmed(

@@ -152,6 +152,25 @@ def test_the_second_time_with_an_estimated_height_replaces_no_better_take(
     assert [*tmp_path.iterdir()] == [take]
 
 
+@pytest.mark.parametrize(("waited", "kept"), [(0, "a"), (20, "b")], ids=["T-pose at the start", "late"])
+def test_two_view_uses_a_given_height_where_the_t_pose_comes_late(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, waited: int, kept: str
+) -> None:
+    results = iter([("a", Tracked(60, 30, 100, (), {}, waited=waited, height=1.7)), ("b", Tracked(60, 50, 100, (), {}))])
+
+    def tracked(rig: Rig, take: Path, *_: object) -> Tracked:
+        text, result = next(results)
+        assert (rig.person_height, rig.height_estimated) == ((None if text == "a" else 1.8), False)
+        take.write_text(text)
+        return result
+
+    monkeypatch.setattr("zenocap.tools.takes.track._tracked", tracked)
+    rig = replace(with_viewers(demo_rig("two-view"), source=Actor("march", 1)), person_height=1.8)
+    found = track(rig, take := tmp_path / "a.mcap")
+    assert take.read_text() == kept
+    assert (found.measured, found.height) == ((True, 1.7) if kept == "a" else (False, None))
+
+
 @pytest.mark.nightly
 def test_overlay_writes_pictures_and_a_video(short_rig: Rig, tmp_path: Path) -> None:
     overlay = Overlay(short_rig, tmp_path / "pictures", every=10)

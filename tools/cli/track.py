@@ -39,7 +39,7 @@ OutputOption = Annotated[
         "default: NAME.mcap, in this folder.",
     ),
 ]
-OTHER_HEIGHT = 0.04  # of the given height, from which the one in the T-pose is another
+OTHER_HEIGHT = 0.04  # of the given height, from which that in the T-pose is noted; simulated people: off by up to 0.011
 INTERRUPTED = {  # by the part of the work
     "second": "interrupted in the second pass: {} is complete, with the poses of the forward pass",
     "drawing": "interrupted while the pictures were drawn: {} is complete, with the poses of both passes",
@@ -176,7 +176,7 @@ def _print_losses(result: Tracked, rig: Rig) -> None:
         lines.append(f"note: height {given:g} m: the body has average proportions; no T-pose has measured it")
     elif given is not None and found is not None and abs(found / given - 1) > OTHER_HEIGHT:
         lines.append(
-            f"note: in the T-pose the person is {found:.2f} m tall, not {given:g} m as given: the body is as measured; "
+            f"note: in the T-pose the person is {found:.2f} m tall, not {given:.2f} m as given: the body is as measured; "
             "check the height, and the scale of the calibration"
         )
     if result.poses and not result.measured and rig.person_height is None:

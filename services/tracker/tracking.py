@@ -139,8 +139,8 @@ def advance_phase(
             decided_ns = phase.decided_ns if isinstance(phase, Tracking) else None
             # The decision was about the start; since then the person may have turned, and the track with him or her.
             tracked = phase.estimate.rotation[:, 2] if isinstance(phase, Tracking) and decided_ns is not None else None
-            at_start = isinstance(phase, Lost) and phase.last is None
-            front = partial(decisions.decided_front, setup) if at_start else lambda _: tracked
+            sought = isinstance(phase, Lost) and phase.last is None
+            front = partial(decisions.decided_front, setup) if sought else lambda _: tracked
             measured, outcome = await_person(setup, phase.person.measuring, captured_ns, evidence, front)
             if isinstance(measured, Tracking):
                 return replace(measured, decided_ns=decided_ns), outcome

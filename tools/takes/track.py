@@ -12,7 +12,11 @@ from itertools import chain
 from pathlib import Path
 from typing import cast
 
+import numpy as np
+
 from zenocap.common.atomic_write import atomic_file
+from zenocap.common.body.definition import neutral_pose
+from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.conversion import anatomy_of, bdp_of
@@ -31,7 +35,7 @@ from zenocap.common.session.lookahead import Lookahead, available_cores, limited
 from zenocap.common.session.session import Session
 from zenocap.common.topics import CAMERA, SILHOUETTE, TOPICS, TRACKER_BDP, VERDICT, Topic
 from zenocap.services.tracker import shell as tracker_shell
-from zenocap.services.tracker.body.average_body import standing_height
+from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -253,9 +257,14 @@ def tolerance_ns(rig: Rig) -> int:
 
 
 def _height(body: TrackerBdp | UniversalBdp) -> float:
-    """Height of a body, m."""
+    """Height of a body from the soles to the top of the head, m; exact for an average one."""
     anatomy = anatomy_of(body.body)
-    return standing_height(anatomy, bdp_of(anatomy, body.body))
+    upright = neutral_pose(anatomy, np.zeros(3))
+    average, own = (
+        np.ptp(np.concatenate(body_ellipses(one, part_frames(anatomy, one, upright)))[:, 1])
+        for one in (average_body(anatomy, 1.0), bdp_of(anatomy, body.body))
+    )
+    return float(own / average)
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

@@ -3,8 +3,7 @@
 import numpy as np
 
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy, without_side
-from zenocap.common.body.definition import Bdp, neutral_pose
-from zenocap.common.body.kinematics import body_ellipses, part_frames
+from zenocap.common.body.definition import Bdp
 from zenocap.common.body.proportions import HIP_HALF_BREADTH, SHOULDER_HALF_BREADTH, average_lengths, body_from_lengths
 
 # In body heights; distances between joint centres, mean of the shares of men (1741 mm) and women (1735 mm) in table 4 of
@@ -60,16 +59,6 @@ def average_body(anatomy: Anatomy, height: float) -> Bdp:
     if anatomy is FOURTEEN_PARTS:
         return body_of_height(height)
     return body_from_lengths(anatomy, average_lengths(height))
-
-
-def standing_height(anatomy: Anatomy, body: Bdp) -> float:
-    """Height in metres from the soles to the top of the head; exact for an average body."""
-    upright = neutral_pose(anatomy, np.zeros(3))
-    average, own = (
-        np.ptp(np.concatenate(body_ellipses(one, part_frames(anatomy, one, upright)))[:, 1])
-        for one in (average_body(anatomy, 1.0), body)
-    )
-    return float(own / average)
 
 
 def stature_of(anatomy: Anatomy, body: Bdp) -> float:

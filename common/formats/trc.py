@@ -20,6 +20,8 @@ SAME_RATE = 0.02  # relative difference up to which two rates are equal, such as
 APART = 1.5  # rows that either Frame# or Time alone leaves out, from which there is a note; cameras jitter less; by hand
 ZEROS = "{} points are 0 0 0: taken as missing"
 NINES = [10**digits - 1 for digits in range(4, 9)]  # a point of three times one of them, of either sign, is missing too
+# Coordinate up to which three are a missing point, as rounded zeros; and metres from which one number three times is.
+NOTHING, FAR_M = 1e-6, 1000.0
 
 
 def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
@@ -52,8 +54,8 @@ def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit
 def read_trc(path: Path) -> Trajectories:
     """Read a TRC file in any of METRES' units; points are returned in metres.
 
-    A point of three zeros, or of three equal numbers of nines, is missing.  Of DataRate and Time, and of Frame# and Time,
-    the times decide; a contradiction is a warning.  Raises UserError.
+    A point of three zeros, of infinity, or of three equal numbers of nines or far away, is missing.  Of DataRate and Time,
+    and of Frame# and Time, the times decide; a contradiction is a warning.  Raises UserError.
     """
     lines = read_text(path, "a TRC file").splitlines()
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
@@ -75,12 +77,15 @@ def read_trc(path: Path) -> Trajectories:
         if (given := header.get(key, "").strip()).isdigit() and int(given) != count:
             warn_of_file(path, f"{key} = {given}, but there are {count}: these are read")
     points = rows[:, 2:].reshape(len(rows), len(names), 3)
-    if zeros := int(np.count_nonzero(missing := (points == 0.0).all(axis=2))):
+    points[np.isinf(points)] = np.nan
+    if zeros := int(np.count_nonzero(missing := (np.abs(points) <= NOTHING).all(axis=2))):
         points[missing] = np.nan
         warn_of_file(path, ZEROS.format(zeros))
-    nines = (points == points[:, :, :1]).all(axis=2) & np.isin(np.trunc(np.abs(points[:, :, 0])), NINES)
+    number = np.abs(points[:, :, 0])
+    nines = np.isin(np.trunc(number), NINES) | (number * METRES[unit] > FAR_M)
+    nines &= (points == points[:, :, :1]).all(axis=2)
     if count := int(np.count_nonzero(nines)):
-        warn_of_file(path, f"{count} points are three times {points[nines][0, 0]:g}: taken as missing")
+        warn_of_file(path, f"{count} points are three times {points[nines][0, 0]:.10g}: taken as missing")
         points[nines] = np.nan
     frames, times_s, order, rate = frame_times(path, rows[:, 0].astype(np.int64), rows[:, 1], rate)
     return Trajectories(names, frames, times_s, points[order] * METRES[unit], rate)
@@ -90,7 +95,8 @@ def _names(path: Path, lines: Sequence[str]) -> tuple[str, ...]:
     """Names of the markers, one for each column of line 5.  Raises UserError: others would get their neighbour's points."""
     names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
     if not names or len(set(names)) != len(names):
-        raise UserError(f"{path}: line 4: allowed: Frame#, Time and different names of markers")
+        twice = next((f"{name} more than once: " for name in names if names.count(name) > 1), "")
+        raise UserError(f"{path}: line 4: {twice}allowed: Frame#, Time and different names of markers")
     columns = sum(1 for label in lines[4].split("\t") if label.strip())
     if columns and columns != 3 * len(names):
         raise UserError(
@@ -103,7 +109,7 @@ def _rows(path: Path, lines: Sequence[str], markers: int) -> Iterator[list[float
     """Number, time and coordinates of each row.  Raises UserError."""
     for number, line in enumerate(lines[5:], start=6):
         cells = line.rstrip().split("\t")
-        if not cells[0].strip():
+        if not line.strip():
             continue
         if len(cells) > 2 + 3 * markers:
             allowed = f"up to {2 + 3 * markers}, for the {markers} markers of line 4"

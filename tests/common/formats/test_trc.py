@@ -54,7 +54,8 @@ def test_written_files_are_read_back_in_any_unit(path: Path) -> None:
     [
         (lambda text: "", "line 1"),
         (lambda text: text.replace("\tm\t", "\tfeet\t"), "Units = 'feet'"),
-        (lambda text: text.replace("RHip", "LHip"), "line 4"),
+        (lambda text: text.replace("RHip", "LHip"), "line 4: LHip more than once: allowed"),
+        (lambda text: text.replace("\n6\t", "\n\t"), "line 8"),  # a row without number was left out
         (lambda text: text.replace("\n5\t", "\nfive\t"), "line 7"),
         (lambda text: text.replace("30\t30\t", "x\tx\t"), "DataRate = 'x'"),
     ],
@@ -116,22 +117,22 @@ def test_zeros_are_missing_points_and_said_once(path: Path, caplog: pytest.LogCa
     """As Mokka and Visual3D write a missing marker."""
     lines = lines_of(path)
     for row in (6, 9):
-        lines[row][2 + 3 * 5 : 5 + 3 * 5] = ["0.000000", "-0.0", "0"]
+        lines[row][2 + 3 * 5 : 5 + 3 * 5] = ["0.000000", "-0.0", "1e-09"]
     found = read_trc(rewritten(path, lines))
     assert np.isnan(found.points[[0, 3], 5]).all()
     assert np.count_nonzero(np.isnan(found.points).any(axis=2)) == 2 + len(NAMES)
     assert [record.getMessage() for record in caplog.records] == [f"{path}: 2 points are 0 0 0: taken as missing"]
 
 
-@pytest.mark.parametrize("number", ["9999.0", "-9999.9", "9999999"])
+@pytest.mark.parametrize("number", ["9999.0", "-9999.999", "9999999", "1e10", "inf"])
 def test_three_times_a_number_of_nines_is_a_missing_point(
     path: Path, caplog: pytest.LogCaptureFixture, number: str
 ) -> None:
     lines = lines_of(path)
     lines[6][2 + 3 * 5 : 5 + 3 * 5] = [number] * 3
     assert np.isnan(read_trc(rewritten(path, lines)).points[0, 5]).all()
-    note = f"{path}: 1 points are three times {float(number):g}: taken as missing"
-    assert [record.getMessage() for record in caplog.records] == [note]
+    note = f"{path}: 1 points are three times {float(number):.10g}: taken as missing"
+    assert [record.getMessage() for record in caplog.records] == [note] * (number != "inf")
 
 
 def test_a_byte_order_mark_is_no_part_of_the_file(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,13 @@ __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 # Beyond which the unit is questioned: of cameras from the origin; from the floor, of the point they look at and of cameras.
 # By hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet; level cameras look at 2 m.
 FAR_M, HIGH_M, MOUNTED_M, WEAK = 100.0, 1.8, 2.5, 0.05  # WEAK: of the strongest direction; weaker ones are the origin's
+SAME_M, UPRIGHT = 0.01, 0.7  # between two cameras; of up in their pictures, along an axis of the world; by hand
 
 
-def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
+def read_calibration(path: Path | str, up_axis: str = "y", *, placed: bool = True) -> dict[str, Camera]:
     """Return the cameras by name, in the file's order, in the Y-up world, metres.
 
+    placed: whether the places of the cameras are used, and questioned.
     up_axis: "y" or "z", of the world in the file.  A Z-up world is converted as (x, y, z)_y-up = (y, z, x)_z-up.
     Raises UserError that names file, key, value and allowed values.
     """
@@ -36,7 +39,8 @@ def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
         cameras = layout_of(path).cameras(path, up_axis)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from error
-    if note := unit_note(list(cameras.values())):
+    each = list(cameras.values())
+    if placed and (note := unit_note(each) or axes_note(each)):
         warnings.warn(f"{path}: {note}", FileNote, stacklevel=2)
     return cameras
 
@@ -56,6 +60,21 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     if height > HIGH_M and np.median([camera.centre[1] for camera in cameras]) > MOUNTED_M:
         doubt = "is the file in feet or inches, or another axis its vertical? allowed: metres"
         return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
+    return ""
+
+
+def axes_note(cameras: Sequence[Camera]) -> str:
+    """Suspicion of other axes, or of the opposite direction, in words; empty without one."""
+    for one, other in combinations(cameras, 2):
+        if np.linalg.norm(one.centre - other.centre) < SAME_M:
+            same = f"cameras {one.name!r} and {other.name!r} are at the same place"
+            return f"{same}: are rotation and translation from camera to world? allowed: from world to camera"
+    up = np.median([-camera.rotation[1] for camera in cameras], axis=0) if cameras else np.array([0.0, 1.0, 0.0])
+    axis = int(np.argmax(np.abs(up)))
+    if abs(up[axis]) > UPRIGHT and (axis != 1 or up[axis] < 0.0):
+        direction = f"{'-' if up[axis] < 0.0 else ''}{'XYZ'[axis]}"
+        doubt = "is another axis its vertical (--up-axis), or are the axes of its cameras those of OpenGL?"
+        return f"up in the pictures of most cameras is {direction}, not Y: {doubt} allowed: OpenCV's axes"
     return ""
 
 

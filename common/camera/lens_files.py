@@ -51,7 +51,7 @@ def _lenses(path: Path) -> list[Lens]:
                 return [_opencv_lens(path, stored)]
         elif ros_info:
             return [read_ros_info(path)]
-    return [Lens.of(camera) for camera in read_calibration(path).values()]
+    return [Lens.of(camera) for camera in read_calibration(path, placed=False).values()]
 
 
 def _opencv_lens(path: Path, stored: dict[str, Floats]) -> Lens:

@@ -89,9 +89,7 @@ def _check_whole(entry: Entry, scalars: Mapping[str, str], text: str) -> None:
     for key in ("binning_x", "binning_y"):
         if (binning := scalars.get(key, "0").strip("'\"")) not in ("0", "1"):
             raise entry.error(key, binning, "0 or 1: the matrix is that of all pixels")
-    roi = dict(
-        re.findall(r"^[ \t]+(x_offset|y_offset|height|width):[ \t]*(\d+)", text.partition("\nroi:")[2], re.MULTILINE)
-    )
+    roi = dict(re.findall(r"(?<=[\s{,])(x_offset|y_offset|height|width):[ \t]*(\d+)", text.partition("\nroi:")[2]))
     size = [int(scalars[key]) for key in ("image_width", "image_height") if scalars.get(key, "").isdigit()]
     given = [int(roi.get(key, "0")) for key in ("x_offset", "y_offset", "width", "height")]
     if any(given) and given != [0, 0, *size]:

@@ -16,7 +16,8 @@ from zenocap.common.errors import FileNote, UserError, did_you_mean
 # Plausible ranges, chosen by hand.
 MAX_SIDE_PX = 16384
 MAX_DISTANCE_M = 1000.0
-MAX_FOCAL_PX = 1e6
+MIN_FOCAL_PX, MAX_FOCAL_PX = 5.0, 1e6  # less: relative to the side of the image
+OFF_CENTRE = 0.25  # share of a side between principal point and the centre, beyond which the size is questioned
 MAX_SKEW = 1e-3  # relative to fx
 ROTATION_TOLERANCE = 1e-3  # of the elements of R R^T
 
@@ -119,11 +120,16 @@ def checked_matrix(entry: Entry, value: object, size: tuple[int, int]) -> Floats
     if abs(matrix[0, 1]) > MAX_SKEW * abs(matrix[0, 0]):
         raise entry.error("matrix", value, "no skew: [0][1] is 0")
     for axis, name in ((0, "fx"), (1, "fy")):
-        if not 0 < matrix[axis, axis] <= MAX_FOCAL_PX:
-            raise entry.error(f"matrix[{axis}][{axis}] ({name})", matrix[axis, axis], "focal length, above 0 to 1e6 px")
+        if not MIN_FOCAL_PX <= matrix[axis, axis] <= MAX_FOCAL_PX:
+            focal_allowed = f"focal length, from {MIN_FOCAL_PX:g} to {MAX_FOCAL_PX:g} px"
+            raise entry.error(f"matrix[{axis}][{axis}] ({name})", matrix[axis, axis], focal_allowed)
         if not -size[axis] <= matrix[axis, 2] <= 2 * size[axis]:
             limits = f"principal point, from {-size[axis]} to {2 * size[axis]} px for an image of {size[0]} x {size[1]}"
             raise entry.error(f"matrix[{axis}][2] (c{'xy'[axis]})", matrix[axis, 2], limits)
+    if (np.abs(matrix[:2, 2] / size - 0.5) > OFF_CENTRE).any():
+        where = f"{entry.path}: {entry.key}".removesuffix(": ")
+        text = f"principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px, size {size[0]} x {size[1]} px"
+        warnings.warn(f"{where}: {text}: is it the size of the calibrated images?", FileNote, stacklevel=2)
     return matrix
 
 
@@ -131,6 +137,8 @@ def checked_rotation(entry: Entry, value: object) -> Floats:
     """Return the rotation (3, 3) of a Rodrigues vector (3) or a matrix (3 x 3), made exactly orthonormal."""
     rotation = entry.numbers("rotation", value, (3,), (3, 3))
     if rotation.shape == (3,):
+        if np.linalg.norm(rotation) > 2.0 * np.pi:
+            raise entry.error("rotation", value, "a Rodrigues vector, at most 2 pi long, radians; are these degrees?")
         return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64)
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rotation) < 0:
         raise entry.error("rotation", value, "a rotation: orthonormal rows and determinant +1")

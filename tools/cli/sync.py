@@ -161,4 +161,4 @@ def camera_names(folder: Path) -> dict[str, str]:
     from zenocap.common.camera.calibration_files import read_calibration
     from zenocap.common.rig.folder import plain_name
 
-    return {plain_name(name): name for name in read_calibration(folder / "calibration.toml", "y")}
+    return {plain_name(name): name for name in read_calibration(folder / "calibration.toml", placed=False)}

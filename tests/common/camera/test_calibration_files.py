@@ -114,7 +114,7 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         ("size = [640.0, 480.0]", "", "cam_01.size is missing; there are: distortions, fisheye"),
         ("size = ", "sise = ", "cam_01.size is missing; .*did you mean 'sise'"),
         ("[600.0, 0.0, 319.5]", "[-600.0, 0.0, 319.5]",
-         r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0"),
+         r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, from 5 to"),
         ("[600.0, 0.0, 319.5]", "[nan, 0.0, 319.5]", "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", '["600", 0.0, 319.5]', "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
         ("[600.0, 0.0, 319.5]", "[600.0, 9.0, 319.5]", "no skew"),
@@ -126,6 +126,8 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         ("[3.141592653589793, 0.0, 0.0]", "[[-1, 0, 0], [0, 1, 0], [0, 0, 1]]", r"determinant \+1"),
         ("[0.0, 1.0, 5.2]", "[0.0, 1000.0, 5200.0]", "translation = .*at most 1000 long; are these millimetres"),
         ("[0.0, 1.0, 5.2]", "[true, 1.0, 5.2]", "translation = .*3 finite numbers"),
+        ("[3.141592653589793,", "[180.0,", "cam_01.rotation = .*: allowed: .* 2 pi long, radians; are these degrees"),
+        ("[[600.0,", "[[0.94,", r"\(fx\) = 0.94: allowed: focal length, from 5 to"),
         ("[metadata]", GOOD.split("[metadata]")[0].replace("cam_01", "cam_02") + "[metadata]", "cam_02.name = 'left'"),
         (GOOD, "", "no camera in it: allowed: a table"),
         (GOOD, "cam = [", "not TOML"),
@@ -210,7 +212,7 @@ def test_easymocaps_rotation_is_the_one_that_others_read_and_contradictions_are_
     place = {"R_a": cv2.Rodrigues(turned)[0], "T_a": np.zeros((3, 1))}
     storage(path, place | {"names": ["a", "b"], "Rot_a": np.eye(3)})
     with pytest.warns(FileNote) as notes:
-        camera = read_calibration(path)["a"]
+        camera = read_calibration(path, placed=False)["a"]
     np.testing.assert_allclose(camera.rotation, turned, atol=1e-9)
     assert camera.size == (640, 480)
     assert [str(note.message) for note in notes] == [
@@ -221,7 +223,7 @@ def test_easymocaps_rotation_is_the_one_that_others_read_and_contradictions_are_
     ]
     storage(path, place | {"names": ["a"], "Rot_a": np.round(turned, 4)})
     with pytest.warns(FileNote) as notes:
-        read_calibration(path)
+        read_calibration(path, placed=False)
     assert len(notes) == 1
 
 
@@ -346,10 +348,10 @@ def test_qualisys_cameras_without_a_calibrated_video_are_left_out_and_said(tmp_p
     path, good = tmp_path / "room.qca.txt", qualisys_camera("1", 'active="1" video_resolution="1080p"')
     path.write_text(f"<calibration><cameras>{good}{qualisys_camera('2', attributes)}</cameras></calibration>")
     with pytest.warns(FileNote) as notes:
-        assert list(read_calibration(path, "z")) == ["1"]
+        assert list(read_calibration(path, "z", placed=False)) == ["1"]
     texts = [str(note.message) for note in notes]
-    assert texts[0] == f"{path}: camera 2 is {reason}: left out"
-    assert "the distortions are divided by 64" in texts[1]
+    assert texts[-2] == f"{path}: camera 2 is {reason}: left out"
+    assert "the distortions are divided by 64" in texts[-1]
     alone = f"<calibration><cameras>{qualisys_camera('2', attributes)}</cameras></calibration>"
     refused(path, alone, re.escape(f"camera 2 is {reason}: left out: allowed: Qualisys calibration"))
 
@@ -452,6 +454,27 @@ def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, 
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "note"),
+    [
+        ("[3.141592653589793, 0.0, 0.0]", "[0.0, 0.3, 0.0]", "toml: up in the pictures of most cameras is -Y, not Y: is"),
+        ("[3.141592653589793, 0.0, 0.0]", "[1.571, 0.0, 0.0]", "is Z, not Y: is another axis its vertical"),
+        (
+            "[metadata]",
+            GOOD.partition("[meta")[0].replace("left", "right"),
+            "cameras 'left' and 'right' are at the same place: are rotation and",
+        ),
+        ("[640.0, 480.0]", "[320.0, 240.0]", r"cam_01: principal point \(319.5, 239.5\) px, size 320 x 240 px: is it"),
+    ],
+    ids=["Y points down, or axes of OpenGL", "Z-up", "from camera to world", "the size of other images"],
+)
+def test_cameras_that_contradict_each_other_or_their_pictures_are_questioned(tmp_path, old, new, note):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD.replace(old, new.replace("cam_01", "cam_02")))
+    with pytest.warns(FileNote, match=note):
+        read_calibration(path)
+
+
+@pytest.mark.parametrize(
     ("centres", "axes"),
     [
         ([(0, 2, 4), (4, 2, 0)], [(0, 0, -1), (-1, 0, 0)]),
@@ -532,6 +555,7 @@ ROI = "roi:\n  x_offset: 0\n  y_offset: 0\n  height: {}\n  width: {}\n  do_recti
         ("binning_x: 1\nbinning_y: 4\n", "binning_y = 4: allowed: 0 or 1"),
         (ROI.format(240, 320), "roi = x_offset 0 y_offset 0 height 240 width 320: allowed: none, or the whole image"),
         (ROI.format(0, 0).replace("x_offset: 0", "x_offset: 8"), "roi = x_offset 8"),
+        ("roi: {x_offset: 0, y_offset: 0, height: 240, width: 320, do_rectify: false}\n", "roi = x_offset 0"),
     ],
 )
 def test_ros_camera_info_of_a_part_of_the_pixels_is_refused(tmp_path, more, text):

@@ -222,8 +222,9 @@ def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -
     without = [name for name in cameras if name not in found]
     if rest == sorted(rest):  # as a shell lists them, where 10 is before 9; other orders were chosen
         rest, without = sorted(rest, key=lambda path: _natural(path.name)), _in_order(without)
-    if rest and len(videos) == len(cameras) and not paired:
-        pairs = dict(zip(without, rest, strict=True))
+    pairs = dict(zip(without, rest, strict=False))
+    crossed = found and any(re.search(r"\d", name) and re.search(r"\d", path.stem) for name, path in pairs.items())
+    if rest and len(videos) == len(cameras) and not paired and not crossed:
         pairing = ", ".join(f"{name} = {path.name}" for name, path in pairs.items())
         notes.append(f"{'the others' if contained else 'no video is named after a camera'}: assigned in order: {pairing}")
         found |= pairs
@@ -244,6 +245,7 @@ def _by_contained_names(cameras: Sequence[str], videos: Sequence[Path], known: M
         fits = {
             path: [name for name in free if _numbered_camera(path.stem, name)]
             or [name for name in free if _contains(path.stem, name) or _contains(name, path.stem)]
+            or [name for name in free if _contains(_short(path.stem), _short(name))]
             for path in videos
             if path not in found.values()
         }
@@ -272,6 +274,11 @@ def _numbered_camera(text: str, name: str) -> bool:
     if not name.isdecimal():
         return False
     return re.search(rf"(?<![^\W\d_])cam(?:era)?[ _-]*0*{int(name)}(?!\d)", text, re.IGNORECASE) is not None
+
+
+def _short(name: str) -> str:
+    """A name whose numbers have no leading zeros."""
+    return re.sub(r"(?<!\d)0+(?=\d)", "", name)
 
 
 def _composed(name: str) -> str:

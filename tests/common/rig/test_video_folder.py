@@ -253,12 +253,21 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
         ("k\u00fcche fl\u00fcr", "flu\u0308r ku\u0308che", "ku\u0308che flu\u0308r"),
         ("ku\u0308che flu\u0308r", "fl\u00fcr_1 k\u00fcche_1", "k\u00fcche_1 fl\u00fcr_1"),
         ("1 2", "trial1_cam2 trial2_cam1", "trial2_cam1 trial1_cam2"),
+        ("cam_1 cam_2 cam_10", "cam_10 cam_02_walk cam_01_walk", "cam_01_walk cam_02_walk cam_10"),
+        ("cam_1 cam_01", "cam_01_walk cam_1_walk", "cam_1_walk cam_01_walk"),
         ("1 2", "trial1_Camera-02 trial2_Camera-01", "trial2_Camera-01 trial1_Camera-02"),
     ],
 )
 def test_videos_belong_to_the_camera_whose_name_they_contain(cameras: str, videos: str, expected: str) -> None:
     found, _ = _paired(Path("calibration.toml"), cameras.split(), [Path(f"{name}.mp4") for name in videos.split()])
     assert [found[name].stem for name in cameras.split()] == expected.split()
+
+
+@pytest.mark.parametrize("videos", ["cam_02 cam_03 cam_04", "2 3 0", "cam_2 cam_3 cam_4"])
+def test_a_video_of_another_number_is_of_no_camera(videos: str) -> None:
+    """That which is left over was assigned to the camera that is left over."""
+    with pytest.raises(UserError, match=r"[40]\.mp4: belongs to no camera of .*; there are: cam_1, cam_2, cam_3"):
+        _paired(Path("calibration.toml"), ["cam_1", "cam_2", "cam_3"], [Path(f"{one}.mp4") for one in videos.split()])
 
 
 def test_two_videos_of_one_camera_are_refused_and_the_pairs_are_said() -> None:

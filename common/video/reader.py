@@ -85,7 +85,7 @@ def display_turn(frame: av.VideoFrame, orientation: int = 1) -> tuple[int, bool]
     A mirror along an axis of the image is no turn: FFmpeg's formula gives 180 degrees for one of them.
     orientation: of its EXIF data, beside which PyAV does not give the matrix.
     """
-    turn = round(frame.rotation) % 360
+    turn = 90 * round(frame.rotation / 90) % 360
     found: SideData | None = None
     with suppress(ValueError):  # where PyAV does not know one of them, such as the EXIF data of JPEG
         data: Iterable[SideData] = frame.side_data  # type: ignore[assignment]  # PyAV annotates a mapping of names
@@ -199,6 +199,8 @@ class VideoReader(Closable):
     def __init__(self, path: Path, hardware: bool = False) -> None:
         """hardware: whether to decode by hardware where that is possible.  Raises OpenError, AccessDenied."""
         self.path, self.damaged, self._trimmed, self._undecodable, self._orientation = path, 0, 0, 0, 1
+        self._end_of_part: int | None = None  # time stamp of the first packet that an edit list cuts away after others
+        self._joined = False
         if not path.is_file():
             raise OpenError(f"{path}: no such video file")
         if not os.access(path, os.R_OK):
@@ -291,19 +293,12 @@ class VideoReader(Closable):
         """Lines on contradictions within the file."""
         if (count := len(films(self._container))) > 1:
             yield f"has {count} films: the first, of {self.size[0]} x {self.size[1]} px, is used"
-        if self._bare and not self._stream.codec_context.framerate:
-            yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
-        elif self._bare:
-            yield f"has no times: {self.fps:g} frames/s, as its headers state"
-        name, captured = self._capture_rate()
-        if captured and abs(captured / self.fps - 1.0) > OTHER_RATE:
-            slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
-            yield (
-                f"{name} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
-                f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
-            )
+        yield from self._rate_notes()
         if self._trimmed:
-            yield f"{self._trimmed} frames are in the file and cut away by its edit list: they are left out"
+            cut = max(self._trimmed, self._stream.frames - self.read - self.damaged - self._undecodable)
+            yield f"{cut} frames are in the file and cut away by its edit list: they are left out"
+        if self._joined:
+            yield "its edit list joins parts of the film: their times follow each other, without what was between them"
         late_s, least_s = self._times.begin_ns / 1e9, max(LATE_S, LATE_PERIODS / self.fps)
         if self._from_zero and least_s < late_s < LATEST_S:
             yield f"its first frame is at {late_s:.2f} s: what came before is missing; times count from that frame"
@@ -325,6 +320,23 @@ class VideoReader(Closable):
         if self._stream.frames and self.read - self.declared > max(1.0, MISCOUNTED * self.declared):
             yield f"{self.declared} frames declared, {self.read} read: all are used"
 
+    def _rate_notes(self) -> Iterator[str]:
+        """Lines on rates that are stated and not those of the times."""
+        if self._bare and not self._stream.codec_context.framerate:
+            yield f"states no frame rate: {self.fps:g}/s assumed; put it into a container with its rate, such as .mp4"
+        elif self._bare:
+            yield f"has no times: {self.fps:g} frames/s, as its headers state"
+        name, captured = self._capture_rate()
+        if captured and abs(captured / self.fps - 1.0) > OTHER_RATE:
+            slow, times = captured > self.fps, max(captured / self.fps, self.fps / captured)
+            yield (
+                f"{name} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
+                f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
+            )
+        if "avi" in self._container.format.name and (period_us := self._avi_period_us()):
+            first = f"{1e6 / period_us:.4g}/s in the header of the file (dwMicroSecPerFrame = {period_us})"
+            yield f"{first}, {self.fps:.4g}/s in that of the film (dwRate): the latter is used"
+
     def _capture_rate(self) -> tuple[str, float]:
         """Frames/s at which a camera filmed, as slow motion and time lapses state, and its name; 0 where none is stated."""
         tags = {key.lower(): value for key, value in (self._container.metadata | self._stream.metadata).items()}
@@ -339,6 +351,14 @@ class VideoReader(Closable):
                 return name, rate
         return name, 0.0
 
+    def _avi_period_us(self) -> int:
+        """Microseconds per frame in the first header of an AVI, where they contradict the rate of the stream; else 0."""
+        with suppress(OSError), self.path.open("rb") as file:
+            period_us = int.from_bytes(file.read(36)[32:], "little")
+            if period_us and abs(1e6 / period_us / self.fps - 1.0) > OTHER_RATE:
+                return period_us
+        return 0
+
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
         stamps: list[int | None] | None = []  # of the packets before the first frame
@@ -351,6 +371,7 @@ class VideoReader(Closable):
             if packet is None:
                 return
             self._trimmed += packet.is_discard
+            self._joined |= self._is_of_later_part(packet, stamps is None)
             if stamps is not None and packet.size and not packet.is_discard:
                 keyless += not packet.is_keyframe and keyless == len(stamps)
                 stamps.append(packet.pts)
@@ -370,6 +391,14 @@ class VideoReader(Closable):
                         self._begin(stamps, keyless, frame.pts)
                     stamps = None
                     yield frame
+
+    def _is_of_later_part(self, packet: av.Packet, begun: bool) -> bool:
+        """Whether a packet is shown after one that the edit list cut away behind the first frame."""
+        if packet.pts is None or not packet.size:
+            return False
+        if packet.is_discard and begun:
+            self._end_of_part = packet.pts if self._end_of_part is None else min(packet.pts, self._end_of_part)
+        return not packet.is_discard and self._end_of_part is not None and packet.pts >= self._end_of_part
 
     def _begin(self, stamps: Sequence[int | None], keyless: int, first: int | None) -> None:
         """Count what comes before the first frame: after a cut, also pictures that refer to one before a key frame.

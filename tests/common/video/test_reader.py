@@ -162,6 +162,33 @@ def test_a_film_that_an_edit_list_trims_is_whole(tmp_path: Path, suffix: str, fi
         assert reader.declared == shown
 
 
+def test_parts_that_an_edit_list_joins_are_said(tmp_path: Path) -> None:
+    """As QuickTime Player removes the middle of a film."""
+    path = copied(with_key_frames(tmp_path / "whole.mov", every=15), tmp_path / "a.mov", shift_s=0.5)
+    data = bytearray(path.read_bytes())
+    (scale,) = struct.unpack_from(">I", data, data.index(b"mdhd") + 16)
+    struct.pack_into(">IiIIiI", data, data.index(b"elst") + 12, 500, 0, 1 << 16, 500, scale, 1 << 16)
+    path.write_bytes(data)
+    frames, summary = read(path)
+    assert levels(frames) == [k % 24 for k in (*range(15), *range(30, 45))]
+    assert summary.notes == (
+        "30 frames are in the file and cut away by its edit list: they are left out",
+        "its edit list joins parts of the film: their times follow each other, without what was between them",
+    )
+
+
+def test_of_two_rates_in_an_avi_that_of_the_film_is_used_and_said(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.avi", grey_frames(10), fps=25, codec="mpeg4")
+    assert read(path)[1].notes == ()
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<I", data, data.index(b"avih") + 8, 33333)
+    path.write_bytes(data)
+    frames, summary = read(path)
+    assert frames[1].time_ns == 40_000_000
+    given = "30/s in the header of the file (dwMicroSecPerFrame = 33333), 25/s in that of the film (dwRate)"
+    assert summary.notes == (f"{given}: the latter is used",)
+
+
 @pytest.mark.parametrize("suffix", ["h264", "hevc"])
 def test_a_bare_stream_has_the_rate_of_its_headers(tmp_path: Path, suffix: str) -> None:
     codec = "libx264" if suffix == "h264" else "libx265"

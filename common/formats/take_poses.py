@@ -150,7 +150,12 @@ def read_poses(path: Path, *, raw: bool = False) -> TakePoses:
 
 def poses_of(path: Path, envelopes: Iterable[Envelope], take: TakeReader, *, raw: bool = False) -> TakePoses:
     """See `read_poses`.  path: of the take, for errors."""
-    read = _read(path, envelopes, raw, lambda bap: bap)
+    try:
+        read = _read(path, envelopes, raw, lambda bap: bap)
+    except UserError as error:
+        if take.cut is None:
+            raise
+        raise UserError(f"{take.cut}: {str(error).removeprefix(f'{path}: ')}") from error
     measured = read.measured and (read.kind is not m.UniversalBap or _measures(path, take))
     baps = tuple(read.kept.values())
     notes = take.metadata.get(VIDEO_NOTES, {})

@@ -117,8 +117,12 @@ def of_twenty_parts() -> list[m.Message]:
     ids=["no body", "no pose", "no body of the tracker", "another anatomy"],
 )
 def test_a_take_without_body_or_pose_or_of_another_anatomy_is_refused(messages, words, tmp_path):
+    take = write_take(tmp_path / "a.mcap", messages)
     with pytest.raises(UserError, match=words):
-        read_poses(write_take(tmp_path / "a.mcap", messages))
+        read_poses(take)
+    take.write_bytes(take.read_bytes()[:8])
+    with pytest.raises(UserError, match=r"a\.mcap: cut before its end, 0 messages read: no universal BDP"):
+        read_poses(take)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import read_text
 
 END_OF_HEADER = "endheader"
@@ -43,7 +44,7 @@ def write_mot(path: Path, times_s: Floats, columns: Mapping[str, Floats], notes:
 
 
 def read_mot(path: Path) -> Mot:
-    """Read a .mot file with coordinates.  Raises UserError."""
+    """Read a .mot file with coordinates; rows of zeros are missing.  Raises UserError."""
     lines = read_text(path, "a .mot file").splitlines()
     words = [line.strip().lower() for line in lines]
     if END_OF_HEADER not in words:
@@ -68,6 +69,11 @@ def read_mot(path: Path) -> Mot:
     if (steps <= 0).any():
         number, _ = numbered[2 + int(np.argmax(steps <= 0))]
         raise UserError(f"{path}: line {number}: time does not rise: allowed: a later time than in the row before")
+    zero = (values[:, 1:] == 0.0).all(axis=1)
+    if "pelvis_ty" in names and 0 < (count := int(np.count_nonzero(zero))) < len(values):
+        warn_of_file(path, f"{count} rows are 0 in all columns: taken as missing")
+        values = values[~zero]
+    steps = np.diff(values[:, 0])
     rate = round(1.0 / float(np.median(steps)), 3) if len(steps) else 0.0
     columns = {name: values[:, k] for k, name in enumerate(names) if k}
     return Mot(values[:, 0], columns, DEGREES[given], rate)

@@ -392,7 +392,7 @@ class VideoReader(Closable):
                     stamps = None
                     yield frame
 
-    def _is_of_later_part(self, packet: av.Packet, begun: bool) -> bool:
+    def _is_of_later_part(self, packet: "av.Packet[VideoStream]", begun: bool) -> bool:
         """Whether a packet is shown after one that the edit list cut away behind the first frame."""
         if packet.pts is None or not packet.size:
             return False

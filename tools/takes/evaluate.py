@@ -17,6 +17,10 @@ from zenocap.tools.takes.pairing import CLOCK_S, TimedValues, better_changes, pa
 LOST_M = 0.25
 BAD_MM, BAD_LOST_PCT = 100.0, 20.0  # beyond which a change of the truth is searched; chosen by hand
 UNITS = {"mm": 1e3, "cm": 1e2, "feet": 1 / 0.3048, "mm in place of m": 1e-3, "cm in place of m": 1e-2}
+TURNS = {
+    f"{degrees} degrees about Y": np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    for degrees, cosine, sine in ((90, 0.0, 1.0), (180, -1.0, 0.0), (-90, 0.0, -1.0))
+}
 PELVIS = ("LHip", "RHip", "Neck")
 
 
@@ -145,7 +149,7 @@ def doubts(take: Trajectories, truth: Trajectories, selection: ScoredFrames, fou
         TimedValues(names, data.times_s[rows], data.points[rows][:, [data.names.index(name) for name in names]], data.rate)
         for data, rows in ((take, every), (truth, kept))
     )
-    changes = better_changes(one, other, _shift_s(take, selection), 1e-3 * found_mm, _distance, UNITS)
+    changes = better_changes(one, other, _shift_s(take, selection), 1e-3 * found_mm, _distance, UNITS, TURNS)
     return [replace(change, mean=1e3 * change.mean).text("mm", found_mm) for change in changes]
 
 

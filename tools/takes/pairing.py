@@ -40,11 +40,13 @@ class Change:
 
 
 def better_changes(
-    take: TimedValues, truth: TimedValues, shift_s: float, mean: float, distance: Distance, units: Mapping[str, float]
-) -> list[Change]:
+    take: TimedValues, truth: TimedValues, shift_s: float, mean: float, distance: Distance, units: Mapping[str, float],
+    turns: Mapping[str, Floats] | None = None,
+) -> list[Change]:  # fmt: skip
     """Changes of the truth that leave less than half of the mean distance, the best first.
 
     take, truth: with the same names.  shift_s: time of the take minus that of the truth.  units: factors by their name.
+    turns: rotations (3, 3) of points, by their words.
     """
     if not len(truth.times_s) or not len(take.times_s):
         return []
@@ -60,6 +62,9 @@ def better_changes(
         for name, factor in units.items():
             words, cause = f"with the truth times {factor:.4g}", f"are its numbers in {name}?"
             changes.append(Change(words, _mean(distance(found, expected * factor)), cause))
+        for words, turn in (turns or {}).items():
+            mean_after = _mean(distance(found, expected @ turn.T))
+            changes.append(Change(f"with the truth turned by {words}", mean_after, "has it other axes?"))
     return sorted((one for one in changes if one.mean < BETTER * mean), key=lambda one: one.mean)
 
 

@@ -43,6 +43,14 @@ def test_a_file_in_radians_and_one_row_are_read(tmp_path: Path) -> None:
     assert found.columns["knee_angle_r"].tolist() == [1.25]
 
 
+def test_rows_of_zeros_are_missing_where_there_is_a_pelvis(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    text = HEADER + "time\tpelvis_ty\thip\n0.0\t0.9\t1\n0.1\t0\t0.0\n0.2\t0.9\t0\n"
+    path = written(tmp_path, text)
+    assert read_mot(path).times_s.tolist() == [0.0, 0.2]
+    assert [record.getMessage() for record in caplog.records] == [f"{path}: 1 rows are 0 in all columns: taken as missing"]
+    assert len(read_mot(written(tmp_path, text.replace("pelvis_ty", "knee"))).times_s) == 3
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

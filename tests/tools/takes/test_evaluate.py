@@ -170,9 +170,11 @@ def mirrored(truth: Trajectories) -> Trajectories:
         (lambda one: replace(one, points=one.points / 1e3), "with the truth times 1000 the mean error is 0 mm"),
         (lambda one: replace(one, points=one.points * 1e3), "are its numbers in mm in place of m?"),
         (lambda one: replace(one, points=one.points * 0.3048), "are its numbers in feet?"),
+        (lambda one: replace(one, points=one.points[..., [2, 1, 0]] * [1, 1, -1]), "with the truth turned by -90 degrees"),
+        (lambda one: replace(one, points=one.points * [-1, 1, -1]), "with the truth turned by 180 degrees about Y"),
         (lambda one: moved(one, [0.3, 0.0, 0.0]), None),
     ],
-    ids=["sides", "mm", "m", "feet", "moved"],
+    ids=["sides", "mm", "m", "feet", "X to the front", "backwards", "moved"],
 )
 def test_a_truth_of_other_sides_or_another_unit_is_doubted(
     changed: Callable[[Trajectories], Trajectories], words: str | None

@@ -199,8 +199,7 @@ class VideoReader(Closable):
     def __init__(self, path: Path, hardware: bool = False) -> None:
         """hardware: whether to decode by hardware where that is possible.  Raises OpenError, AccessDenied."""
         self.path, self.damaged, self._trimmed, self._undecodable, self._orientation = path, 0, 0, 0, 1
-        self._end_of_part: int | None = None  # time stamp of the first packet that an edit list cuts away after others
-        self._joined = False
+        self._joined, self._end_of_part = False, inf  # time stamp of the first packet that is cut away behind others
         if not path.is_file():
             raise OpenError(f"{path}: no such video file")
         if not os.access(path, os.R_OK):
@@ -333,9 +332,11 @@ class VideoReader(Closable):
                 f"{name} = {captured:g}/s when it was filmed, its times have {self.fps:.4g}/s: they are used; "
                 f"as {'slow motion' if slow else 'a time lapse'} it is {times:.3g} times {'slower' if slow else 'faster'}"
             )
-        if "avi" in self._container.format.name and (period_us := self._avi_period_us()):
-            first = f"{1e6 / period_us:.4g}/s in the header of the file (dwMicroSecPerFrame = {period_us})"
-            yield f"{first}, {self.fps:.4g}/s in that of the film (dwRate): the latter is used"
+        if self._container.format.name == "avi":
+            with self.path.open("rb") as file:  # dwMicroSecPerFrame
+                stated = 1e6 / max(1, int.from_bytes(file.read(36)[32:], "little"))
+            if stated <= MAX_FPS and abs(stated / self.fps - 1.0) > OTHER_RATE:
+                yield f"{stated:.4g}/s in the file's header, {self.fps:.4g}/s in the film's: the latter is used"
 
     def _capture_rate(self) -> tuple[str, float]:
         """Frames/s at which a camera filmed, as slow motion and time lapses state, and its name; 0 where none is stated."""
@@ -350,14 +351,6 @@ class VideoReader(Closable):
             if 0 < (rate := float(text) / (2.0 if fields else 1.0)) < inf:
                 return name, rate
         return name, 0.0
-
-    def _avi_period_us(self) -> int:
-        """Microseconds per frame in the first header of an AVI, where they contradict the rate of the stream; else 0."""
-        with suppress(OSError), self.path.open("rb") as file:
-            period_us = int.from_bytes(file.read(36)[32:], "little")
-            if period_us and abs(1e6 / period_us / self.fps - 1.0) > OTHER_RATE:
-                return period_us
-        return 0
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)
@@ -394,11 +387,9 @@ class VideoReader(Closable):
 
     def _is_of_later_part(self, packet: "av.Packet[VideoStream]", begun: bool) -> bool:
         """Whether a packet is shown after one that the edit list cut away behind the first frame."""
-        if packet.pts is None or not packet.size:
-            return False
-        if packet.is_discard and begun:
-            self._end_of_part = packet.pts if self._end_of_part is None else min(packet.pts, self._end_of_part)
-        return not packet.is_discard and self._end_of_part is not None and packet.pts >= self._end_of_part
+        if packet.pts is not None and packet.is_discard and begun:
+            self._end_of_part = min(packet.pts, self._end_of_part)
+        return packet.pts is not None and not packet.is_discard and packet.pts >= self._end_of_part
 
     def _begin(self, stamps: Sequence[int | None], keyless: int, first: int | None) -> None:
         """Count what comes before the first frame: after a cut, also pictures that refer to one before a key frame.

@@ -20,7 +20,7 @@ from zenocap.common.errors import UserError, pip_install, reading
 from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.text_file import MAX_BYTES, read_apart
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import MAX_NUMBERS, SAME_RATE, ZEROS
+from zenocap.common.formats.trc import MAX_NUMBERS, SAME_RATE, leave_out_missing
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
@@ -65,20 +65,18 @@ def read_c3d(path: Path) -> Trajectories:
         raise UserError(f"{path}: POINT:LABELS: {twice[0]!r} more than once: allowed: different labels")
     if not names:
         raise UserError(f"{path}: POINT:LABELS: no labelled point: allowed: one or more")
-    centres = points[:3, kept].transpose(2, 1, 0) * METRES[unit]
-    zero = (centres == 0.0).all(axis=2)
-    missing = (residuals[kept] < 0.0).T | zero
-    if zeros := int(np.count_nonzero(zero & (residuals[kept] >= 0.0).T)):
-        warn_of_file(path, ZEROS.format(zeros))
+    centres = points[:3, kept].transpose(2, 1, 0).copy()
+    centres[(residuals[kept] < 0.0).T] = np.nan
+    leave_out_missing(path, centres, METRES[unit])
+    centres[~np.isfinite(centres).all(axis=2)] = np.nan
     stated = {"its parameters": long_frames}
     if intel and head[8:10] != b"\xff\xff":  # its end
         stated["the header"] = rows % (1 << 16)
     first = _first_frame(path, first, len(centres), trial)
     _warn_of_rows(path, len(centres), first, trial, stated, size - needed if intel else 0)
-    centres[missing | ~np.isfinite(centres).all(axis=2)] = np.nan
     frames = np.arange(first, first + len(centres), dtype=np.int64)
     times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
-    return Trajectories(names, frames, times_s, centres, rate)
+    return Trajectories(names, frames, times_s, centres * METRES[unit], rate)
 
 
 def _rate(path: Path, rate: float, header: float) -> float:

@@ -18,7 +18,6 @@ HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrig
 MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 SAME_RATE = 0.02  # relative difference up to which two rates are equal, such as 29.97 and 30; chosen by hand
 APART = 1.5  # rows that either Frame# or Time alone leaves out, from which there is a note; cameras jitter less; by hand
-ZEROS = "{} points are 0 0 0: taken as missing"
 NINES = [10**digits - 1 for digits in range(4, 9)]  # a point of three times one of them, of either sign, is missing too
 # Coordinate up to which three are a missing point, as rounded zeros; and metres from which one number three times is.
 NOTHING, FAR_M = 1e-6, 1000.0
@@ -77,18 +76,23 @@ def read_trc(path: Path) -> Trajectories:
         if (given := header.get(key, "").strip()).isdigit() and int(given) != count:
             warn_of_file(path, f"{key} = {given}, but there are {count}: these are read")
     points = rows[:, 2:].reshape(len(rows), len(names), 3)
+    leave_out_missing(path, points, METRES[unit])
+    frames, times_s, order, rate = frame_times(path, rows[:, 0].astype(np.int64), rows[:, 1], rate)
+    return Trajectories(names, frames, times_s, points[order] * METRES[unit], rate)
+
+
+def leave_out_missing(path: Path, points: Floats, metres: float) -> None:
+    """Make points (n, markers, 3) NaN that stand for missing ones, with a note.  metres: the unit of the file."""
     points[np.isinf(points)] = np.nan
     if zeros := int(np.count_nonzero(missing := (np.abs(points) <= NOTHING).all(axis=2))):
         points[missing] = np.nan
-        warn_of_file(path, ZEROS.format(zeros))
+        warn_of_file(path, f"{zeros} points are 0 0 0: taken as missing")
     number = np.abs(points[:, :, 0])
-    nines = np.isin(np.trunc(number), NINES) | (number * METRES[unit] > FAR_M)
+    nines = np.isin(np.trunc(number), NINES) | (number * metres > FAR_M)
     nines &= (points == points[:, :, :1]).all(axis=2)
     if count := int(np.count_nonzero(nines)):
         warn_of_file(path, f"{count} points are three times {points[nines][0, 0]:.10g}: taken as missing")
         points[nines] = np.nan
-    frames, times_s, order, rate = frame_times(path, rows[:, 0].astype(np.int64), rows[:, 1], rate)
-    return Trajectories(names, frames, times_s, points[order] * METRES[unit], rate)
 
 
 def _names(path: Path, lines: Sequence[str]) -> tuple[str, ...]:

@@ -236,10 +236,13 @@ def test_a_blank_unit_is_named(tmp_path: Path) -> None:
 def test_zeros_with_a_valid_residual_are_missing_and_said_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     data = moving(20).trajectories()
     data.points[3:5, 2] = 0.0
+    data.points[6, 3] = 9.999  # 9999 in the millimetres of the file
     write_c3d(tmp_path / "a.c3d", data)
-    assert np.isnan(read_c3d(tmp_path / "a.c3d").points[3:5, 2]).all()
-    assert [record.getMessage() for record in caplog.records] == [
-        f"{tmp_path / 'a.c3d'}: 2 points are 0 0 0: taken as missing"
+    found = read_c3d(tmp_path / "a.c3d").points
+    assert [tuple(at) for at in np.argwhere(np.isnan(found).all(axis=2))] == [(3, 2), (4, 2), (6, 3)]
+    assert [record.getMessage().partition(": ")[2] for record in caplog.records] == [
+        "2 points are 0 0 0: taken as missing",
+        "1 points are three times 9999: taken as missing",
     ]
 
 

@@ -67,6 +67,7 @@ TESTS: Mapping[str, tuple[str, ...]] = {  # of the folder tests, by the first co
         "services/camera/test_assigned.py::test_a_viewer_is_run_until_it_is_released",
         "common/rig/test_hosted.py::test_an_assignment_that_makes_no_viewer_is_refused",
         "tools/cli/test_services.py::test_an_assignment_has_no_working_size_above_the_cameras_own",
+        "system/test_limits.py::test_the_largest_assignment_takes_a_limited_memory",
     ),
     "answers in place of a camera that is filmed": (
         "services/camera/test_host.py::test_a_second_program_that_answers_for_a_camera_is_found",

@@ -12,13 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.request import urlopen
 
+import numpy as np
 import pytest
 import zenoh
+from msgspec import structs
 
 from benchmarks.chaos.stated import wrong_statement
 from benchmarks.chaos.takes import POSES, content
+from tests.common.rig.test_hosted import rig as hosted_studio
 from tests.support.demo_rigs import written_demo
 from tests.support.hostile import HUGE_BYTES
+from tests.support.mjpeg_server import MjpegServer
 from tests.support.networks import client, free_endpoint
 from tests.support.processes import (
     PATIENCE_S,
@@ -33,9 +37,14 @@ from tests.support.processes import (
     wait_until,
 )
 from tests.system.test_no_log import observed
+from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import configuration, free_ports
+from zenocap.common.rig.hosted import assignment
+from zenocap.common.rig.sources import most_first
+from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.signals import HANGS_S
-from zenocap.common.topics import CAMERA
+from zenocap.common.topics import CAMERA, SILHOUETTE, TRACKER_POSE
+from zenocap.services.camera.saved import SavedAssignment, write_saved
 from zenocap.tools.record.launcher.shell import DONE, LOSS
 
 pytestmark = [
@@ -45,6 +54,8 @@ pytestmark = [
 SETTLED = r"^ *(1[2-9]|[2-9]\d|\d{3,})\.\d s"  # of the display: a service that ends later is started again without end
 FRAMES = 60  # with a pose, in which the others are seen to go on
 CONNECTIONS = 200
+LARGEST = (6680, 5010)  # px: just below the limit of an assignment
+LARGEST_BYTES = 4 << 30  # of a viewer of that size
 MEMORY = r"memory allocation of \d+ bytes failed|out of memory|MemoryError|Unable to allocate|Insufficient memory"
 
 
@@ -95,12 +106,13 @@ def limited(kind: int, most: dict[int, int]) -> Iterator[None]:
 
 @pytest.mark.timeout(600)  # a hanging one is ended after HANGS_S
 @pytest.mark.parametrize("rig", ["auto"], indirect=True)
-@pytest.mark.parametrize("service", ["viewer 1", "integrator", "tracker"])
+@pytest.mark.parametrize("service", ["viewer 1", "integrator", "tracker", "recognizer", "animator"])
 def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Running, service: str) -> None:
     """What the take has not of the poses that others received, the end of the rig states."""
     before = rig.pids()
     pid = before[service]
-    key = CAMERA.at("demo", viewer="1")  # which they receive, viewer 1 itself too
+    # What they receive, viewer 1 its own too; the recognizer receives poses alone.
+    key = TRACKER_POSE.at("demo") if service == "recognizer" else CAMERA.at("demo", viewer="1")
     with observed(rig.place) as observer:
         with limited(resource.RLIMIT_AS, {pid: 1 << 20}), zenoh.open(configuration(client(rig.place))) as stranger:
 
@@ -120,6 +132,29 @@ def test_a_service_without_memory_ends_with_the_reason_and_no_other_one(rig: Run
     assert observer.messages.keys() >= {POSES[0], ("silhouette", "viewer 2"), ("health", "animator")}
     takes = [content(take) for take in (rig.folder / "takes").iterdir()]
     assert wrong_statement(text, status, takes, observer.messages) == []
+
+
+@pytest.mark.timeout(600)
+def test_the_largest_assignment_takes_a_limited_memory(tmp_path: Path) -> None:
+    """All frames from which the background is learnt were kept: 5.3 GB after 45 s."""
+    query, file, network = assignment(hosted_studio(tmp_path), "0", 5), tmp_path / "cam.json", free_endpoint()
+    assert query.viewer is not None
+    own = structs.replace(
+        query.viewer, size=LARGEST, calibrated_size=LARGEST, background="first", empty_frames=most_first(LARGEST)
+    )
+    picture = np.zeros((*LARGEST[::-1], 3), np.uint8)
+    with MjpegServer(LARGEST, own.fps, lambda: picture) as camera:
+        write_saved(file, SavedAssignment(query=structs.replace(query, viewer=own), source=camera.url, previews=False))
+        with (
+            started(["viewer", "--assigned", file, "-l", network, "--no-multicast-scouting"], tmp_path) as viewer,
+            ZenohBus.open(client(network), query.rig, RealClock()) as bus,
+        ):
+            bus.subscribe(SILHOUETTE)  # the first is of the frame after them
+            wait_until(lambda: bus.receive(0.1) is not None, tmp_path, 3 * PATIENCE_S, [viewer])
+            peak = re.search(r"VmHWM:\s*(\d+) kB", Path(f"/proc/{viewer.pid}/status").read_text())
+            assert ended(viewer) == 0, output_of(tmp_path)
+    assert peak is not None
+    assert int(peak[1]) << 10 < LARGEST_BYTES
 
 
 def test_a_full_table_of_files_in_the_whole_rig_stops_nothing_and_passes(rig: Running) -> None:

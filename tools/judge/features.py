@@ -88,16 +88,18 @@ def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
     for sample in samples:
         groups[(sample.captured_ns - begin_ns) // STRETCH_NS].append(sample)
     numbers = (times - begin_ns) // STRETCH_NS
-    there = {one.captured_ns // SAMPLE_NS for one in samples if one.posed}  # the others count as lost
-    missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // SAMPLE_NS in there], dtype=np.int64)
+    posed = {one.captured_ns // SAMPLE_NS for one in samples if one.posed}  # the others count as lost
+    missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // SAMPLE_NS in posed], dtype=np.int64)
     missing_numbers = (missing - begin_ns) // STRETCH_NS
+    away = {one.captured_ns // SAMPLE_NS for one in samples if one.views and not (one.seen or one.posed)}
     found = []
     count = max(1, round((end_ns - begin_ns) / STRETCH_NS))
     for number in stretch_numbers({*numbers.tolist(), *groups}, count):
         inside = np.flatnonzero(numbers == number)
         span = begin_ns + number * STRETCH_NS, min(end_ns, begin_ns + (number + 1) * STRETCH_NS)
         absent = int(np.count_nonzero(missing_numbers == number))
-        own = StretchPoses([rows[k] for k in inside], times[inside], motion[inside], absent)
+        lost = [rows[k].lost for k in inside if away.isdisjoint((times[k] // SAMPLE_NS, times[k] // SAMPLE_NS + 1))]
+        own = StretchPoses([rows[k] for k in inside], times[inside], motion[inside], absent, lost)
         one = _stretch(evidence, span, own, groups[number], step_ns)
         if one is not None:
             found.append(one)
@@ -127,12 +129,14 @@ def missing_poses(times: Ints, step_ns: float) -> Ints:
 
 @dataclass(frozen=True)
 class StretchPoses:
-    """Poses of a stretch, n.  times: (n,) capture times.  motion: (n, MOTION).  missing: number of missing ones."""
+    """Poses of a stretch, n.  times: (n,) capture times.  motion: (n, MOTION).  missing: number of missing ones.
+    lost: of each between samples that show the person."""
 
     rows: Sequence[PoseRow]
     times: Ints
     motion: Floats
     missing: int
+    lost: Sequence[bool]
 
 
 def _stretch(
@@ -145,7 +149,7 @@ def _stretch(
         if not there:
             return None
         lost = float(np.mean([not sample.posed for sample in there]))
-        lost = max(lost, float(np.mean([row.lost for row in rows])) if rows else 1.0)
+        lost = max(lost, float(np.mean(poses.lost or [False])))
     else:
         expected = max(1.0, (span[1] - span[0]) / step_ns)
         lost = min(1.0, max(0.0, 1.0 - sum(not row.lost for row in rows) / expected))

@@ -172,6 +172,23 @@ def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("frames", [range(27), range(23, 52), range(48, FRAMES)], ids=["late", "back again", "early"])
+def test_lost_poses_count_while_the_person_is_in_view_only(frames: range) -> None:
+    lost, left = [], []
+    for one in messages():
+        if isinstance(one, m.TrackerPose) and one.frame in frames:
+            one = msgspec.structs.replace(one, lost=True)
+        lost.append(one)
+        if isinstance(one, m.Silhouette) and one.frame in frames:
+            one = msgspec.structs.replace(one, region=(0, 0, 0, 0), data=b"")
+        left.append(one)
+    found = verdict_of(evidence_of(left))
+    assert (found.rating, {one.lost for one in found.stretches}) == ("good", {0.0})
+    found = verdict_of(evidence_of(lost))
+    assert (found.rating, found.reasons[0].kind) == ("unusable", "lost")
+
+
+@pytest.mark.slow
 def test_what_lies_before_the_first_pose_counts_in_a_short_take() -> None:
     """The tracker needs 1.2 s to start without a T-pose: of 3 s that is too much, of a long take it is not."""
     found = verdict_of(evidence_of(without_poses(set(range(36)))))

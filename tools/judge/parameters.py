@@ -11,7 +11,10 @@ PERSON_AREA = 0.25  # of the usual area of a view's silhouette; a smaller one do
 START_NS = 1_500_000_000  # in view; the tracker starts within 1.2 s
 START_SHARE = 0.2  # of the time in view, START_NS at most: 1.5 s of a take of 2.5 s are more than half of it; by hand
 OFTEN_SEEN = 0.3  # of the reports of a camera, from which other people or a scene with one cause lost poses; chosen by hand
-OFTEN_HALF = 0.6  # of the silhouettes of a camera that the upper or lower border cuts; chosen by hand
+MANY_OCCUPIED = 30.0  # %, of the images of the empty scene, from which what was learnt in the others is doubtful; by hand
+OFTEN_HALF = 0.6  # of the silhouettes of a camera that the border or a thing cuts above or below; chosen by hand
+# Of the image's height; of the usual width of a row, at this part of the silhouette's height; chosen on simulated people.
+LINE_STAYS, LINE_WIDE, LINE_PART = 0.01, 0.6, 70
 UNSTEADY = 0.25  # mean change of the logarithm of an area between samples; of a person at the border of an image up to 0.22
 HEAD_APART_M = 0.2  # of the rays through the upper ends of the silhouettes: a raised hand or a wrong calibration; by hand
 LEGS_ABOVE_M = 0.25  # of a lower end over the floor, half a shank: a step or a jump is shorter; chosen by hand

@@ -19,21 +19,9 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP
 from zenocap.common.conversion import camera_of, silhouette_mask
 from zenocap.common.lags.tangents import Outline, outline_of
+from zenocap.tools.judge import parameters as p
 from zenocap.tools.judge.evidence import TakeEvidence
 from zenocap.tools.judge.overlap import reduced, reduced_mask
-from zenocap.tools.judge.parameters import (
-    FEWEST_SETS,
-    HOLDS,
-    HOLDS_MORE,
-    HOLDS_NOT,
-    LEGS_ABOVE_M,
-    MOST_EXCHANGED,
-    MOST_PERMUTED,
-    MOST_SETS,
-    SAMPLE_NS,
-    START_NS,
-    UNITS_M,
-)
 from zenocap.tools.judge.seen import LEFT_OUT, half_person, lower_ends, no_legs, scene_reasons, unsteady
 from zenocap.tools.judge.view_lag import ViewLags
 
@@ -68,7 +56,7 @@ class SeenRig:
 
     def held(self, one: Hypothesis) -> Bools:
         """(sets,) whether a hypothesis holds."""
-        cameras, lowest_m = {}, -np.inf if one.kind == WORLD else -LEGS_ABOVE_M
+        cameras, lowest_m = {}, -np.inf if one.kind == WORLD else -p.LEGS_ABOVE_M
         for view in one.films:
             own = self.cameras[view]
             cameras[view] = replace(own, rotation=own.rotation @ one.world_to_world, translation=one.unit * own.translation)
@@ -77,7 +65,7 @@ class SeenRig:
             seen = {view: self._outline(k, view, film, one.turns.get(view, 0)) for view, film in one.films.items()}
             outlines = {view: replace(each, rays=each.rays @ one.world_to_world) for view, each in seen.items() if each}
             ends = lower_ends(cameras, outlines) if len(outlines) > 1 else {}
-            found[k] = bool(ends) and all(lowest_m <= height <= LEGS_ABOVE_M for height in ends.values())
+            found[k] = bool(ends) and all(lowest_m <= height <= p.LEGS_ABOVE_M for height in ends.values())
         return found
 
     def likeliest(self, every: Iterable[Hypothesis]) -> Hypothesis | None:
@@ -87,7 +75,7 @@ class SeenRig:
         chance: of faults of one view, all that hold about as often are named, of orders of the videos two.
         """
         found = sorted(((float(self.held(one).mean()), one) for one in every), key=lambda each: -each[0])
-        near = [one for share, one in found if share >= max(HOLDS, found[0][0] - HOLDS_MORE)]
+        near = [one for share, one in found if share >= max(p.HOLDS, found[0][0] - p.HOLDS_MORE)]
         back = [one.viewers for one in near if one.kind == "turned"]
         near = [one for one in near if one.kind != ONE or one.viewers not in back]
         kinds, most = {one.kind for one in near}, {ONE: len(self.cameras) - 1, "swapped": 2}
@@ -121,9 +109,9 @@ def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
     rig, alike = SeenRig(cameras, frame_sets(evidence, cameras)), {viewer: viewer for viewer in cameras}
     now = rig.held(Hypothesis("", (), "", alike))
     since = _since(now)
-    if len(now) < FEWEST_SETS or now[since:].mean() > HOLDS_NOT:
+    if len(now) < p.FEWEST_SETS or now[since:].mean() > p.HOLDS_NOT:
         return None
-    stands = rig.held(Hypothesis(WORLD, (), "", alike)).mean() > HOLDS_NOT
+    stands = rig.held(Hypothesis(WORLD, (), "", alike)).mean() > p.HOLDS_NOT
     every = [one for one in ([] if since else _changes(alike)) if one.kind != WORLD or not stands]
     found = SeenRig(cameras, rig.sets[since:]).likeliest([*every, *_without_one(alike)])
     if found is not None and found.kind == ONE:
@@ -134,19 +122,19 @@ def rig_fault(evidence: TakeEvidence) -> m.VerdictReason | None:
 def _since(now: Bools) -> int:
     """First set from which on the views no longer agree, from 1/4 to 3/4 of a long take on; 0 for none.  now: (sets,)."""
     k = int(np.argmax([now[:k].sum() + (~now[k:]).sum() for k in range(len(now) + 1)]))
-    sure = FEWEST_SETS <= k <= len(now) - FEWEST_SETS and now[:k].mean() >= HOLDS and now[k:].mean() <= HOLDS_NOT
+    sure = p.FEWEST_SETS <= k <= len(now) - p.FEWEST_SETS and now[:k].mean() >= p.HOLDS and now[k:].mean() <= p.HOLDS_NOT
     return k if sure else 0
 
 
 def frame_sets(evidence: TakeEvidence, cameras: Mapping[str, Camera]) -> list[tuple[int, Mapping[str, Mask]]]:
     """Silhouettes of two views or more, MOST_SETS where there are as many.  cameras: reduced."""
     seen = [
-        (number * SAMPLE_NS, {viewer: one for viewer, one in sample.silhouettes.items() if viewer in cameras and one.data})
+        (number * p.SAMPLE_NS, {view: one for view, one in sample.silhouettes.items() if view in cameras and one.data})
         for number, sample in sorted(evidence.samples.items())
     ]
     seen = [one for one in seen if len(one[1]) > 1]
     found: list[tuple[int, Mapping[str, Mask]]] = []
-    count = min(MOST_SETS, len(seen))
+    count = min(p.MOST_SETS, len(seen))
     for captured_ns, silhouettes in [seen[k * len(seen) // count] for k in range(count)]:
         masks = {}
         for viewer, one in silhouettes.items():
@@ -174,8 +162,8 @@ def _one_view(found: Hypothesis, since_ns: int) -> Hypothesis:
 def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
     """Changes with which all views agree.  alike: each view with its own video."""
     views = tuple(alike)
-    orders = list(permutations(views)) if len(views) <= MOST_PERMUTED else []
-    for one, other in combinations(views, 2) if MOST_PERMUTED < len(views) <= MOST_EXCHANGED else ():
+    orders = list(permutations(views)) if len(views) <= p.MOST_PERMUTED else []
+    for one, other in combinations(views, 2) if p.MOST_PERMUTED < len(views) <= p.MOST_EXCHANGED else ():
         orders.append(tuple({one: other, other: one}.get(view, view) for view in views))
     for order in orders:
         if wrong := [(film, view) for film, view in zip(order, views, strict=True) if film != view]:
@@ -187,7 +175,7 @@ def _changes(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
             text = f"the pictures of camera {', '.join(some)} are turned by {TURNS[turns]}"
             text += ": turned back, the silhouettes agree; turn the videos, or calibrate with cameras that stand so"
             yield Hypothesis("turned", some, text, alike, dict.fromkeys(some, turns))
-    for name, unit in UNITS_M.items():
+    for name, unit in p.UNITS_M.items():
         text = f"the calibration is in {name}, not in metres: so the silhouettes show a person; convert it"
         yield Hypothesis(WORLD, (), text, alike, unit=unit)
     for axis, other, world_to_world in ("Z", "Y", Z_UP_TO_Y_UP.T), ("Y", "Z", Z_UP_TO_Y_UP):
@@ -205,11 +193,13 @@ def _without_one(alike: Mapping[str, str]) -> Iterator[Hypothesis]:
 
 def no_pose(evidence: TakeEvidence, lags: ViewLags | None) -> list[m.VerdictReason]:
     """Reasons of a take without poses, the causes first.  lags: of views, with which no rig is judged."""
-    found = half_person(evidence) or unsteady(evidence) or no_legs(evidence)
-    causes = [*([] if lags is None else [lags.reason]), *scene_reasons(evidence), *([] if found is None else [found])]
+    half = half_person(evidence)
+    found = None if half else unsteady(evidence) or no_legs(evidence)
+    late = None if lags is None else lags.reason
+    causes = [one for one in (late, half, *scene_reasons(evidence), found) if one is not None]
     shown = [any(one.data for one in sample.silhouettes.values()) for sample in evidence.samples.values()]
-    seen_s, text = SAMPLE_NS / 1e9 * sum(shown), "no pose"
-    if evidence.body is None and 0.0 < seen_s <= START_NS / 1e9:
+    seen_s, text = p.SAMPLE_NS / 1e9 * sum(shown), "no pose"
+    if evidence.body is None and 0.0 < seen_s <= p.START_NS / 1e9:
         text = (
             f"no pose: a person is in view for some {seen_s:.1f} s only, and tracking starts after 1.2 s, or in the "
             "T-pose: a longer recording, with the person in view of two cameras or more"

@@ -26,13 +26,14 @@ from zenocap.tools.judge.parameters import (
     GOOD_EXPECTED_M,
     GOOD_LOST,
     LOST_ERROR_M,
+    MANY_OCCUPIED,
     SCALES,
     UNUSABLE_EXPECTED_M,
     UNUSABLE_LOST,
 )
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
 from zenocap.tools.judge.rig_faults import no_pose, rig_fault
-from zenocap.tools.judge.seen import LEFT_OUT, scene_reasons, unsteady
+from zenocap.tools.judge.seen import LEFT_OUT, half_person, scene_reasons, unsteady
 from zenocap.tools.judge.view_lag import view_lags
 
 USED = (
@@ -58,14 +59,17 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     kind = kind_of(evidence)
     errors = np.round(expected_errors(kind, stretches), ROUND)
     terms = contributions(kind, stretches)
-    rating = rating_of(kind, stretches, float(errors.mean()))
+    half = half_person(evidence)
+    rating = rating_of(kind, stretches, float(errors.mean())) if half is None else "unusable"
     start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
     reasons = []
     if rating != "good":
         lags = view_lags(evidence)
-        fault = unsteady(evidence) or rig_fault(evidence) if rating == "unusable" and lags is None else None
-        causes = [*scene_reasons(evidence), *([] if fault is None else [fault])]
-        reasons = [*causes, *reasons_of(kind, terms, stretches, start_ns, lags), *scene_reasons(evidence, LEFT_OUT)]
+        fault = None if half or lags or rating != "unusable" else unsteady(evidence) or rig_fault(evidence)
+        many = [] if lags else scene_reasons(evidence, LEFT_OUT, MANY_OCCUPIED)
+        causes = [one for one in (half, *scene_reasons(evidence), fault, *many) if one is not None]
+        few = [] if many else scene_reasons(evidence, LEFT_OUT)
+        reasons = [*causes, *reasons_of(kind, terms, stretches, start_ns, lags), *few]
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
         reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))

@@ -13,15 +13,18 @@ from benchmarks.cases.verdict.faults import Fault, FaultyScene
 from benchmarks.cases.verdict.takes import tracker_messages
 from tests.support.built_messages import camera_message, silhouette
 from tests.support.stored import stored
-from tests.support.walkers import walker
+from tests.support.walkers import ragged, walker
 from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP
 from zenocap.common.messages import AdviceCode
+from zenocap.simulation.body.pose import neutral
+from zenocap.simulation.motion.activities import activity
+from zenocap.simulation.motion.postures import posture
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.judge.evidence import evidence_of
-from zenocap.tools.judge.seen import no_legs
+from zenocap.tools.judge.seen import half_person, no_legs
 from zenocap.tools.judge.verdict import verdict_of
 
 pytestmark = pytest.mark.nightly
@@ -116,6 +119,15 @@ def half(upper: bool) -> Fault:
     return fault
 
 
+def behind_a_wall(found: FaultyScene, _: np.random.Generator) -> FaultyScene:
+    """Of the person who walks, each camera sees what is below half of the usual height."""
+    films = {}
+    for view, film in found.masks.items():
+        row = round(float(np.median(np.concatenate([np.flatnonzero(mask.any(axis=1))[[0, -1]] for mask in film]))))
+        films[view] = [np.pad(mask[row:], ((row, 0), (0, 0))) for mask in film]
+    return replace(found, masks=films)
+
+
 def other_set(seed: int) -> Fault:
     """The calibration of other cameras with the same names."""
     return lambda found, _: replace(found, cameras=dict(walker(seed, VIEWS, SIZE).cameras))
@@ -179,6 +191,7 @@ WRONG: Mapping[str, tuple[Fault, tuple[str, ...], str]] = {  # fault, kinds of t
     "the person leaves": (changed(np.zeros_like, since=20), ("no-pose",), "a longer recording"),
     "upper half": (half(upper=True), ("half-person",), "half of the person is outside the pictures"),
     "lower half": (half(upper=False), ("half-person",), "half of the person is outside the pictures"),
+    "upper half behind a wall": (behind_a_wall, ("half-person",), "half of the person is covered: a straight line"),
     "grey": (faults.grey, ("silhouettes",), "contrast of person and background"),
     "no legs": (faults.no_legs, ("no-legs",), "the legs are missing in the silhouettes of camera"),
     "no legs anywhere": (
@@ -196,7 +209,8 @@ ELSEWHERE: Mapping[str, tuple[tuple[str, ...], str]] = {  # further kinds of the
     "moved": (("one-view",), "a moved camera|cam03 contradicts the others"),
     "another rig's camera": (("one-view",), "cam03.* contradicts the others"),
 }
-SEEN_BY_CAMERAS = {"two-people": AdviceCode.PEOPLE}  # by kind: what viewers state, which see the pictures
+# By kind: what viewers state, which see the pictures; half a person looks like a second one.
+SEEN_BY_CAMERAS = {"two-people": AdviceCode.PEOPLE, "half-person": AdviceCode.PEOPLE}
 REPORTS = 4  # of each camera
 
 
@@ -245,3 +259,22 @@ def test_legs_that_are_there_are_not_missed(seed: int) -> None:
         found.append(camera_message(camera))
         found += [silhouette(name, k, k * 200_000_000, mask) for k, mask in enumerate(masks)]
     assert no_legs(evidence_of(found)) is None
+    assert half_person(evidence_of(found)) is None
+
+
+@pytest.mark.parametrize("held", ["stand", "squat", "sit", "lie"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_person_who_holds_still_is_not_half_covered(held: str, seed: int) -> None:
+    one = walker(seed, VIEWS, (320, 240), 10)
+    found: list[m.Message] = []
+    pose = neutral(one.person)
+    if held in ("squat", "sit"):
+        motion = (posture if held == "squat" else activity)(one.person, held, seed)
+        pose = motion.pose_at(0.5 * motion.duration_s)
+    for name, camera in one.cameras.items():
+        if held == "lie":
+            camera = replace(camera, rotation=camera.rotation @ Z_UP_TO_Y_UP)
+        film, rng = SimulatedCamera(camera, one.person, 0), np.random.default_rng(seed)
+        mask = film.silhouette(pose)
+        found += [silhouette(name, k, k * 250_000_000, ragged(mask, rng)) for k in range(12)]
+    assert half_person(evidence_of(found)) is None

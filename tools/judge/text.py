@@ -62,7 +62,7 @@ def _overlap(stretches: Sequence[Stretch]) -> Text:
     if not both:
         return [], "body and silhouettes do not cover each other{share}"
     name = worst[0]
-    why = "shadow, second person or other things in the silhouette"
+    why = "shadow, second person, someone in the empty scene (empty_seconds) or other things in the silhouette"
     if outside[name] < bare[name]:
         why = "parts of the person missing in the silhouette (contrast)"
     return worst, (

@@ -14,7 +14,7 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
-from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.conversion import angles_by_name, body_of, silhouette_mask
 from zenocap.common.messages import AdviceCode
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.tools.judge.evidence import evidence_of
@@ -161,6 +161,20 @@ def test_a_person_in_many_images_of_the_empty_scene_is_the_first_reason_and_in_f
         assert f"camera cam01: a person is in {value:.0f} % of the images that should show the empty scene" in text
         assert "empty_seconds" in text
     assert verdict_of(evidence_of([*messages(), *advised(AdviceCode.OCCUPIED, value=value)])).reasons == []
+
+
+@pytest.mark.slow
+def test_a_person_who_was_in_all_images_of_the_empty_scene_is_named() -> None:
+    """The place that the person left stays in the silhouettes."""
+    every: list[m.Message] = []
+    for one in messages():
+        if isinstance(one, m.Silhouette):
+            mask = silhouette_mask(one)
+            mask[60:200, 20:60] = 1
+            one = silhouette(one.viewer, one.frame, one.captured_ns, mask)
+        every.append(one)
+    (reason,) = (one for one in verdict_of(evidence_of(every)).reasons if one.kind == "overlap")
+    assert "someone in the empty scene (empty_seconds)" in reason.text
 
 
 @pytest.mark.slow

@@ -34,6 +34,7 @@ CENTRES: Mapping[str, tuple[str, ...]] = {
     "Elbow": ("elbow", "ejc", "huo"),
     "Wrist": ("wrist", "wjc", "rao"),
 }
+TRUNK = {"hip": "Hip", "neck": "Neck", "head": "Head"}
 TOES, EARS = ("bigtoe", "smalltoe", "footindex", "toe"), ("R.ear", "L.ear")
 CROWN_OVER_EARS = (
     -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
@@ -47,10 +48,10 @@ UPRIGHT = 0.5  # share of the largest component along the usual axis from which 
 def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None = None) -> Trajectories:
     """Joint centres of the points of a file, Y up.
 
-    The twelve of `inverse_kinematics.NEEDED`, `Head` (the crown), `RToe` and `LToe` where they can be had.  Points that
-    have the twelve names already keep all their names.  path: for errors.  usual_up: axis, 0 to 2, that is up unless
-    the posture contradicts or the map gives another.  Of several people one is taken, and left-handed axes are mirrored,
-    both with a warning.  Raises UserError that lists what is missing.
+    The twelve of `inverse_kinematics.NEEDED`; `Hip`, `Neck`, `Head` (the crown), `RToe` and `LToe` where they can be had.
+    Points that have the twelve names already keep all other names.  path: for errors.  usual_up: axis, 0 to 2, that is up
+    unless the posture contradicts or the map gives another.  Of several people one is taken, and left-handed axes are
+    mirrored, both with a warning.  Raises UserError that lists what is missing.
     """
     if joints is not None:
         joints.check(path, data.names)
@@ -71,7 +72,8 @@ def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMa
 def _named(data: Trajectories, path: Path, joints: JointMap | None) -> Trajectories:
     """Joint centres in the file's axes."""
     if joints is None and set(NEEDED) <= set(data.names):
-        return data
+        spelt = {plain: name for plain, name in TRUNK.items() if name not in data.names}
+        return replace(data, names=tuple(spelt.pop(plain_name(name), name) for name in data.names))
     points = {name: data.points[:, k] for k, name in enumerate(data.names)}
     found = _centres(points)
     if joints is not None:
@@ -134,9 +136,8 @@ def _centres(points: Mapping[str, Floats]) -> dict[str, Floats]:
             found |= {f"{letter}{role}": own[0]} if own else {}
         toes = [by_name[f"{letter}.{stem}"] for stem in TOES if f"{letter}.{stem}" in by_name]
         found |= {f"{letter}Toe": np.mean(toes[:2], axis=0)} if toes else {}
-    if "head" in by_name:
-        found["Head"] = by_name["head"]
-    elif set(EARS) <= set(by_name) and set(NEEDED) <= set(found):
+    found |= {name: by_name[plain] for plain, name in TRUNK.items() if plain in by_name}
+    if "Head" not in found and set(EARS) <= set(by_name) and set(NEEDED) <= set(found):
         found["Head"] = _crown(found, 0.5 * (by_name[EARS[0]] + by_name[EARS[1]]))
     return found
 

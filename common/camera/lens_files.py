@@ -13,7 +13,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.opencv_storage import is_storage, stored_matrices
 from zenocap.common.camera.ros_camera_info import is_ros_info, read_ros_info
-from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
+from zenocap.common.camera.validation import Entry, checked_distortions, checked_matrix, checked_size
 from zenocap.common.errors import UserError, reading
 
 SUFFIXES = (".yaml", ".yml", ".xml")
@@ -59,6 +59,6 @@ def _opencv_lens(path: Path, stored: dict[str, Floats]) -> Lens:
     entry.require(NEEDED_KEYS, stored)
     size = checked_size(entry, [float(stored[key].item()) for key in NEEDED_KEYS[:2]])
     fisheye = bool(stored.get("fisheye_model", np.zeros(1)).any())
-    counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
-    values = entry.numbers("distortion_coefficients", stored["distortion_coefficients"].ravel(), *((n,) for n in counts))
-    return Lens(path.stem, size, checked_matrix(entry, stored["camera_matrix"], size), values, fisheye)
+    matrix, key = checked_matrix(entry, stored["camera_matrix"], size), NEEDED_KEYS[3]
+    distortions = checked_distortions(entry, stored[key].ravel(), size, matrix, fisheye=fisheye, key=key)
+    return Lens(path.stem, size, matrix, distortions, fisheye)

@@ -11,7 +11,7 @@ from pathlib import Path
 from zenocap.common.camera.lens import SIZE_GUESS, Lens
 from zenocap.common.camera.opencv_storage import WITH_POSITION
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
+from zenocap.common.camera.validation import Entry, checked_distortions, checked_matrix, checked_size
 from zenocap.common.errors import FileNote, UserError
 
 FISHEYE_MODEL = "equidistant"
@@ -44,12 +44,11 @@ def read_ros_info(path: Path) -> Lens:
         what = f"image_width and image_height, {size[0]} x {size[1]} px, are a guess"
         warnings.warn(f"{path}: {what}: write the size of the video, and remove the comment", FileNote, stacklevel=2)
     matrix = entry.numbers("camera_matrix", _row(entry, "camera_matrix", lists["camera_matrix"]), (9,)).reshape(3, 3)
-    lens = _row(entry, "distortion_coefficients", lists["distortion_coefficients"])
+    matrix, key = checked_matrix(entry, matrix, size), "distortion_coefficients"
     fisheye = scalars["distortion_model"] == FISHEYE_MODEL
-    counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
-    distortions = entry.numbers("distortion_coefficients", lens, *((n,) for n in counts))
+    distortions = checked_distortions(entry, _row(entry, key, lists[key]), size, matrix, fisheye=fisheye, key=key)
     guessed = (SIZE_GUESS,) if GUESSED_SIZE in text else ()
-    return Lens(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions, fisheye, guessed)
+    return Lens(scalars["camera_name"], size, matrix, distortions, fisheye, guessed)
 
 
 def no_cameras(path: Path, up_axis: str) -> dict[str, Camera]:

@@ -21,6 +21,9 @@ OFF_CENTRE = 0.25  # share of a side between principal point and the centre, bey
 MAX_SKEW = 1e-3  # relative to fx
 ROTATION_TOLERANCE = 1e-3  # of the elements of R R^T
 
+# Of the way to a corner, which a lens shows once: boards are seldom shown beyond; by what factor farther outside than a
+# pinhole does a lens show a corner: a few percent, of real ones; steps.
+INSIDE, OUTWARDS, STEPS = 0.8, 1.5, 120
 FISHEYE_COUNT = 4  # coefficients of OpenCV's fisheye model
 DISTORTION_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's lens models
 # Z-up world to Y-up world: (x, y, z)_y-up = (y, z, x)_z-up, as in TRC files.
@@ -87,21 +90,38 @@ def checked_camera(
     if up_axis == "z":
         world_to_camera = world_to_camera @ Z_UP_TO_Y_UP.T
     checked = checked_matrix(entry, matrix, (width, height))
+    coefficients = checked_distortions(entry, distortions, (width, height), checked, fisheye=fisheye)
+    camera = Camera(name, (width, height), checked, coefficients, world_to_camera, shift)
     if fisheye:
-        lens = checked_fisheye(entry, (width, height), checked, distortions)
-        camera = Camera(name, (width, height), lens.pinhole_matrix(), np.zeros(4), world_to_camera, shift, lens)
-    else:
-        coefficients = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
-        camera = Camera(name, (width, height), checked, coefficients, world_to_camera, shift)
+        lens = FisheyeLens((width, height), checked, coefficients)
+        camera = replace(camera, matrix=lens.pinhole_matrix(), distortions=np.zeros(4), fisheye=lens)
     return _with_guesses(camera, entry, guessed)
 
 
-def checked_fisheye(entry: Entry, size: tuple[int, int], matrix: Floats, coefficients: object) -> FisheyeLens:
-    """Return the fisheye lens of a checked size and matrix."""
-    lens = FisheyeLens(size, matrix, entry.numbers("distortions", coefficients, (FISHEYE_COUNT,)))
-    if not lens.increases:
-        raise entry.error("distortions", coefficients, "a lens that shows no direction twice within 60 degrees of its axis")
-    return lens
+def checked_distortions(
+    entry: Entry, value: object, size: tuple[int, int], matrix: Floats, *, fisheye: bool, key: str = "distortions"
+) -> Floats:
+    """Return the coefficients of a lens of a checked size and matrix.  key: of `value`, in the file."""
+    coefficients = entry.numbers(key, value, *((n,) for n in ((FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS)))
+    allowed = "a lens that shows no direction twice"
+    if fisheye and not FisheyeLens(size, matrix, coefficients).increases:
+        raise entry.error(key, value, f"{allowed} within 60 degrees of its axis")
+    if not fisheye and _wild(size, matrix, coefficients):
+        allowed += ", and none far outside, in its images: k1, k2, p1, p2, k3"
+        warnings.warn(str(entry.error(key, value, allowed)), FileNote, stacklevel=2)
+    return coefficients
+
+
+def _wild(size: tuple[int, int], matrix: Floats, coefficients: Floats) -> bool:
+    """Whether a lens shows directions nearer to its axis than smaller ones, or corners far too early."""
+    sides = np.array([(x, y) for x in (-0.5, size[0] - 0.5) for y in (-0.5, size[1] - 0.5)])
+    corners = INSIDE * (sides - matrix[:2, 2]) / matrix[[0, 1], [0, 1]]
+    rays = np.linspace(0.0, 2.0, STEPS + 1)[:, None, None] * corners  # to a pinhole's corners, and as far again
+    points = cv2.convertPointsToHomogeneous(rays.reshape(-1, 2))
+    seen = cv2.projectPoints(points, np.zeros(3), np.zeros(3), np.eye(3), coefficients)[0].reshape(rays.shape)
+    along = np.sum(seen * corners, axis=-1)
+    before = np.maximum.accumulate(along) < np.sum(corners**2, axis=-1)
+    return bool((before[:-1] & (np.diff(along, axis=0) <= 0.0)).any() or not before[round(STEPS / 2.0 / OUTWARDS)].all())
 
 
 def checked_size(entry: Entry, size: object) -> tuple[int, int]:

@@ -464,14 +464,32 @@ def test_distances_of_another_unit_than_metres_are_questioned(tmp_path, change, 
             "cameras 'left' and 'right' are at the same place: are rotation and",
         ),
         ("[640.0, 480.0]", "[320.0, 240.0]", r"cam_01: principal point \(319.5, 239.5\) px, size 320 x 240 px: is it"),
+        ("s = [0.0, 0.0, 0.0, 0.0]", "s = [7, -300, 0.1, 0.2, 2000]", "cam_01.distortions = .* no direction twice"),
+        ("s = [0.0, 0.0, 0.0, 0.0]", "s = [7, 0, 0, 0, 2000]", "twice, and none far outside, in its images: k1, k2"),
     ],
-    ids=["Y points down, or axes of OpenGL", "Z-up", "from camera to world", "the size of other images"],
+    ids=[
+        "Y points down, or axes of OpenGL",
+        "Z-up",
+        "from camera to world",
+        "the size of other images",
+        "folds",
+        "doubles",
+    ],
 )
 def test_cameras_that_contradict_each_other_or_their_pictures_are_questioned(tmp_path, old, new, note):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD.replace(old, new.replace("cam_01", "cam_02")))
     with pytest.warns(FileNote, match=note):
         read_calibration(path)
+
+
+@pytest.mark.filterwarnings("error::zenocap.common.errors.FileNote")
+@pytest.mark.parametrize(
+    "distortions", ["-0.4, 0.17, 0.0, 0.0, -0.03", "0.1, -0.3, 0, 0, 0.25", "-8, 20, 0, 0, 5, -7.8, 19, 8"]
+)
+def test_distortions_of_real_lenses_are_not_questioned(tmp_path, distortions):
+    (tmp_path / "a.toml").write_text(GOOD.replace("s = [0.0, 0.0, 0.0, 0.0]", f"s = [{distortions}]"))
+    assert read_calibration(tmp_path / "a.toml")["left"].distortions.any()
 
 
 @pytest.mark.parametrize(
@@ -498,6 +516,7 @@ def test_cameras_that_do_not_show_their_height_are_not_questioned(centres, axes)
 
 
 @pytest.mark.clips
+@pytest.mark.filterwarnings("error::zenocap.common.errors.FileNote")
 def test_in_feet_a_calibration_of_the_clips_is_questioned_and_not_in_metres_or_yards():
     for path in sorted(CLIPS.glob("*/calibration.toml")):
         cameras = list(read_calibration(path, "z" if path.parent.name.startswith("real") else "y").values())

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.anipose import anipose_texts
 from zenocap.common.camera.calibration_layouts import LAYOUTS, layout_of, readable
@@ -21,6 +22,7 @@ __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
 # By hand: rooms are a few metres, halls 30; the shared clips look at 0.6 to 1 m, 2 to 3.3 feet; level cameras look at 2 m.
 FAR_M, HIGH_M, MOUNTED_M, WEAK = 100.0, 1.8, 2.5, 0.05  # WEAK: of the strongest direction; weaker ones are the origin's
 SAME_M, UPRIGHT = 0.01, 0.7  # between two cameras; of up in their pictures, along an axis of the world; by hand
+MANY = 0.3  # share of the cameras behind which the point they look at is questioned: none of the shared clips; by hand
 
 
 def read_calibration(path: Path | str, up_axis: str = "y", *, placed: bool = True) -> dict[str, Camera]:
@@ -54,9 +56,7 @@ def unit_note(cameras: Sequence[Camera]) -> str:
     where = f"camera {farthest.name!r} is {distance:.0f} m from the origin"
     if distance > FAR_M:
         return f"{where}: is the file in centimetres or inches? allowed: metres"
-    across = np.array([np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2]) for camera in cameras])
-    offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
-    height = float(np.linalg.lstsq(across.sum(axis=0), offset, WEAK)[0][1])  # of the point nearest to all optical axes
+    height = float(_looked_at(cameras)[0][1])
     if height > HIGH_M and np.median([camera.centre[1] for camera in cameras]) > MOUNTED_M:
         doubt = "is the file in feet or inches, or another axis its vertical? allowed: metres"
         return f"{where}, and the cameras look at a point {height:.1f} m high: {doubt}"
@@ -69,13 +69,28 @@ def axes_note(cameras: Sequence[Camera]) -> str:
         if np.linalg.norm(one.centre - other.centre) < SAME_M:
             same = f"cameras {one.name!r} and {other.name!r} are at the same place"
             return f"{same}: are rotation and translation from camera to world? allowed: from world to camera"
-    up = np.median([-camera.rotation[1] for camera in cameras], axis=0) if cameras else np.array([0.0, 1.0, 0.0])
+    if not cameras:
+        return ""
+    up = np.median([-camera.rotation[1] for camera in cameras], axis=0)
     axis = int(np.argmax(np.abs(up)))
     if abs(up[axis]) > UPRIGHT and (axis != 1 or up[axis] < 0.0):
         direction = f"{'-' if up[axis] < 0.0 else ''}{'XYZ'[axis]}"
         doubt = "is another axis its vertical (--up-axis), or are the axes of its cameras those of OpenGL?"
         return f"up in the pictures of most cameras is {direction}, not Y: {doubt} allowed: OpenCV's axes"
+    point, sure = _looked_at(cameras)
+    behind = [camera.name for camera in cameras if camera.rotation[2] @ (point - camera.centre) < 0.0]
+    if sure and len(behind) >= MANY * len(cameras):
+        doubt = "are the rotations transposed, or from camera to world? allowed: from world to camera"
+        return f"what the cameras look at is behind {', '.join(behind)}: {doubt}"
     return ""
+
+
+def _looked_at(cameras: Sequence[Camera]) -> tuple[Floats, bool]:
+    """(3,) point nearest to all optical axes, and whether they cross enough to give it without the origin."""
+    across = np.array([np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2]) for camera in cameras])
+    offset = np.einsum("nij,nj->i", across, np.array([camera.centre for camera in cameras]))
+    point, _, rank, _ = np.linalg.lstsq(across.sum(axis=0), offset, WEAK)
+    return point, rank == 3
 
 
 def write_calibration(

@@ -13,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.places import CLIPS
+from tests.support.puppets import ring
 from zenocap.common import atomic_write as durable
 from zenocap.common.camera.anipose import anipose_texts
-from zenocap.common.camera.calibration_files import camera_named, read_calibration, unit_note, write_calibration
+from zenocap.common.camera.calibration_files import axes_note, camera_named, read_calibration, unit_note, write_calibration
 from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.ros_camera_info import read_ros_info
@@ -513,6 +514,15 @@ def test_cameras_that_do_not_show_their_height_are_not_questioned(centres, axes)
         rotation = np.stack([right, np.cross(forward, right), forward])
         cameras.append(Camera("a", np.eye(3), np.zeros(4), (640, 480), rotation, -rotation @ centre))
     assert unit_note(cameras) == ""
+
+
+@pytest.mark.parametrize("count", [3, 4, 7])
+def test_cameras_around_a_place_that_look_away_from_it_are_questioned(count):
+    inwards = ring(count)
+    away = [replace(one, rotation=turned, translation=-turned @ one.centre) for one in inwards
+            for turned in [one.rotation @ np.diag([-1.0, 1.0, -1.0])]]  # fmt: skip
+    assert axes_note(inwards) == ""
+    assert axes_note(away).startswith(f"what the cameras look at is behind {', '.join(one.name for one in away)}: are the")
 
 
 @pytest.mark.clips

@@ -42,15 +42,13 @@ def read_calibration(path: Path | str, up_axis: str = "y", *, placed: bool = Tru
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from error
     each = list(cameras.values())
-    if placed and (note := unit_note(each) or axes_note(each)):
+    if placed and each and (note := unit_note(each) or axes_note(each)):
         warnings.warn(f"{path}: {note}", FileNote, stacklevel=2)
     return cameras
 
 
 def unit_note(cameras: Sequence[Camera]) -> str:
-    """Suspicion of another unit than metres, in words; empty without one.  Yards, 0.91 m, look like metres."""
-    if not cameras:
-        return ""
+    """Suspicion of another unit than metres, in words; empty without one.  Yards look like metres.  One camera or more."""
     farthest = max(cameras, key=lambda camera: float(np.linalg.norm(camera.centre)))
     distance = float(np.linalg.norm(farthest.centre))
     where = f"camera {farthest.name!r} is {distance:.0f} m from the origin"
@@ -64,13 +62,11 @@ def unit_note(cameras: Sequence[Camera]) -> str:
 
 
 def axes_note(cameras: Sequence[Camera]) -> str:
-    """Suspicion of other axes, or of the opposite direction, in words; empty without one."""
+    """Suspicion of other axes, or of the opposite direction, in words; empty without one.  One camera or more."""
     for one, other in combinations(cameras, 2):
         if np.linalg.norm(one.centre - other.centre) < SAME_M:
             same = f"cameras {one.name!r} and {other.name!r} are at the same place"
             return f"{same}: are rotation and translation from camera to world? allowed: from world to camera"
-    if not cameras:
-        return ""
     up = np.median([-camera.rotation[1] for camera in cameras], axis=0)
     axis = int(np.argmax(np.abs(up)))
     if abs(up[axis]) > UPRIGHT and (axis != 1 or up[axis] < 0.0):

@@ -62,6 +62,13 @@ def test_a_calibration_has_lenses_too_and_a_lens_is_no_calibration(tmp_path):
             read_calibration(path)
 
 
+def test_a_fisheye_lens_that_shows_directions_twice_is_refused(tmp_path):
+    path = opencv_file(tmp_path / "a.yml", fisheye=1)
+    path.write_text(re.sub(r"-[02.]+\d*(e-01)?,", "-0.9,", path.read_text()))
+    with pytest.raises(UserError, match=r"coefficients = .*-0\.9.*: allowed: a lens that shows no direction twice within"):
+        read_lenses(path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [

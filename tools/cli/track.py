@@ -92,7 +92,7 @@ def _check_output(output: Path | None) -> None:
         known = sorted({suffix for one in FORMATS.rows().values() for suffix in one.suffixes})
         raise WrongArgument(f"-o {output}: allowed: a take (.mcap), or an export ({', '.join(known)})")
     if output is not None and output.exists():
-        typer.echo(f"note: {output} is replaced", err=True)
+        typer.echo(f"note: {output} is there and will be replaced", err=True)
 
 
 def _job(source: list[Path], given: TrackArguments, expert: TrackExpert, research: TrackResearch) -> TrackJob:

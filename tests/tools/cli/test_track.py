@@ -59,8 +59,8 @@ def test_a_take_is_replaced_only_where_it_is_named_and_with_a_note(tmp_path: Pat
     status, _, text = zenocap("track", demo_rig_file())
     assert (status, Path("demo.mcap").stat().st_size) == (2, 0)
     assert "demo.mcap is there already: allowed: -o FILE, which may replace it" in " ".join(text.split())
-    assert "note: demo.mcap is replaced\n" in zenocap("track", "none", "-o", "demo.mcap")[2]
-    assert "is replaced" not in zenocap("track", "none", "-o", "other.mcap")[2]
+    assert "note: demo.mcap is there and will be replaced\n" in zenocap("track", "none", "-o", "demo.mcap")[2]
+    assert "will be replaced" not in zenocap("track", "none", "-o", "other.mcap")[2]
 
 
 @pytest.mark.parametrize(("height", "words"), [(1.69, ""), (1.60, "is 1.60 m tall, not 1.75 m as given: ")])

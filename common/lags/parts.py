@@ -96,6 +96,7 @@ def _joined(parts: Sequence[Tangents]) -> Tangents:
     return Tangents(
         np.concatenate([one.times for one in parts]),
         np.concatenate([one.angles for one in parts]),
+        np.concatenate([one.rays for one in parts]),
         np.concatenate([one.sines for one in parts]),
     )
 

@@ -106,11 +106,12 @@ def scene_centre(cameras: Sequence[Camera], outlines: Sequence[Sequence[Outline]
 class Tangents:
     """Tangent planes of n silhouettes.  times: (n,) s.  angles: (n, 2) rad, NaN where the silhouette is cut there.
 
-    sines: (n,) of the angle of a tangent ray to the baseline.
+    rays: (n, 2, 3) that touch.  sines: (n,) of the angle of the first of them to the baseline.
     """
 
     times: Floats
     angles: Floats
+    rays: Floats
     sines: Floats
 
     def noise(self, pixel_rad: float) -> float:
@@ -120,7 +121,7 @@ class Tangents:
 
 def tangents(outlines: Sequence[Outline], baseline: Baseline) -> Tangents:
     """Both tangent planes of each silhouette; those that are too wide are left out."""
-    times, angles, sines = [], [], []
+    times, angles, rays, sines = [], [], [], []
     for outline in outlines:
         values = baseline.angles(outline.rays)
         ends = int(np.argmin(values)), int(np.argmax(values))
@@ -128,8 +129,9 @@ def tangents(outlines: Sequence[Outline], baseline: Baseline) -> Tangents:
             continue
         times.append(outline.time_s)
         angles.append([np.nan if outline.cut[k] else values[k] for k in ends])
+        rays.append(outline.rays[list(ends)])
         sines.append(float(np.linalg.norm(np.cross(outline.rays[ends[0]], baseline.axis))))
-    return Tangents(np.array(times), np.array(angles).reshape(-1, 2), np.array(sines))
+    return Tangents(np.array(times), np.array(angles).reshape(-1, 2), np.array(rays).reshape(-1, 2, 3), np.array(sines))
 
 
 def resampled(times: Floats, values: Floats, gap_s: float) -> Floats:

@@ -25,7 +25,8 @@ FEATURES = (
     "outside, all views",  # mean over the views
     "uncovered",  # share of the body outside the silhouette, worst view
     "uncovered, all views",
-    "apart",  # distance of the tangent planes of pairs of views, over its noise, worst view
+    "apart",  # px: distance of the tangents of pairs of views, without the feet, worst view
+    "feet apart",  # px: that at the feet, mean with its sign, worst view
     "cut",  # share of silhouettes at the border of the image
     "hidden",  # share of the body outside the images
     "empty",  # share of views without silhouette
@@ -46,17 +47,33 @@ COLUMN = {name: k for k, name in enumerate(FEATURES)}
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Figures of about a second.  values: (FEATURES,), NaN where unknown.  views: mean figures by viewer, see `ViewSample`.
+class Apart:
+    """Tangents of a view against those of the others, px, without the feet; means, NaN where unknown.
 
-    apart: m, mean over the pairs with other views, by viewer.  frames: number of poses.
+    distance: d.  higher: how much higher its own are: d with its sign.  feet: the same at the feet.  square: d^2.
+    along, speed: d v and v^2, where v is the change of their place from sample to sample.
+    """
+
+    distance: float
+    higher: float
+    feet: float
+    square: float
+    along: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Figures of about a second.  values: (FEATURES,), NaN where unknown.  frames: number of poses.
+
+    views: mean figures by viewer, see `ViewSample`.  apart: by viewer.
     """
 
     start_ns: int
     end_ns: int
     values: Floats
     views: Mapping[str, ViewSample]
-    apart: Mapping[str, float]
+    apart: Mapping[str, Apart]
     frames: int
 
     @property
@@ -154,7 +171,7 @@ def _stretch(
         expected = max(1.0, (span[1] - span[0]) / step_ns)
         lost = min(1.0, max(0.0, 1.0 - sum(not row.lost for row in rows) / expected))
     views = _view_means(samples)
-    apart, ratio = _apart_means(samples, 0), _apart_means(samples, 1)
+    apart = _apart_means(samples)
     seen = [sum(one.area > MIN_AREA for one in sample.views.values()) for sample in samples if sample.posed]
     known = [row for row in rows if not row.lost]
     ahead = [evidence.forward.get(int(ns)) for ns in times]
@@ -165,7 +182,9 @@ def _stretch(
         "outside": _largest([one.outside for one in views.values()]),
         "outside, all views": _mean([one.outside for one in views.values()]),
         "uncovered": _largest([one.uncovered for one in views.values()]),
-        "uncovered, all views": _mean([one.uncovered for one in views.values()]), "apart": _largest(list(ratio.values())),
+        "uncovered, all views": _mean([one.uncovered for one in views.values()]),
+        "apart": _largest([one.distance for one in apart.values()]),
+        "feet apart": _largest([abs(one.feet) for one in apart.values()]),
         "cut": _mean([float(one.cut) for one in views.values()]), "hidden": _mean([one.hidden for one in views.values()]),
         "empty": 1.0 - _mean([count / cameras for count in seen]),
         "unused": 1.0 - _mean([row.used / cameras for row in known]),
@@ -191,14 +210,15 @@ def _view_means(samples: Sequence[SampleFigures]) -> dict[str, ViewSample]:
     return found
 
 
-def _apart_means(samples: Sequence[SampleFigures], which: int) -> dict[str, float]:
-    """By viewer, mean over its pairs and the samples.  which: of both figures of `SampleFigures.apart`."""
-    own: dict[str, list[float]] = defaultdict(list)
+def _apart_means(samples: Sequence[SampleFigures]) -> dict[str, Apart]:
+    """By viewer, over its pairs and the samples."""
+    own: dict[str, list[Floats]] = defaultdict(list)
     for sample in samples:
-        for pair, value in sample.apart.items():
-            for viewer in pair:
-                own[viewer].append(value[which])
-    return {viewer: _mean(values) for viewer, values in sorted(own.items())}
+        for pair, (higher, feet, speed) in sample.apart.items():
+            for viewer, sign in zip(pair, (1.0, -1.0), strict=True):
+                moved = sign * higher * speed, speed**2
+                own[viewer].append(np.array([np.abs(higher), sign * higher, sign * feet, higher**2, *moved]))
+    return {viewer: Apart(*map(_mean, np.concatenate(every, axis=1))) for viewer, every in sorted(own.items())}
 
 
 def _mean(values: Sequence[float] | Floats) -> float:

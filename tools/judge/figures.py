@@ -28,7 +28,7 @@ class SampleFigures:
     seen: bool
     posed: bool
     views: Mapping[str, ViewSample]
-    apart: Mapping[tuple[str, str], tuple[float, float]]  # see `_apart`
+    apart: Mapping[tuple[str, str], Floats]  # see `_apart` and `_set_speeds`
 
 
 def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures]:
@@ -58,6 +58,7 @@ def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures
                 outlines[viewer] = outline
         captured_ns = number * parameters.SAMPLE_NS if sample.pose_ns is None else sample.pose_ns
         found.append(SampleFigures(captured_ns, False, posed, views, _apart(cameras, outlines, baselines)))
+    _set_speeds(found)
     usual = _usual_areas(found)
     return [
         replace(one, seen=any(view.area > parameters.PERSON_AREA * usual[viewer] for viewer, view in one.views.items()))
@@ -75,31 +76,44 @@ def _usual_areas(samples: Sequence[SampleFigures]) -> dict[str, float]:
     return {viewer: max(parameters.MIN_AREA, float(np.median(values))) for viewer, values in areas.items()}
 
 
+def _set_speeds(samples: Sequence[SampleFigures]) -> None:
+    """Replace the places of `_apart` by their change from sample to sample, NaN where one is missing."""
+    places = [{pair: values[2].copy() for pair, values in one.apart.items()} for one in samples]
+    for before, one, after in zip([{}, *places[:-1]], samples, [*places[1:], {}], strict=True):
+        for pair, values in one.apart.items():
+            values[2] = 0.5 * (after[pair] - before[pair]) if pair in before and pair in after else np.nan
+
+
 def _apart(
     cameras: Mapping[str, Camera], outlines: Mapping[str, Outline], baselines: dict[tuple[str, str], Baseline | None]
-) -> dict[tuple[str, str], tuple[float, float]]:
-    """Distance of the tangent planes of each pair of views at the person, m, and over what noise explains; mean of both.
+) -> dict[tuple[str, str], Floats]:
+    """(3, 2) by pair of views, of both tangent planes, px of the mean of both images, NaN where unknown: how much higher
+    that of the first view is; the same at the feet, which are no part of the former; and place of the plane.
 
     baselines: filled, once per pair.
     """
-    found: dict[tuple[str, str], tuple[float, float]] = {}
+    found: dict[tuple[str, str], Floats] = {}
     if len(outlines) < 2:
         return found
     scene = scene_centre([cameras[name] for name in outlines], [[one] for one in outlines.values()])
-    for one, other in combinations(sorted(outlines), 2):
-        if (one, other) not in baselines:
-            baselines[one, other] = baseline_of(cameras[one], cameras[other], scene)
-        baseline = baselines[one, other]
+    for pair in combinations(sorted(outlines), 2):
+        if pair not in baselines:
+            baselines[pair] = baseline_of(cameras[pair[0]], cameras[pair[1]], scene)
+        baseline = baselines[pair]
         if baseline is None:
             continue
-        ends = [tangents([outlines[name]], baseline).angles for name in (one, other)]  # none of one that is too wide
-        across = scene - cameras[one].centre
-        distance = float(np.linalg.norm(across - (across @ baseline.axis) * baseline.axis))
-        apart = np.abs(ends[0] - ends[1])
-        if np.isfinite(apart).any():
-            pixel_rad = max(2.0 / float(cameras[name].matrix[0, 0] + cameras[name].matrix[1, 1]) for name in (one, other))
-            apart_m = min(parameters.MOST_APART_M, distance * float(np.nanmean(apart)))
-            found[one, other] = apart_m, apart_m / (parameters.APART_NOISE_M + distance * pixel_rad)
+        ends = [tangents([outlines[name]], baseline) for name in pair]
+        if not all(len(one.times) for one in ends):  # too wide
+            continue
+        angles, rays = np.concatenate([one.angles for one in ends]), np.concatenate([one.rays for one in ends])
+        sines = np.maximum(parameters.LEAST_SINE, np.linalg.norm(np.cross(rays, baseline.axis), axis=2))
+        focal_px = np.array([[0.5 * (cameras[name].matrix[0, 0] + cameras[name].matrix[1, 1])] for name in pair])
+        pixel_rad = np.copysign(np.sqrt(np.mean((focal_px * sines) ** -2, axis=0)), baseline.side[1])
+        heights = [outlines[name].rays[:, 1] for name in pair]
+        floor = np.array([[own.min() + parameters.FEET_SHARE * np.ptp(own)] for own in heights])
+        feet, higher = np.any(rays[:, :, 1] <= floor, axis=0), (angles[0] - angles[1]) / pixel_rad
+        figures = [(higher, feet), (higher, ~feet), (angles.mean(axis=0) / pixel_rad, feet)]
+        found[pair] = np.stack([np.where(without, np.nan, values) for values, without in figures])
     return found
 
 

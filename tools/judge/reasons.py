@@ -13,12 +13,14 @@ from zenocap.tools.judge.parameters import (
     CLEAR_OUTSIDE,
     CLEAR_SHARE,
     CLEAR_UNCOVERED,
+    FEET_WEIGHT,
     LAG_WEIGHT,
     MOST_REASONS,
     NOTABLE,
+    NOTED_FEET,
     SHOWN_SHARE,
 )
-from zenocap.tools.judge.text import TEXTS
+from zenocap.tools.judge.text import TEXTS, contradiction_cause
 from zenocap.tools.judge.view_lag import ViewLags
 
 GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features
@@ -62,6 +64,13 @@ def raised(kind: str, terms: Floats) -> dict[str, Floats]:
     }
 
 
+def _feet_apart(stretches: Sequence[Stretch]) -> Floats:
+    """(n,) weight of views that contradict each other at the feet alone; it makes no take less than good."""
+    columns = [COLUMN["feet apart"], COLUMN["apart"]]
+    feet, others = np.nan_to_num(np.stack([one.values[columns] for one in stretches])).T
+    return np.where((feet - others > NOTED_FEET) & (others < CLEAR_APART), FEET_WEIGHT, 0.0)
+
+
 def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
     """Kinds of reasons of each stretch, the weightiest first."""
     clear, more = clear_faults(stretches), raised(evidence, terms)
@@ -85,7 +94,7 @@ def reasons_of(
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
-    clear, more = clear_faults(stretches), raised(evidence, terms)
+    clear, more = clear_faults(stretches), raised(evidence, terms) | {"feet": _feet_apart(stretches)}
     found: list[tuple[float, m.VerdictReason]] = []  # with their weights
     if lags is not None:
         found.append((LAG_WEIGHT, lags.reason))
@@ -99,7 +108,9 @@ def reasons_of(
             some = [one for one, there in zip(stretches, at, strict=True) if there] or list(stretches)
             viewers, text = TEXTS[kind](some)
             share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < SHOWN_SHARE else ""
-            reason = m.VerdictReason(kind=kind, viewers=viewers, text=text.replace("{share}", share))
+            cause = contradiction_cause(stretches) if "{cause}" in text else ""
+            text = text.replace("{share}", share).replace("{cause}", cause)
+            reason = m.VerdictReason(kind=kind, viewers=viewers, text=text)
             found.append((weight, reason))
     lost = _lost_reason(stretches, start_ns)
     if lost is not None:

@@ -1,17 +1,18 @@
 """Texts of a verdict: its parts, and its reasons with figures, cameras and what to change.
 
-`{share}` in the text of a reason stands for the share of the time in which it holds.
+In the text of a reason `{share}` stands for the share of the time in which it holds, `{cause}` for that of a contradiction.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import astuple
 from functools import partial
 from itertools import groupby
 
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.tools.judge.features import COLUMN, Stretch
-from zenocap.tools.judge.parameters import NOTABLE_VIEW
+from zenocap.tools.judge.features import COLUMN, Apart, Stretch
+from zenocap.tools.judge.parameters import CAUSE_SAMPLES, GROWS, NOTABLE_VIEW, STAYS
 
 Text = tuple[list[str], str]  # viewers, text
 SHOWN_PARTS = 10  # of a take that are less than good
@@ -71,15 +72,43 @@ def _overlap(stretches: Sequence[Stretch]) -> Text:
     )
 
 
+def _tangents(stretches: Sequence[Stretch], figure: Callable[[Apart], float]) -> tuple[dict[str, float], list[str]]:
+    """As `_worst`, of a figure of the tangents."""
+    return _worst(stretches, lambda one, name: figure(one.apart[name]) if name in one.apart else float("nan"))
+
+
 def _apart(stretches: Sequence[Stretch]) -> Text:
-    means, worst = _worst(stretches, lambda one, name: one.apart.get(name, float("nan")))
+    means, worst = _tangents(stretches, lambda one: one.distance)
     if not worst:
         return [], "the views contradict each other{share}"
-    return worst, (
-        f"{_cameras(worst)}: the silhouettes contradict the other cameras by {1000 * means[worst[0]]:.0f} mm at the person"
-        "{share}: wrong calibration, a camera that was moved, swapped videos, videos that began at different times "
-        "(zenocap sync), or shadows"
-    )
+    who = f"{_cameras(worst)} contradict{'s' if len(worst) == 1 else ''} the others"
+    if len(means) == 2:
+        who = f"cameras {' and '.join(sorted(means))} contradict each other"
+    return worst, f"{who} by {means[worst[0]]:.1f} px at the head{{share}}: {{cause}}"
+
+
+def contradiction_cause(stretches: Sequence[Stretch]) -> str:
+    """Of a contradiction: a wrong calibration makes one that stays, wrong times one that grows with the speed."""
+    _, worst = _tangents(stretches, lambda one: one.distance)
+    own = np.nan_to_num([astuple(one.apart[worst[0]]) for one in stretches if worst[0] in one.apart])
+    _, higher, _, square, along, speed = own.mean(axis=0)
+    possible = abs(along) < CAUSE_SAMPLES * speed  # as a lag
+    stays, grows = higher**2 / max(square, 1e-9), possible * along**2 / max(square * speed, 1e-9)
+    place = "wrong calibration, a camera that was moved, or swapped videos"
+    times = "videos that began at different times, or clocks that differ (zenocap sync)"
+    if stays > STAYS and grows < GROWS:
+        return place
+    return times if grows > GROWS and stays < GROWS else f"{place}; {times}; or poor silhouettes (contrast)"
+
+
+def _feet(stretches: Sequence[Stretch]) -> Text:
+    low, worst = _tangents(stretches, lambda one: -one.feet)
+    highest = min(low, key=lambda name: low[name])
+    if -low[highest] > low[worst[0]]:  # alone: of two cameras the lower one is named
+        why = "the feet are missing: contrast of shoes and floor"
+        return [highest], f"lower edges of camera {highest} are {-low[highest]:.1f} px high{{share}}: {why}"
+    why = "shadow or mirror image at the feet: softer light from above, a matt floor"
+    return worst, f"lower edges of {_cameras(worst)} are {low[worst[0]]:.1f} px low{{share}}: {why}"
 
 
 def _cut(stretches: Sequence[Stretch]) -> Text:
@@ -108,7 +137,7 @@ def _figure(name: str, factor: float, text: str, stretches: Sequence[Stretch]) -
 
 
 TEXTS: Mapping[str, Callable[[Sequence[Stretch]], Text]] = {
-    "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "jumps": _jumps,
+    "overlap": _overlap, "views-apart": _apart, "feet": _feet, "cut": _cut, "view-missing": _missing, "jumps": _jumps,
     "limbs": partial(
         _figure, "worst limb", 100, "an arm or a leg is wrong with a probability of {:.0f} %{{share}}: more cameras"
     ),

@@ -62,6 +62,16 @@ def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     assert verdict.reasons[0] == apart[0]
 
 
+@pytest.mark.nightly
+def test_a_lag_too_short_to_be_stated_is_the_cause_of_a_contradiction() -> None:
+    evidence = evidence_of(messages({"cam01": 0.0, "cam02": 0.09}))
+    assert view_lags(evidence) is None
+    (apart,) = (reason for reason in verdict_of(evidence).reasons if reason.kind == "views-apart")
+    assert apart.text.startswith("cameras cam01 and cam02 contradict each other by ")
+    assert "different times" in apart.text
+    assert "calibration" not in apart.text
+
+
 @pytest.mark.slow
 def test_a_take_without_poses_names_the_view_too() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": -0.5}, posed=False)))

@@ -39,7 +39,7 @@ CHECK_MEMORY = 24  # checks or tests over which figures are averaged
 MIN_CHECKS = 12  # before an average is used
 MIN_LAG_TESTS = 12  # before a view's lag is judged
 LAG_TEST_PERIOD = 12  # checks between two tests of lags once CHECK_MEMORY tests are done
-PERSISTENT_CHECKS = 6  # in a row, before a view is reported as empty or frozen
+PERSISTENT_CHECKS = 6  # in a row, before a view is reported as empty
 MAX_SUSPECTS = 2  # views whose lags are tested in turn; with more, no single view is at fault
 CALIBRATION_UNSUPPORTED = 0.10  # unsupported fraction of a view's contour from which its calibration may be wrong,
 CALIBRATION_RATIO = 3.0  # and at least so many times that of the other views without it
@@ -52,7 +52,10 @@ LAG_HYSTERESIS = 0.6  # times this while the view is already reported
 DISAGREEMENT_UNSUPPORTED = (
     0.40  # unsupported fraction of all contours from which disagreement without a culprit is reported
 )
-FROZEN_CHANGE, MOVING_CHANGE = 0.001, 0.01  # fraction of a silhouette that changes between checks
+# A frozen view: fraction of the pixels of its crop that may differ, and of the others' silhouettes that changes meanwhile;
+# for how long, and repeats of its picture: a camera of half the rate, or a quarter, is none.  Chosen by hand.
+FROZEN_CHANGE, MOVING_CHANGE = 0.0005, 0.01
+FROZEN_NS, FROZEN_REPEATS = 250_000_000, 4
 
 # Localization and T-pose.
 COLUMN_RADIUS_M = 0.3

@@ -69,7 +69,7 @@ def track(
     """
     view_masks = [masks.get(viewer) for viewer in setup.cameras]
     contours, silhouettes = extract_outlines(view_masks, list(setup.cameras.values()), setup.options.points)
-    views, findings = check_views(state.consistency, contours, silhouettes)
+    views, findings = check_views(state.consistency, captured_ns, contours, silhouettes)
     excluded = untrusted(findings)
     evidence, points = evidence_of(contours, silhouettes, excluded)
     phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)

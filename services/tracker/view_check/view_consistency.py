@@ -26,12 +26,12 @@ from zenocap.services.tracker.hull.views import Silhouettes
 from zenocap.services.tracker.view_check.line_support import (
     SUPPORTED,
     Outlines,
-    changed_fraction,
     in_view,
     lagged_unsupported,
     line_support,
     sample_lines,
 )
+from zenocap.services.tracker.view_check.repeated_pictures import Run, continued
 
 
 @dataclass(frozen=True)
@@ -48,22 +48,21 @@ class ViewConsistency:
     """Statistics of v views over the recent frames, updated by `check_views`.
 
     frames: number so far.  recent: contours and silhouettes of the last MAX_LAG_FRAMES + 1 frames, the newest last.
-    checked: the silhouettes of the last check.  checks: number of checks.  own: (v,) unsupported fraction of each view's
-    contour.  without: (v,) unsupported fraction of the other contours when the view is left out.
+    checks: number of checks.  own: (v,) unsupported fraction of each view's contour.  without: (v,) that of the other
+    contours when the view is left out.
     lagged: (v, 2 * MAX_LAG_FRAMES + 1) unsupported fraction of all contours for each lag of the view.
-    tested: (v,) tests of lags.  still, empty: (v,) checks in a row without change, without a silhouette.
+    tested: (v,) tests of lags.  empty: (v,) checks in a row without a silhouette.  runs: equal pictures of each view.
     """
 
     names: tuple[str, ...]
     frames: int
     recent: tuple[Outlines, ...]
-    checked: Silhouettes | None
     checks: int
     own: Floats
     without: Floats
     lagged: Floats
     tested: Ints
-    still: Ints
+    runs: tuple[Run, ...]
     empty: Ints
     findings: tuple[Finding, ...]
 
@@ -74,27 +73,30 @@ def initial_consistency(names: Sequence[str]) -> ViewConsistency:
     counts = np.zeros(n, dtype=np.int64)
     shares = np.full(n, np.nan)
     lagged = np.full((n, 2 * p.MAX_LAG_FRAMES + 1), np.nan)
-    return ViewConsistency(tuple(names), 0, (), None, 0, shares, shares, lagged, counts, counts, counts, ())
+    return ViewConsistency(tuple(names), 0, (), 0, shares, shares, lagged, counts, (), counts, ())
 
 
 def check_views(
-    state: ViewConsistency, contours: Contours, silhouettes: Silhouettes
+    state: ViewConsistency, captured_ns: int, contours: Contours, silhouettes: Silhouettes
 ) -> tuple[ViewConsistency, tuple[Finding, ...]]:
     """Update the statistics by one frame, `outlines` of all views; returns them with the present findings.
 
-    Works on every CHECK_PERIOD_FRAMES-th frame.
+    Repeated pictures are found in every frame, the rest in every CHECK_PERIOD_FRAMES-th one, without a frozen view.
     """
     recent = (*state.recent[-p.MAX_LAG_FRAMES :], (contours, silhouettes))
-    state = replace(state, frames=state.frames + 1, recent=recent)
-    if len(recent) <= p.MAX_LAG_FRAMES or state.frames % p.CHECK_PERIOD_FRAMES not in (0, p.CHECK_PERIOD_FRAMES // 2):
-        return state, state.findings
-    if state.frames % p.CHECK_PERIOD_FRAMES == 0:
-        state = _update_support(_update_unchanged(replace(state, checks=state.checks + 1)))
-        state = replace(state, checked=silhouettes)
-    elif state.checks > 0:
-        state = _test_lags(state)  # on another frame, to spread the cost
-    state = replace(state, findings=_findings(state))
-    return state, state.findings
+    runs = continued(state.runs, captured_ns, silhouettes)
+    state = replace(state, frames=state.frames + 1, recent=recent, runs=runs)
+    frozen = {j for j, run in enumerate(runs) if run.is_frozen(captured_ns)}
+    if len(recent) > p.MAX_LAG_FRAMES and state.frames % p.CHECK_PERIOD_FRAMES in (0, p.CHECK_PERIOD_FRAMES // 2):
+        if state.frames % p.CHECK_PERIOD_FRAMES == 0:
+            state = _update_empty(replace(state, checks=state.checks + 1))
+            state = state if frozen else _update_support(state)
+        elif state.checks > 0 and not frozen:
+            state = _test_lags(state)  # on another frame, to spread the cost
+        state = replace(state, findings=_findings(state))
+    text = "view {} is frozen: it repeats a picture while the others change"
+    found = [Finding("frozen", j, text.format(state.names[j])) for j in sorted(frozen)]
+    return state, (*found, *(one for one in state.findings if one.view not in frozen))
 
 
 def untested_lags(state: ViewConsistency) -> ViewConsistency:
@@ -108,18 +110,10 @@ def untrusted(findings: Sequence[Finding]) -> frozenset[int]:
     return frozenset(f.view for f in findings if f.kind in ("calibration", "out-of-step", "frozen"))
 
 
-def _update_unchanged(state: ViewConsistency) -> ViewConsistency:
-    """Count checks without a silhouette, and without change while the other views change."""
+def _update_empty(state: ViewConsistency) -> ViewConsistency:
+    """Count checks without a silhouette where the person is in view."""
     silhouettes = state.recent[-1][1]
-    empty = np.where((silhouettes.box[:, 2] == 0) & in_view(silhouettes), state.empty + 1, 0)
-    if state.checked is None:
-        return replace(state, empty=empty)
-    change = changed_fraction(state.checked, silhouettes)
-    present = np.isfinite(change)
-    moving = bool(present.any()) and float(np.median(change[present])) >= p.MOVING_CHANGE
-    # A frozen view looks like a live one while the person stands still, so the count stays.
-    still = np.where(present & (change <= p.FROZEN_CHANGE), state.still + (1 if moving else 0), 0)
-    return replace(state, empty=empty, still=still)
+    return replace(state, empty=np.where((silhouettes.box[:, 2] == 0) & in_view(silhouettes), state.empty + 1, 0))
 
 
 def _update_support(state: ViewConsistency) -> ViewConsistency:
@@ -172,17 +166,13 @@ def _suspects(state: ViewConsistency) -> list[int]:
 
 
 def _findings(state: ViewConsistency) -> tuple[Finding, ...]:
-    """Findings from the present statistics."""
+    """Findings from the present statistics, but for frozen views."""
     findings = []
     for j, name in enumerate(state.names):
         if state.empty[j] >= p.PERSISTENT_CHECKS:
             text = f"view {name} is empty for {state.empty[j] * p.CHECK_PERIOD_FRAMES} frames; other views see a person"
             findings.append(Finding("empty", j, text))
-        elif state.still[j] >= p.PERSISTENT_CHECKS:
-            frames = state.still[j] * p.CHECK_PERIOD_FRAMES
-            text = f"view {name} is frozen: its silhouette has not changed for {frames} frames, others' have"
-            findings.append(Finding("frozen", j, text))
-    if untrusted(findings) or state.checks < p.MIN_CHECKS or len(_present(state)) < 2:
+    if state.checks < p.MIN_CHECKS or len(_present(state)) < 2:
         return tuple(findings)
     return (*findings, *(_out_of_step(state) or _miscalibrated(state)))
 

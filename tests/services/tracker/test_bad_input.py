@@ -105,7 +105,7 @@ def test_wrong_calibration_is_reported_and_excluded(fault: Callable[[Camera], Ca
     ("which", "frames", "words", "last", "limit_m"),
     [
         (lambda frame: None if frame > 90 else frame, ALL, "is empty for", 20, 0.05),
-        (lambda frame: min(frame, 80), ALL, "is frozen", 6, 0.06),  # meanwhile the person may have been lost
+        (lambda frame: min(frame, 80), ALL, "is frozen", 20, 0.05),
         (lambda frame: frame - 2, SHORT, "is out of step, 2 frames late", 20, 0.06),
         (lambda frame: frame - 4, SHORT, "is out of step, 4 frames late", 20, 0.06),
     ],

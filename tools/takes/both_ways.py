@@ -170,9 +170,11 @@ def _forward_poses(take: Path, setup: TrackerSetup) -> tuple[Sequence[ForwardPos
 def _scenes_backwards(take: Path, rig: str, setup: TrackerSetup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:
     """Yield every pose, the last first, with the masks of the views that it used, by viewer.
 
-    Raises UserError for a file without silhouettes, or without the index that is needed to read it backwards.
+    A frozen view is left out from its first equal picture on; the forward pass left it out after some.  Raises UserError
+    for a file without silhouettes, or without the index that is needed to read it backwards.
     """
     waiting: dict[tuple[str, int], m.Silhouette] = {}
+    left_out: dict[str, m.Silhouette] = {}  # by viewer, of the next pose
     at = len(forward) - 1
     for silhouette in chain(_silhouettes_backwards(take, rig, setup), [None]):
         while at >= 0 and (
@@ -181,8 +183,12 @@ def _scenes_backwards(take: Path, rig: str, setup: TrackerSetup, forward: Sequen
             pose = forward[at]
             masks: dict[str, Mask] = {}
             for (viewer, captured_ns), one in waiting.items():
-                if viewer in pose.views and abs(captured_ns - pose.captured_ns) <= setup.frame_ns // 2:
-                    masks[viewer] = silhouette_mask(one)
+                if abs(captured_ns - pose.captured_ns) <= setup.frame_ns // 2:
+                    later = left_out.pop(viewer, None)
+                    if viewer not in pose.views or (later and (later.region, later.data) == (one.region, one.data)):
+                        left_out[viewer] = one
+                    else:
+                        masks[viewer] = silhouette_mask(one)
             yield pose, {viewer: masks[viewer] for viewer in setup.cameras if viewer in masks}
             waiting = {key: one for key, one in waiting.items() if key[1] < pose.captured_ns - setup.frame_ns // 2}
             at -= 1

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 import zenocap
 from tests.support.arms_takes import arms_rig
+from tests.support.built_messages import silhouette
 from tests.support.command import zenocap as command
+from tests.support.tracker_ring import FRAME_NS, ring, setup
 from tests.tools.takes.verify.test_verify import altering, changed, totals
 from zenocap.common import messages as m
+from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses, summary_of
@@ -25,10 +28,10 @@ from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.states import TOPICS
-from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
+from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, ForwardPose, Watch
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import TrackerSetup
-from zenocap.tools.takes.both_ways import WRITING, both_ways, has_second_pass, track_both_ways
+from zenocap.tools.takes.both_ways import WRITING, _scenes_backwards, both_ways, has_second_pass, track_both_ways
 from zenocap.tools.takes.info import info
 from zenocap.tools.takes.info_text import lines_of
 from zenocap.tools.takes.overlay import Overlay
@@ -229,6 +232,22 @@ def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Pa
     for bap in poses.baps[20:25]:
         np.testing.assert_allclose(found[bap.captured_ns].pose.angles, poses.pose(bap).angles, atol=1e-9)
         assert not found[bap.captured_ns].lost
+
+
+def test_a_frozen_view_is_left_out_backwards_from_its_first_picture_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frozen from frame 3 to frame 8; forwards it was left out from frame 6 on."""
+    config, count = setup(ring(2)), 12
+    shown = {"1": range(count), "2": [*range(3), *[3] * 6, *range(9, count)]}  # by viewer, the picture of each frame
+    silhouettes = [
+        silhouette(viewer, k, k * FRAME_NS, np.eye(8 + which[k], dtype=np.uint8))
+        for k in range(count)
+        for viewer, which in shown.items()
+    ]
+    pose = Pose(np.zeros(3), config.anatomy.neutral)
+    forward = [ForwardPose(k * FRAME_NS, pose, False, ("1",) if 6 <= k <= 8 else ("1", "2")) for k in range(count)]
+    monkeypatch.setattr("zenocap.tools.takes.both_ways._silhouettes_backwards", lambda *_: reversed(silhouettes))
+    found = {one.captured_ns // FRAME_NS: set(masks) for one, masks in _scenes_backwards(Path(), "demo", config, forward)}
+    assert found == {k: {"1"} if 3 <= k <= 8 else {"1", "2"} for k in range(count)}
 
 
 @pytest.mark.nightly

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera_advice import TakeAdvice
 from zenocap.common.conversion import anatomy_of, bdp_of, camera_of, is_lost
 from zenocap.tools.judge.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
+from zenocap.tools.judge.repeated import Repeated
 
 RECENT = 16  # silhouettes of a viewer among which that of a pose is searched
 LIMBS = 4
@@ -37,10 +38,14 @@ class PoseRow:
 
 @dataclass(slots=True)
 class Sample:
-    """Silhouettes of one frame set.  pose_ns: capture time of the pose that used them; None without one."""
+    """Silhouettes of one frame set.  pose_ns: capture time of the pose that used them; None without one.
+
+    frozen: whether those of frozen views are left out, see `TakeEvidence.live`.
+    """
 
     pose_ns: int | None = None
     silhouettes: dict[str, m.Silhouette] = field(default_factory=dict)
+    frozen: bool = False
 
 
 @dataclass
@@ -49,7 +54,7 @@ class TakeEvidence:
 
     forward, both: poses by capture time, of the tracker or the integrator, and of both passes.  samples: by number of
     SAMPLE_NS since the epoch.  names: of the joint angles.  beginnings: by viewer, silhouettes of the first LAG_NS in
-    which it shows something.  advice: of the cameras.
+    which it shows something.  advice: of the cameras.  repeated: silhouettes of frozen views.
     """
 
     cameras: dict[str, m.CameraInfo] = field(default_factory=dict)
@@ -62,6 +67,7 @@ class TakeEvidence:
     names: tuple[str, ...] = ()
     beginnings: dict[str, list[m.Silhouette]] = field(default_factory=dict)
     advice: TakeAdvice = field(default_factory=TakeAdvice)
+    repeated: Repeated = field(default_factory=Repeated)
     _recent: dict[str, deque[m.Silhouette]] = field(default_factory=dict)
 
     def add(self, message: m.Message) -> None:
@@ -96,7 +102,19 @@ class TakeEvidence:
         """The last body, of the tracker if there is one."""
         return self.tracker_body or self.universal_body
 
+    def live(self) -> "TakeEvidence":
+        """The evidence without the silhouettes of frozen views."""
+        samples = {}
+        for number, sample in self.samples.items():
+            kept = {viewer: one for viewer, one in sample.silhouettes.items() if not self.repeated.includes(one)}
+            samples[number] = Sample(sample.pose_ns, kept, len(kept) < len(sample.silhouettes))
+        beginnings = {
+            viewer: [one for one in every if not self.repeated.includes(one)] for viewer, every in self.beginnings.items()
+        }
+        return replace(self, samples=samples, beginnings=beginnings)
+
     def _add_silhouette(self, silhouette: m.Silhouette) -> None:
+        self.repeated.add(silhouette)
         self._recent.setdefault(silhouette.viewer, deque(maxlen=RECENT)).append(silhouette)
         if silhouette.data:
             kept = self.beginnings.setdefault(silhouette.viewer, [])

@@ -32,14 +32,15 @@ class SampleFigures:
 
 
 def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures]:
-    """Figures of the silhouettes at every sampled pose."""
+    """Figures of the silhouettes at every sampled pose; with fewer than two views beside a frozen one there is none."""
     cameras = {viewer: camera_of(one) for viewer, one in evidence.cameras.items()}
     small = {viewer: reduced(camera) for viewer, camera in cameras.items()}
     baselines: dict[tuple[str, str], Baseline | None] = {}
     found: list[SampleFigures] = []
     for number, sample in sorted(evidence.samples.items()):
         row = None if sample.pose_ns is None else evidence.poses.get(sample.pose_ns)
-        posed = row is not None and not row.lost
+        alone = sample.frozen and sum(bool(one.data) for one in sample.silhouettes.values()) < 2
+        posed = row is not None and not row.lost and not alone
         points = None
         if row is not None and posed:
             points = body_points(body.anatomy, body.bdp, body.pose(row))

@@ -48,27 +48,30 @@ LOST = FEATURES.index("lost")
 
 def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     """The verdict on the messages of a take; equal evidence gives an equal verdict."""
+    evidence = evidence.live()
     stretches = stretches_of(evidence)
     last_ns = max(evidence.poses, default=0)
     frame = evidence.poses[last_ns].frame if evidence.poses else 0
+    start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=min(evidence.poses, default=0))
+    frozen = list(evidence.repeated.reasons(start_ns, last_ns))
     if not stretches:
         return m.Verdict(
             frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
-            reasons=no_pose(evidence, view_lags(evidence)), stretches=[],
+            reasons=[*(one for _, one in frozen), *no_pose(evidence, view_lags(evidence))], stretches=[],
         )  # fmt: skip
     kind = kind_of(evidence)
     errors = np.round(expected_errors(kind, stretches), ROUND)
     terms = contributions(kind, stretches)
     half = half_person(evidence)
     rating = rating_of(kind, stretches, float(errors.mean())) if half is None else "unusable"
-    start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
     reasons = []
     if rating != "good":
         lags = view_lags(evidence)
         fault = None if half or lags or rating != "unusable" else unsteady(evidence) or rig_fault(evidence)
         many = [] if lags else scene_reasons(evidence, LEFT_OUT, MANY_OCCUPIED)
-        causes = [one for one in (half, *scene_reasons(evidence), fault, *many) if one is not None]
-        few = [] if many else scene_reasons(evidence, LEFT_OUT)
+        long, short = [one for much, one in frozen if much], [one for much, one in frozen if not much]
+        causes = [one for one in (*long, half, *scene_reasons(evidence), fault, *many) if one is not None]
+        few = [*([] if many else scene_reasons(evidence, LEFT_OUT)), *short]
         reasons = [*causes, *reasons_of(kind, terms, stretches, start_ns, lags), *few]
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"

@@ -307,6 +307,39 @@ def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
     assert [one.lost for one in found.stretches[1:]] == pytest.approx([0.5, 0.5], abs=0.06)
 
 
+def repeating(which: Callable[[int], int], *viewers: str) -> list[m.Message]:
+    """The messages with the silhouettes of some cameras of other frames.  which: of each frame."""
+    every = messages()
+    seen = {(one.viewer, one.frame): one for one in every if isinstance(one, m.Silhouette)}
+
+    def shown(one: m.Message) -> m.Message:
+        if not isinstance(one, m.Silhouette) or one.viewer not in viewers:
+            return one
+        other = seen[one.viewer, which(one.frame)]
+        return msgspec.structs.replace(one, region=other.region, data=other.data)
+
+    return [shown(one) for one in every]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("last", "end_s", "rating"), [(60, 2.4, "unusable"), (35, 1.4, "doubtful")])
+def test_a_frozen_camera_is_the_first_reason_and_of_two_cameras_frames_with_it_are_lost(
+    last: int, end_s: float, rating: m.Rating
+) -> None:
+    every = repeating(lambda k: min(k, 25) if k <= last else k, "cam02")
+    found = verdict_of(evidence_of(every))
+    assert found.rating == rating
+    assert (found.reasons[0].kind, found.reasons[0].viewers) == ("frozen", ["cam02"])
+    assert f"camera cam02 shows the same picture from 1.0 to {end_s} s: cable" in found.reasons[0].text
+    assert found.reasons[1].kind == "lost"
+
+
+@pytest.mark.slow
+def test_a_person_who_stands_still_and_a_camera_of_half_the_rate_are_not_frozen() -> None:
+    for every in (repeating(lambda k: min(k, 25), "cam01", "cam02"), repeating(lambda k: k - k % 2, "cam02")):
+        assert evidence_of(every).repeated.frozen == {}
+
+
 UNUSED: dict[str, tuple[str, ...]] = {  # features that the model of a kind of evidence does not use
     "both-ways": ("missing", "feet apart"),
     "one-pass": ("missing", "feet apart", "passes"),

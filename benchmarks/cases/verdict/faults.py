@@ -204,6 +204,14 @@ def frozen(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     return _seen(scene, lambda name, k, mask: scene.masks[view][min(k, since)] if name == view else mask)
 
 
+def repeated(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
+    """One video repeats a frame for 0.5 to 2 s, somewhere in the motion."""
+    view, count = _view(scene, rng), max(1, round(scene.fps * rng.uniform(0.5, 2.0)))
+    since = int(rng.integers(scene.motion_from, max(scene.motion_from, len(scene.masks[view]) - count) + 1))
+    masks = [scene.masks[view][since if since <= k < since + count else k] for k in range(len(scene.masks[view]))]
+    return replace(scene, masks={**scene.masks, view: masks})
+
+
 def empty(scene: FaultyScene, rng: np.random.Generator) -> FaultyScene:
     """One view loses the person from the first third of the motion on."""
     view = _view(scene, rng)
@@ -230,6 +238,7 @@ FAULTS: Mapping[str, Fault] = {
     "person cut by the image": cropped,
     "one view frozen": frozen,
     "one view empty": empty,
+    "one view repeats 0.5-2 s": repeated,
 }
 
 

@@ -52,7 +52,7 @@ def figures(every: Sequence[tuple[TrueError, m.Verdict]]) -> dict[str, float]:
 
 VERDICT = Kind(
     "verdict",
-    "The verdict on 220 takes of simulated people with injected faults, tracked both ways: takes by their class in truth "
+    "The verdict on 232 takes of simulated people with injected faults, tracked both ways: takes by their class in truth "
     "and the one that they are called.",
     run,
     (

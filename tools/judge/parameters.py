@@ -4,8 +4,6 @@
 SAMPLE_NS = 250_000_000  # between silhouettes that are compared with the body
 PAIRED_NS = 50_000_000  # greatest difference of the capture times of a pose and its silhouettes
 STRETCH_NS = 1_000_000_000
-# A frozen view, as in the tracker: for how long, repeats of its silhouette, and share of the others that changes meanwhile.
-FROZEN_NS, FROZEN_REPEATS, MOVING_CHANGE = 250_000_000, 4, 0.01
 LONG_SIDE_PX = 160  # of the reduced images
 TOLERANCE_PX = 1  # of the reduced image: edges of body and silhouette may be so far apart
 MIN_AREA = 0.001  # of the image: smaller silhouettes are empty

@@ -1,4 +1,4 @@
-"""Silhouettes that repeat while those of the other cameras change: frozen cameras, films that repeat pictures."""
+"""Silhouettes that repeat while those of the other cameras change, as of a frozen camera."""
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
@@ -9,11 +9,12 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.conversion import silhouette_mask
-from zenocap.tools.judge.parameters import FROZEN_NS, FROZEN_REPEATS, GOOD_LOST, MOVING_CHANGE
+from zenocap.services.tracker.parameters import FROZEN_NS, FROZEN_REPEATS, MOVING_CHANGE
+from zenocap.tools.judge.parameters import GOOD_LOST
 
 
 @dataclass(slots=True, eq=False)
-class Run:
+class EqualSilhouettes:
     """Equal silhouettes of a viewer in a row.  others: those of the other viewers with its first repeat.
 
     moved: whether these differ now; they do not while the person stands still.  start_ns: when they last did not.
@@ -32,15 +33,15 @@ class Run:
 class Repeated:
     """Runs of equal silhouettes of a take.  frozen: by viewer, those of a frozen view, in their order."""
 
-    frozen: dict[str, list[Run]] = field(default_factory=dict)
-    _runs: dict[str, Run] = field(default_factory=dict)
+    frozen: dict[str, list[EqualSilhouettes]] = field(default_factory=dict)
+    _runs: dict[str, EqualSilhouettes] = field(default_factory=dict)
     _last: dict[str, m.Silhouette] = field(default_factory=dict)
 
     def add(self, one: m.Silhouette) -> None:
         """Add the next silhouette of a take."""
         run, self._last[one.viewer] = self._runs.get(one.viewer), one
         if run is None or not one.data or (run.first.region, run.first.data) != (one.region, one.data):
-            self._runs[one.viewer] = Run(one, one.captured_ns, one.captured_ns)
+            self._runs[one.viewer] = EqualSilhouettes(one, one.captured_ns, one.captured_ns)
             return
         if run.others is None:
             run.others = {viewer: other for viewer, other in self._last.items() if viewer != one.viewer and other.data}

@@ -10,7 +10,7 @@ from zenocap.services.tracker.parameters import FROZEN_CHANGE, FROZEN_NS, FROZEN
 from zenocap.services.tracker.view_check.line_support import changed_fraction
 
 
-class Run(NamedTuple):
+class EqualPictures(NamedTuple):
     """Equal pictures of a view in a row.
 
     first: silhouettes of all views when it began.  moved: whether the other views differ from these; they do not while the
@@ -26,13 +26,13 @@ class Run(NamedTuple):
         return self.repeats >= FROZEN_REPEATS and captured_ns - self.start_ns >= FROZEN_NS
 
 
-def continued(runs: tuple[Run, ...], captured_ns: int, silhouettes: Silhouettes) -> tuple[Run, ...]:
+def continued(runs: tuple[EqualPictures, ...], captured_ns: int, silhouettes: Silhouettes) -> tuple[EqualPictures, ...]:
     """Runs of all views after one more frame set.  runs: those before; none before the first."""
     changes: dict[int, Floats] = {}  # by the first silhouettes: views of a person who stands still share them
     found = []
     for j in range(len(silhouettes.box)):
         if not runs or not _is_repeated(runs[j].first, silhouettes, j):
-            found.append(Run(silhouettes, captured_ns))
+            found.append(EqualPictures(silhouettes, captured_ns))
             continue
         first, start_ns, repeats, moved = runs[j]
         if not moved:
@@ -40,7 +40,7 @@ def continued(runs: tuple[Run, ...], captured_ns: int, silhouettes: Silhouettes)
                 changes[id(first)] = changed_fraction(first, silhouettes)
             others = np.delete(changes[id(first)], j)
             moved = bool(np.isfinite(others).any()) and float(np.nanmedian(others)) >= MOVING_CHANGE
-        found.append(Run(first, start_ns, repeats + 1, moved) if moved else Run(first, captured_ns))
+        found.append(EqualPictures(first, start_ns, repeats + 1, moved) if moved else EqualPictures(first, captured_ns))
     return tuple(found)
 
 

@@ -31,7 +31,7 @@ from zenocap.services.tracker.view_check.line_support import (
     line_support,
     sample_lines,
 )
-from zenocap.services.tracker.view_check.repeated_pictures import Run, continued
+from zenocap.services.tracker.view_check.repeated_pictures import EqualPictures, continued
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class ViewConsistency:
     without: Floats
     lagged: Floats
     tested: Ints
-    runs: tuple[Run, ...]
+    runs: tuple[EqualPictures, ...]
     empty: Ints
     findings: tuple[Finding, ...]
 

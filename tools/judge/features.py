@@ -7,18 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
+from zenocap.tools.judge import parameters as p
 from zenocap.tools.judge.evidence import LIMBS, PoseRow, TakeEvidence, body_of
 from zenocap.tools.judge.figures import SampleFigures, motion_figures, sample_figures
 from zenocap.tools.judge.overlap import ViewSample
-from zenocap.tools.judge.parameters import (
-    LONGEST_GAP_NS,
-    MIN_AREA,
-    MOST_STEPS,
-    SAMPLE_NS,
-    START_NS,
-    START_SHARE,
-    STRETCH_NS,
-)
 
 FEATURES = (
     "outside",  # share of the silhouette outside the body, worst view
@@ -99,23 +91,23 @@ def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
     begin_ns, end_ns = int(times[0]), int(times[-1])
     if seen:
         end_ns = max(end_ns, seen[-1])
-        begin_ns = min(begin_ns, seen[0] + min(START_NS, int(START_SHARE * (end_ns - seen[0]))))
-    step_ns = float(np.median(np.diff(times))) if len(times) > 1 else float(STRETCH_NS)
+        begin_ns = min(begin_ns, seen[0] + min(p.START_NS, int(p.START_SHARE * (end_ns - seen[0]))))
+    step_ns = float(np.median(np.diff(times))) if len(times) > 1 else float(p.STRETCH_NS)
     groups: dict[int, list[SampleFigures]] = defaultdict(list)
     for sample in samples:
-        groups[(sample.captured_ns - begin_ns) // STRETCH_NS].append(sample)
-    numbers = (times - begin_ns) // STRETCH_NS
-    posed = {one.captured_ns // SAMPLE_NS for one in samples if one.posed}  # the others count as lost
-    missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // SAMPLE_NS in posed], dtype=np.int64)
-    missing_numbers = (missing - begin_ns) // STRETCH_NS
-    away = {one.captured_ns // SAMPLE_NS for one in samples if one.views and not (one.seen or one.posed)}
+        groups[(sample.captured_ns - begin_ns) // p.STRETCH_NS].append(sample)
+    numbers = (times - begin_ns) // p.STRETCH_NS
+    posed = {one.captured_ns // p.SAMPLE_NS for one in samples if one.posed}  # the others count as lost
+    missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // p.SAMPLE_NS in posed], dtype=np.int64)
+    missing_numbers = (missing - begin_ns) // p.STRETCH_NS
+    away = {one.captured_ns // p.SAMPLE_NS for one in samples if one.views and not (one.seen or one.posed)}
     found = []
-    count = max(1, round((end_ns - begin_ns) / STRETCH_NS))
+    count = max(1, round((end_ns - begin_ns) / p.STRETCH_NS))
     for number in stretch_numbers({*numbers.tolist(), *groups}, count):
         inside = np.flatnonzero(numbers == number)
-        span = begin_ns + number * STRETCH_NS, min(end_ns, begin_ns + (number + 1) * STRETCH_NS)
+        span = begin_ns + number * p.STRETCH_NS, min(end_ns, begin_ns + (number + 1) * p.STRETCH_NS)
         absent = int(np.count_nonzero(missing_numbers == number))
-        lost = [rows[k].lost for k in inside if away.isdisjoint((times[k] // SAMPLE_NS, times[k] // SAMPLE_NS + 1))]
+        lost = [rows[k].lost for k in inside if away.isdisjoint((times[k] // p.SAMPLE_NS, times[k] // p.SAMPLE_NS + 1))]
         own = StretchPoses([rows[k] for k in inside], times[inside], motion[inside], absent, lost)
         one = _stretch(evidence, span, own, groups[number], step_ns)
         if one is not None:
@@ -127,7 +119,7 @@ def stretch_numbers(known: Collection[int], count: int) -> Iterator[int]:
     """Numbers of the stretches, 0 to `count` - 1; of a gap between `known` ones only the first LONGEST_GAP_NS."""
     inside = sorted({0, *(number for number in known if 0 <= number < count)})
     for number, following in zip(inside, [*inside[1:], count], strict=True):
-        yield from range(number, min(following, number + 1 + LONGEST_GAP_NS // STRETCH_NS))
+        yield from range(number, min(following, number + 1 + p.LONGEST_GAP_NS // p.STRETCH_NS))
 
 
 def missing_poses(times: Ints, step_ns: float) -> Ints:
@@ -137,8 +129,8 @@ def missing_poses(times: Ints, step_ns: float) -> Ints:
     """
     gaps = np.diff(times)
     found = [np.zeros(0, dtype=np.int64)]
-    for k in np.flatnonzero(gaps > MOST_STEPS * step_ns):
-        gap_ns = min(int(gaps[k]), LONGEST_GAP_NS)
+    for k in np.flatnonzero(gaps > p.MOST_STEPS * step_ns):
+        gap_ns = min(int(gaps[k]), p.LONGEST_GAP_NS)
         count = max(1, round(gap_ns / step_ns) - 1)
         found.append(times[k] + np.arange(1, count + 1) * gap_ns // (count + 1))
     return np.concatenate(found)
@@ -172,7 +164,7 @@ def _stretch(
         lost = min(1.0, max(0.0, 1.0 - sum(not row.lost for row in rows) / expected))
     views = _view_means(samples)
     apart = _apart_means(samples)
-    seen = [sum(one.area > MIN_AREA for one in sample.views.values()) for sample in samples if sample.posed]
+    seen = [sum(one.area > p.MIN_AREA for one in sample.views.values()) for sample in samples if sample.posed]
     known = [row for row in rows if not row.lost]
     ahead = [evidence.forward.get(int(ns)) for ns in times]
     limbs = np.array([row.limbs for row in ahead if row is not None and not row.lost]).reshape(-1, LIMBS)

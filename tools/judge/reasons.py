@@ -6,20 +6,8 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.arrays import Bools, Floats
+from zenocap.tools.judge import parameters as p
 from zenocap.tools.judge.features import COLUMN, FEATURES, Stretch
-from zenocap.tools.judge.parameters import (
-    BASELINE,
-    CLEAR_APART,
-    CLEAR_OUTSIDE,
-    CLEAR_SHARE,
-    CLEAR_UNCOVERED,
-    FEET_WEIGHT,
-    LAG_WEIGHT,
-    MOST_REASONS,
-    NOTABLE,
-    NOTED_FEET,
-    SHOWN_SHARE,
-)
 from zenocap.tools.judge.text import TEXTS, contradiction_cause
 from zenocap.tools.judge.view_lag import ViewLags
 
@@ -37,9 +25,9 @@ GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features
     "few-views": ("few views",),
 }
 CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond which a stretch is not good in any case
-    "overlap": ("outside", CLEAR_OUTSIDE),
-    "uncovered": ("uncovered", CLEAR_UNCOVERED),
-    "views-apart": ("apart", CLEAR_APART),
+    "overlap": ("outside", p.CLEAR_OUTSIDE),
+    "uncovered": ("uncovered", p.CLEAR_UNCOVERED),
+    "views-apart": ("apart", p.CLEAR_APART),
 }
 SYMPTOMS = ("limits", "lost")  # kinds of reasons that follow from silhouettes that do not fit, and name no remedy
 
@@ -57,7 +45,7 @@ def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
 
 def raised(kind: str, terms: Floats) -> dict[str, Floats]:
     """By kind: (n,) what the features of a group add to ln error, over what they add in a good take."""
-    baseline = np.array([BASELINE[kind].get(name, 0.0) for name in FEATURES])
+    baseline = np.array([p.BASELINE[kind].get(name, 0.0) for name in FEATURES])
     return {
         group: np.maximum(0.0, (terms - baseline)[:, [COLUMN[name] for name in names]].sum(axis=1))
         for group, names in GROUPS.items()
@@ -68,7 +56,7 @@ def _feet_apart(stretches: Sequence[Stretch]) -> Floats:
     """(n,) weight of views that contradict each other at the feet alone; it makes no take less than good."""
     columns = [COLUMN["feet apart"], COLUMN["apart"]]
     feet, others = np.nan_to_num(np.stack([one.values[columns] for one in stretches])).T
-    return np.where((feet - others > NOTED_FEET) & (others < CLEAR_APART), FEET_WEIGHT, 0.0)
+    return np.where((feet - others > p.NOTED_FEET) & (others < p.CLEAR_APART), p.FEET_WEIGHT, 0.0)
 
 
 def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
@@ -81,8 +69,8 @@ def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list
             weights[kind] += float(wrong[k])
         if stretch.without_pose > 0.0:
             weights["lost"] = 1.0 + stretch.without_pose
-        order = sorted((kind for kind, weight in weights.items() if weight > NOTABLE), key=lambda kind: -weights[kind])
-        found.append(order[:MOST_REASONS])
+        order = sorted((kind for kind, weight in weights.items() if weight > p.NOTABLE), key=lambda kind: -weights[kind])
+        found.append(order[: p.MOST_REASONS])
     return found
 
 
@@ -97,17 +85,17 @@ def reasons_of(
     clear, more = clear_faults(stretches), raised(evidence, terms) | {"feet": _feet_apart(stretches)}
     found: list[tuple[float, m.VerdictReason]] = []  # with their weights
     if lags is not None:
-        found.append((LAG_WEIGHT, lags.reason))
+        found.append((p.LAG_WEIGHT, lags.reason))
     for kind, values in more.items():
         if lags is not None and kind == lags.reason.kind:
             continue
         wrong = clear.get(kind, np.zeros(len(stretches), dtype=bool))
         weight = float(values.mean()) + float(wrong.mean())
-        at = wrong | (values > NOTABLE)
+        at = wrong | (values > p.NOTABLE)
         if weight > 0.0:
             some = [one for one, there in zip(stretches, at, strict=True) if there] or list(stretches)
             viewers, text = TEXTS[kind](some)
-            share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < SHOWN_SHARE else ""
+            share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < p.SHOWN_SHARE else ""
             cause = contradiction_cause(stretches) if "{cause}" in text else ""
             text = text.replace("{share}", share).replace("{cause}", cause)
             reason = m.VerdictReason(kind=kind, viewers=viewers, text=text)
@@ -115,11 +103,11 @@ def reasons_of(
     lost = _lost_reason(stretches, start_ns)
     if lost is not None:
         found.append(lost)
-    causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > CLEAR_SHARE]
+    causes = [weight for weight, one in found if one.kind in clear and float(clear[one.kind].mean()) > p.CLEAR_SHARE]
     if causes:  # before what follows from it; the sort is stable
         found = [(min(weight, max(causes)) if one.kind in SYMPTOMS else weight, one) for weight, one in found]
     found.sort(key=lambda one: -one[0])
-    notable = [reason for weight, reason in found if weight > NOTABLE][:MOST_REASONS]
+    notable = [reason for weight, reason in found if weight > p.NOTABLE][: p.MOST_REASONS]
     return notable or [reason for _, reason in found[:1]]
 
 

@@ -17,20 +17,9 @@ from zenocap.common import messages as m
 from zenocap.common import topics
 from zenocap.common.arrays import Floats
 from zenocap.common.recording.reader import TakeReader
+from zenocap.tools.judge import parameters as p
 from zenocap.tools.judge.evidence import TakeEvidence, evidence_of
 from zenocap.tools.judge.features import FEATURES, Stretch, stretches_of
-from zenocap.tools.judge.parameters import (
-    CLEAR_SHARE,
-    COEFFICIENTS,
-    CONSTANTS,
-    GOOD_EXPECTED_M,
-    GOOD_LOST,
-    LOST_ERROR_M,
-    MANY_OCCUPIED,
-    SCALES,
-    UNUSABLE_EXPECTED_M,
-    UNUSABLE_LOST,
-)
 from zenocap.tools.judge.reasons import clear_faults, kinds_of, reasons_of
 from zenocap.tools.judge.rig_faults import no_pose, rig_fault
 from zenocap.tools.judge.seen import LEFT_OUT, half_person, scene_reasons, unsteady
@@ -56,7 +45,7 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     frozen = list(evidence.repeated.reasons(start_ns, last_ns))
     if not stretches:
         return m.Verdict(
-            frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
+            frame=frame, captured_ns=last_ns, rating="unusable", error=p.LOST_ERROR_M, evidence="none",
             reasons=[*(one for _, one in frozen), *no_pose(evidence, view_lags(evidence))], stretches=[],
         )  # fmt: skip
     kind = kind_of(evidence)
@@ -68,7 +57,7 @@ def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     if rating != "good":
         lags = view_lags(evidence)
         fault = None if half or lags or rating != "unusable" else unsteady(evidence) or rig_fault(evidence)
-        many = [] if lags else scene_reasons(evidence, LEFT_OUT, MANY_OCCUPIED)
+        many = [] if lags else scene_reasons(evidence, LEFT_OUT, p.MANY_OCCUPIED)
         long, short = [one for much, one in frozen if much], [one for much, one in frozen if not much]
         causes = [one for one in (*long, half, *scene_reasons(evidence), fault, *many) if one is not None]
         few = [*([] if many else scene_reasons(evidence, LEFT_OUT)), *short]
@@ -104,10 +93,11 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
     """Class of stretches.  error: mean of their expected errors, metres."""
     every = list(stretches)
     lost = float(np.mean([one.without_pose for one in every]))
-    if error > UNUSABLE_EXPECTED_M or lost > UNUSABLE_LOST:
+    if error > p.UNUSABLE_EXPECTED_M or lost > p.UNUSABLE_LOST:
         return "unusable"
     clear = np.any(list(clear_faults(every).values()), axis=0)
-    good = error <= GOOD_EXPECTED_M and lost <= GOOD_LOST and float(clear.mean()) <= CLEAR_SHARE and kind != "poses-only"
+    known = kind != "poses-only" and float(clear.mean()) <= p.CLEAR_SHARE
+    good = known and error <= p.GOOD_EXPECTED_M and lost <= p.GOOD_LOST
     return "good" if good else "doubtful"
 
 
@@ -128,14 +118,14 @@ def verdict_in(path: Path) -> m.Verdict:
 
 def terms(values: Floats) -> Floats:
     """(n, FEATURES) of figures (n, FEATURES), without coefficients; 0 where unknown, for "lost" and "missing"."""
-    scale, largest = np.array([SCALES.get(name, (1.0, 0.0)) for name in FEATURES]).T
+    scale, largest = np.array([p.SCALES.get(name, (1.0, 0.0)) for name in FEATURES]).T
     found: Floats = np.nan_to_num(np.log1p(np.clip(values, 0.0, largest) / scale), nan=0.0)
     return found
 
 
 def contributions(kind: str, stretches: Sequence[Stretch]) -> Floats:
     """(n, FEATURES) terms of ln error of n stretches."""
-    coefficients: Mapping[str, float] = COEFFICIENTS[kind]
+    coefficients: Mapping[str, float] = p.COEFFICIENTS[kind]
     weights = np.array([coefficients.get(name, 0.0) for name in FEATURES])
     found: Floats = terms(np.stack([one.values for one in stretches])) * weights
     return found
@@ -143,7 +133,7 @@ def contributions(kind: str, stretches: Sequence[Stretch]) -> Floats:
 
 def expected_errors(kind: str, stretches: Sequence[Stretch]) -> Floats:
     """(n,) expected mean errors of the joints, metres."""
-    tracked = np.minimum(LOST_ERROR_M, 1e-3 * np.exp(CONSTANTS[kind] + contributions(kind, stretches).sum(axis=1)))
+    tracked = np.minimum(p.LOST_ERROR_M, 1e-3 * np.exp(p.CONSTANTS[kind] + contributions(kind, stretches).sum(axis=1)))
     lost = np.array([one.values[LOST] for one in stretches])
-    found: Floats = lost * LOST_ERROR_M + (1.0 - lost) * tracked
+    found: Floats = lost * p.LOST_ERROR_M + (1.0 - lost) * tracked
     return found

@@ -31,7 +31,7 @@ from zenocap.services.tracker.view_check.line_support import (
     line_support,
     sample_lines,
 )
-from zenocap.services.tracker.view_check.repeated_pictures import EqualPictures, continued
+from zenocap.services.tracker.view_check.repeated_pictures import ViewRun, continued
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class ViewConsistency:
     without: Floats
     lagged: Floats
     tested: Ints
-    runs: tuple[EqualPictures, ...]
+    runs: tuple[ViewRun, ...]
     empty: Ints
     findings: tuple[Finding, ...]
 

@@ -118,7 +118,7 @@ def front_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
 
 
 def side_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
-    """Parameters of the side view, metres: height, torso_depth, head_depth.  Raises ValueError for an empty mask."""
+    """Parameters of the side view, metres: height, torso_depth, head_depth.  Raises ValueError without one."""
     rows = np.flatnonzero(mask.any(axis=1))
     if rows.size == 0:
         raise ValueError("the silhouette is empty: no person in view")
@@ -131,11 +131,17 @@ def side_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
 
 
 def _mean_width(mask: Mask, band: tuple[float, float]) -> float:
-    """Mean silhouette pixels per row in a band of the body height; band: shares of the height from the soles."""
+    """Mean silhouette pixels per row in a band of the body height; band: shares of the height from the soles.
+
+    Raises ValueError for a band without any.
+    """
     rows = np.flatnonzero(mask.any(axis=1))
     highest, lowest = int(rows[0]), int(rows[-1]) + 1
     first, last = (round(lowest - share * (lowest - highest)) for share in (band[1], band[0]))
-    return float(np.count_nonzero(mask[first : max(last, first + 1)])) / max(last - first, 1)
+    pixels = np.count_nonzero(mask[first : max(last, first + 1)])
+    if not pixels:
+        raise ValueError(f"the silhouette has a gap at {band[0]:.0%} to {band[1]:.0%} of the height: too little contrast")
+    return float(pixels) / max(last - first, 1)
 
 
 def mean_arm_thickness(mask: Mask, torso: Torso, columns: NDArray[np.intp], shortest: int) -> float:

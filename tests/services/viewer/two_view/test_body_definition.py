@@ -10,7 +10,7 @@ from tests.support.stored import stored
 from tests.support.two_view_scene import rows
 from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.services.viewer.parameters import FINE_STEPS, FINE_TUNED
+from zenocap.services.viewer.parameters import FINE_STEPS, FINE_TUNED, THIGH_BAND, TORSO_SIDE_BAND
 from zenocap.services.viewer.two_view.body_definition import (
     Scale,
     fine_tuned,
@@ -100,6 +100,14 @@ def test_side_lengths_of_a_drawn_figure() -> None:
     assert lengths["torso_depth"] == pytest.approx(0.36)
     assert lengths["head_depth"] == pytest.approx(0.28)
     assert lengths["height"] == pytest.approx(2.0, rel=0.04)
+
+
+@pytest.mark.parametrize(("measure", "band"), [(side_lengths, TORSO_SIDE_BAND), (front_lengths, THIGH_BAND)])
+def test_a_part_that_is_missing_has_no_width(measure: Callable[[Mask, Scale], object], band: tuple[float, float]) -> None:
+    mask = figure()
+    mask[round(119 - 100 * band[1]) : round(121 - 100 * band[0])] = 0
+    with pytest.raises(ValueError, match="gap"):
+        measure(mask, SCALE)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

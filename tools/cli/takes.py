@@ -72,7 +72,7 @@ def verify(
     beginning, because every pose depends on those before.
 
     Exit status 0: all equal. 1: a message differs or is missing from the take; the first difference is printed field by
-    field. 3: equal, but not everything could be checked.
+    field. 3: equal, but not everything could be checked, or messages were lost on the way to the log.
 
     Example: `zenocap verify monday.mcap`
     """

@@ -14,10 +14,11 @@ from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.conversion import silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.messages import BothWaysPose, Handled, Message, Sighting, Silhouette, Verdict
+from zenocap.common.observe.account import Account
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.input_trace import ALIVE, FRAME, GONE, TICK
-from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
+from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_at, topic_of
 from zenocap.services.viewer.frame import SegmentedFrame
 from zenocap.services.viewer.states import LearningBackground
 from zenocap.tools.takes.members import Stepped, steppers
@@ -52,7 +53,7 @@ class Recomputation:
         except ValueError as error:
             raise UserError(f"{path}: attachment {SETUP_FILE}: {error}") from error
         self._without_silhouette = {viewer.id for viewer in rig.viewers if not viewer.silhouette}
-        self._store = MessageStore()
+        self._store, self._account = MessageStore(), Account(own=self._services)
         self._traces: deque[Envelope] = deque()  # not recomputed yet, for LATE_NS
         self._traced: set[ServiceKey] = set()  # services with an input trace
         self._start_ns: int | None = None
@@ -61,6 +62,7 @@ class Recomputation:
     def add(self, received: Envelope) -> None:
         """Process the next message of the take."""
         now_ns = received.received_ns
+        self._account.add(received)
         self._start_ns = now_ns if self._start_ns is None else self._start_ns
         self.found.duration_s = max(self.found.duration_s, (now_ns - self._start_ns) / 1e9)
         if isinstance(received.message, Handled):
@@ -75,11 +77,25 @@ class Recomputation:
             self._recompute(self._traces.popleft().message)
         self._store.close()
         self.found.unchecked = self._store.unchecked
+        self._excuse_lost()
         untraced = {service_at(key) for key in self.found.unchecked} - self._traced
         for name in sorted(name for name in untraced if name is not None):
             self._add_reason(name, "its input trace is not in the take")
         if self.found.checked and self.found.unchecked and not self.found.reasons:
             self.found.reasons.append(Reason(None, "published after the last input trace"))
+
+    def _excuse_lost(self) -> None:
+        """Tell messages that were lost on the way to the log, as the healths in the take say, from others."""
+        lines = self._account.lines()
+        for key, count in self.found.unlogged.items():
+            service, topic = service_at(key), topic_at(key)
+            if service is None or topic is None:
+                continue
+            line = lines.get((service, topic.name))
+            if line is not None and line.missing:
+                lost = self.found.lost[key] = min(count, line.missing)
+                self._add_reason(service, f"{lost} of its messages {topic.name} were lost on the way to the log")
+        self.found.unlogged -= self.found.lost
 
     def _recompute(self, trace: Message) -> None:
         """Run a service on its inputs since the last trace."""

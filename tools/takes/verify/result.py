@@ -42,14 +42,16 @@ class Reason:
 class Verification:
     """Derived messages by key, compared with the recomputed ones.
 
-    equal, different: in the take and recomputed.  unlogged: recomputed, but not in the take.  unchecked: in the take, but
-    not recomputed, for the `reasons`.  close: number of equal ones that are equal within the tolerance only.  first:
-    difference that is first in the order of the log.  duration_s: of the take.  versions: of the software that recorded it.
+    equal, different: in the take and recomputed.  unlogged: recomputed, but not in the take.  lost: recomputed, and lost on
+    the way to the log, as its counts say.  unchecked: in the take, but not recomputed, for the `reasons`.  close: number of
+    equal ones that are equal within the tolerance only.  first: difference that is first in the order of the log.
+    duration_s: of the take.  versions: of the software that recorded it.
     """
 
     equal: Counter[str] = field(default_factory=Counter)
     different: Counter[str] = field(default_factory=Counter)
     unlogged: Counter[str] = field(default_factory=Counter)
+    lost: Counter[str] = field(default_factory=Counter)
     unchecked: Counter[str] = field(default_factory=Counter)
     reasons: list[Reason] = field(default_factory=list)
     close: int = 0
@@ -126,7 +128,7 @@ def report(found: Verification, elapsed_s: float) -> list[str]:
 
 def data_of(found: Verification, elapsed_s: float) -> dict[str, object]:
     """The content of the report for JSON."""
-    counts = {name: dict(getattr(found, name)) for name in ("equal", "different", "unlogged", "unchecked")}
+    counts = {name: dict(getattr(found, name)) for name in ("equal", "different", "unlogged", "lost", "unchecked")}
     values = asdict(found) | counts | {"reasons": [str(reason) for reason in found.reasons]}
     return values | {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
 

@@ -5,7 +5,7 @@ The take is tracked on this machine: golden takes may come from another type of 
 
 import json
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,10 +18,11 @@ from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
+from zenocap.common.messages import PROCESS, SENT
 from zenocap.common.recording.reader import TakeReader
 from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
-from zenocap.common.topics import HANDLED
+from zenocap.common.topics import HANDLED, HEALTH, UNIVERSAL_BAP
 from zenocap.tools.takes.verify.recompute import verify
 from zenocap.tools.takes.verify.result import Reason, Verification, data_of, difference
 
@@ -40,10 +41,10 @@ def arms(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def changed(arms: Path, path: Path, change: Change, *, setup: bool = True) -> Path:
-    """A copy of the take with every message as `change` returns it; None leaves it out."""
+def changed(arms: Path, path: Path, change: Change, *, setup: bool = True, healths: Sequence[Envelope] = ()) -> Path:
+    """A copy of the take with every message as `change` returns it; None leaves it out.  healths: before and after them."""
     take = TakeReader(arms)
-    received = list(take.envelopes())
+    received = [*healths[:1], *take.envelopes(), *healths[1:]]
     files = tuple(Attachment(name, "", data) for name, data in take.attachments.items() if setup or name != SETUP_FILE)
     recording = Recording(path, rig="demo", start_ns=0, attachments=files)
     for each in received:
@@ -73,6 +74,15 @@ def altering(kind: type[M], frame: int, fields: Callable[[M], dict[str, object]]
     return change
 
 
+def health(at_ns: int, poses: int) -> Envelope:
+    """Of the integrator, which has sent so many poses."""
+    counts = {PROCESS: 1, SENT + UNIVERSAL_BAP.name: poses}
+    message = m.Health(
+        frame=0, captured_ns=at_ns, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
+    )
+    return Envelope(HEALTH.at("demo", service="integrator", id="main"), HEALTH, message, at_ns, codec.encode(message))
+
+
 def totals(found: Verification) -> tuple[int, int, int, int]:
     return tuple(count.total() for count in (found.equal, found.different, found.unlogged, found.unchecked))  # type: ignore[return-value]
 
@@ -97,6 +107,23 @@ def test_a_missing_pose_is_reported(arms: Path, tmp_path: Path) -> None:
     assert all(f"its input {BAP} of" in reason.text for reason in found.reasons)
     assert found.unchecked.total() > 0
     assert found.different.total() == 0
+
+
+def test_a_pose_that_was_lost_on_the_way_to_the_log_is_no_difference(arms: Path, tmp_path: Path) -> None:
+    """The healths of its service count it."""
+    baps = [one for one in TakeReader(arms).envelopes() if one.key == BAP]
+    healths = [health(one.received_ns, count) for one, count in ((baps[0], 0), (baps[-1], len(baps)))]
+
+    def lost(*poses: Envelope) -> Verification:
+        path = tmp_path / f"{len(poses)}.mcap"
+        return verify([changed(arms, path, lambda one: None if one in poses else one, healths=healths)])
+
+    found = lost(baps[-1])
+    assert (found.failed, found.complete) == (False, False)
+    assert found.lost == {BAP: 1}
+    assert "1 of its messages universal_bap were lost on the way to the log" in [reason.text for reason in found.reasons]
+    assert lost(*baps[-2:]).lost == {BAP: 2}
+    assert not lost().reasons
 
 
 @pytest.mark.nightly

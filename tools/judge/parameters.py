@@ -100,7 +100,7 @@ CLEAR_OUTSIDE, CLEAR_UNCOVERED = 0.15, 0.15
 CLEAR_SHARE = 0.2
 # px of tangents, silhouettes of persons 600 to 659 at 320 x 240: without a fault 99 % of the stretches have less than 1.1
 # above the feet, at 160 x 120 0.7, and 0.6 more at the feet, with a shadow 6 more.  Those of colour images have up to 1.7.
-CLEAR_APART, NOTED_FEET = 2.5, 1.5
+CLEAR_APART, NOTED_APART, NOTED_FEET = 2.5, 1.7, 1.5
 # Shares of the squared contradiction that a constant, and the speed, explain: of the same with wrong calibrations 0.6 to 1
 # and mostly less than 0.2, with late videos less than 0.1 and 0.2 to 0.8, or more than 0.3 of both where the person walks
 # one way.  Samples of a lag that is not stated otherwise: with lags up to 1 s it seems to be up to 6, in 1 of 32 takes 6.4.

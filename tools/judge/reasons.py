@@ -43,13 +43,18 @@ def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
     return found
 
 
-def raised(kind: str, terms: Floats) -> dict[str, Floats]:
-    """By kind: (n,) what the features of a group add to ln error, over what they add in a good take."""
+def raised(kind: str, terms: Floats, stretches: Sequence[Stretch]) -> dict[str, Floats]:
+    """By kind: (n,) what the features of a group add to ln error, over what they add in a good take.
+
+    Views are not apart by what edges of silhouettes explain.
+    """
     baseline = np.array([p.BASELINE[kind].get(name, 0.0) for name in FEATURES])
-    return {
+    found = {
         group: np.maximum(0.0, (terms - baseline)[:, [COLUMN[name] for name in names]].sum(axis=1))
         for group, names in GROUPS.items()
     }
+    found["views-apart"][[not one.values[COLUMN["apart"]] > p.NOTED_APART for one in stretches]] = 0.0
+    return found
 
 
 def _feet_apart(stretches: Sequence[Stretch]) -> Floats:
@@ -61,7 +66,7 @@ def _feet_apart(stretches: Sequence[Stretch]) -> Floats:
 
 def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
     """Kinds of reasons of each stretch, the weightiest first."""
-    clear, more = clear_faults(stretches), raised(evidence, terms)
+    clear, more = clear_faults(stretches), raised(evidence, terms, stretches)
     found = []
     for k, stretch in enumerate(stretches):
         weights = {kind: float(values[k]) for kind, values in more.items()}
@@ -82,7 +87,7 @@ def reasons_of(
 
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
-    clear, more = clear_faults(stretches), raised(evidence, terms) | {"feet": _feet_apart(stretches)}
+    clear, more = clear_faults(stretches), raised(evidence, terms, stretches) | {"feet": _feet_apart(stretches)}
     found: list[tuple[float, m.VerdictReason]] = []  # with their weights
     if lags is not None:
         found.append((p.LAG_WEIGHT, lags.reason))

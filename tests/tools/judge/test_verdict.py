@@ -103,15 +103,15 @@ def test_a_body_that_covers_its_silhouettes_is_good_with_equal_bytes_each_time()
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("change", [{"swapped": True}, {"change": without_legs}])
-def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(change: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("change", "worse"), [({"swapped": True}, True), ({"change": without_legs}, False)])
+def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(change: dict[str, Any], worse: bool) -> None:
     assert figure("outside", messages()) < 0.01
     changed = messages(**change)
     assert figure("outside", changed) + figure("uncovered", changed) > 0.15
     found = verdict_of(evidence_of(changed))
     assert found.rating != "good"
     assert "overlap" in [reason.kind for reason in found.reasons]
-    assert found.error >= verdict_of(evidence_of(messages())).error
+    assert (found.error > verdict_of(evidence_of(messages())).error) is worse  # the poses are true
 
 
 @pytest.mark.slow

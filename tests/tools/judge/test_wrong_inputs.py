@@ -230,7 +230,7 @@ def test_the_first_reason_of_a_wrong_input_is_its_cause(name: str, seed: int) ->
     others, pattern = ELSEWHERE.get(name, ((), "")) if seed != SEEDS[0] else ((), "")
     codes = (SEEN_BY_CAMERAS[kind] for kind in kinds if kind in SEEN_BY_CAMERAS)
     found = verdict_of(evidence_of(messages(fault, seed, *codes)))
-    assert found.rating == "unusable" or (name == "moved" and found.rating == "doubtful")  # at the limit
+    assert found.rating == ("doubtful" if (name, seed) == ("moved", SEEDS[0]) else "unusable")  # 118 mm; the limit is 120
     assert found.reasons[0].kind in (*kinds, *others), [(one.kind, one.text) for one in found.reasons]
     assert words in found.reasons[0].text or (pattern and re.search(pattern, found.reasons[0].text)), found.reasons[0].text
     assert not {"swapped", "turned", "calibration"} & {one.kind for one in found.reasons} - set(kinds)

@@ -1,5 +1,6 @@
 """Clips of simulated people with exact silhouettes, in place of the shared clips."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -18,7 +19,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose, interpolate, minimum_jerk, neutral
-from zenocap.simulation.body.skeleton import Bones
+from zenocap.simulation.body.skeleton import Bones, pose_bones
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline, t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -62,11 +63,11 @@ def cameras_of(views: int) -> dict[str, Camera]:
 
 
 def simulated_clip(
-    name: str, subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
+    subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
 ) -> SimulatedClip:
-    """Clip of consecutive poses; None: an empty scene, at the start only.  name: of motion and body."""
+    """Clip of consecutive poses; None: an empty scene, at the start only."""
     cameras = cameras_of(views)
-    masks = {view: _masks(name, camera, subject, poses) for view, camera in cameras.items()}
+    masks = {view: _masks(camera, subject, poses) for view, camera in cameras.items()}
     truths = [None if pose is None else truth(subject, pose).joints for pose in poses]
     first = next(k for k, one in enumerate(truths) if one is not None)
     names = tuple(next(one for one in truths if one is not None))
@@ -89,7 +90,7 @@ def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
     from_frame = int(np.ceil(script.motion_from_s * CYCLE_FPS))
     count = from_frame + TRAINING_FRAMES + TEST_FRAMES[motion]
     poses = [script.pose_at(k / CYCLE_FPS) for k in range(count)]
-    return simulated_clip(motion, subject, poses, from_frame, CYCLE_FPS, views)
+    return simulated_clip(subject, poses, from_frame, CYCLE_FPS, views)
 
 
 def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:
@@ -98,7 +99,7 @@ def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_
     if motion == STANDING:
         return _standing_clip(subject, views)
     take = captured_take(subject, SHARED / motion_file(motion), fps, longest_s=longest_s)
-    return simulated_clip(f"{motion}-{fps:g}", subject, take.poses, take.motion_from, fps, views)
+    return simulated_clip(subject, take.poses, take.motion_from, fps, views)
 
 
 def _standing_clip(subject: Person, views: int) -> SimulatedClip:
@@ -109,17 +110,19 @@ def _standing_clip(subject: Person, views: int) -> SimulatedClip:
     opening = [None] * ceil(EMPTY_S * FPS) + [stretched] * ceil(T_POSE_S * FPS) + lowering
     first = len(opening) + ceil(SETTLING_S * FPS)
     poses = [*opening, *[standing] * ceil((SETTLING_S + STILL_S) * FPS)]
-    return simulated_clip(STANDING, subject, poses, first, FPS, views)
+    return simulated_clip(subject, poses, first, FPS, views)
 
 
-def _masks(name: str, camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
-    """(frames, rows, bytes) packed silhouettes of one camera, rendered once.  name: tells the poses of a person apart."""
+def _masks(camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
+    """(frames, rows, bytes) packed silhouettes of one camera, rendered once for the same poses, whatever made them."""
+    bones = [None if pose is None else pose_bones(subject, pose) for pose in poses]
+    shown = hashlib.sha256(b"".join(b"" if one is None else one.rotation.tobytes() + one.origin.tobytes() for one in bones))
 
     def rendered() -> Bytes:
         film = SimulatedCamera(camera, subject, subject.seed)
-        return np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in poses])
+        return np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in bones])
 
-    return _ragged(stored(rendered, subject.seed, name, camera.name, len(poses), sources=(__name__,)), subject.seed)
+    return _ragged(stored(rendered, subject.seed, camera, len(bones), shown.hexdigest()), subject.seed)
 
 
 def _ragged(packed: Bytes, seed: int) -> Bytes:

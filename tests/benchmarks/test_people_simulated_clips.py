@@ -23,7 +23,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.nightly
 def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
     """Every joint is inside of the silhouette of every view."""
-    clip = simulated_clip("standing", SUBJECT, [None, t_pose(SUBJECT), neutral(SUBJECT)], 2, 30.0, 2)
+    clip = simulated_clip(SUBJECT, [None, t_pose(SUBJECT), neutral(SUBJECT)], 2, 30.0, 2)
     assert [instant.frame for instant in clip.instants] == [1, 2]
     assert clip.instants[1].captured_ns == round(2e9 / 30)
     assert clip.truth.frames.tolist() == [1, 2]
@@ -37,12 +37,13 @@ def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
 
 
 @pytest.mark.slow
-def test_silhouettes_are_rendered_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    first = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
+def test_silhouettes_of_the_same_poses_are_rendered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, other = (simulated_clip(SUBJECT, [pose(SUBJECT)], 0, 30.0, 2) for pose in (t_pose, neutral))
     monkeypatch.setattr("benchmarks.people.simulated_clips.SimulatedCamera", None)
-    again = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
+    again = simulated_clip(SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
     for view in first.cameras:
         assert np.array_equal(first.instants[0].masks[view], again.instants[0].masks[view])
+        assert not np.array_equal(first.instants[0].masks[view], other.instants[0].masks[view])
 
 
 def test_unknown_name_of_a_clip() -> None:

@@ -106,7 +106,7 @@ def _beside(shot: SeenMotion) -> Masks:
     take = captured_take(subject, SHARED / motion_file(shot.motion), FPS, longest_s=LONGEST_S)
     poses = [Bones(one.rotation, one.origin + by) for one in take.poses[take.motion_from :: 4] if one is not None]
     slow = [pose for pose in poses for _ in range(4)]  # every fourth pose is rendered: it costs
-    film = simulated_clip(f"beside-{shot.motion}", subject, poses, 0, FPS / 4, shot.views)
+    film = simulated_clip(subject, poses, 0, FPS / 4, shot.views)
     masks = _masks(film)
     return {view: [one for one in masks[view] for _ in range(4)][: len(slow)] for view in masks}
 

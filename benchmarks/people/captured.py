@@ -1,5 +1,6 @@
 """Motion capture files (BVH) as motions of the simulated person, with its own lengths."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
@@ -10,7 +11,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.formats.bvh_joint_names import read_bvh_centres
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.simulation.body.person import Person
-from zenocap.simulation.body.pose import OUTWARD, SIDES, interpolate, minimum_jerk, neutral
+from zenocap.simulation.body.pose import OUTWARD, SIDES, PersonPose, Placement, interpolate, minimum_jerk, neutral, place
 from zenocap.simulation.body.rotation import blend, cross, from_x_and_y, rx, ry, unit
 from zenocap.simulation.body.skeleton import (
     BALL,
@@ -42,25 +43,33 @@ class CapturedTake:
     motion_from: int
 
 
-def captured_take(person: Person, path: Path, fps: float, from_s: float = 0.05, longest_s: float = 8.0) -> CapturedTake:
-    """Empty scene 1 s, T-pose 1.5 s, arms down 0.6 s, transition 0.8 s, then the motion of a file, at `fps`.
+def captured_take(
+    person: Person, path: Path, fps: float, from_s: float = 0.05, longest_s: float = 8.0,
+    opening: Sequence[PersonPose | None] = (), heading: float = 0.0,
+) -> CapturedTake:  # fmt: skip
+    """An opening, by default that of `t_pose_opening`, transition 0.8 s, then the motion of a file, at `fps`.
 
-    The person faces +Z in the T-pose and at the start of the motion, whose path is centred at the origin.  from_s: start
-    within the file; the first frame of many files is a T-pose.  longest_s: the motion is cut after it.  Raises UserError.
+    The person has a heading, radians from +Z towards +X, in the opening and at the start of the motion, whose path is
+    centred at the origin.  from_s: start within the file; the first frame of many files is a T-pose.  longest_s: the
+    motion is cut after it.  opening: facing +Z at the origin.  Raises UserError.
     """
     centres = read_bvh_centres(path)
     times = np.arange(from_s, min(from_s + longest_s, (len(centres.points) - 1) / centres.rate), 1.0 / fps)
-    motion = _centred(_bones(person, centres, np.rint(times * centres.rate).astype(np.int64)))
-    start = motion[0].origin[PELVIS]
-    shift = np.array([start[0], 0.0, start[2]])
-    poses: list[Bones | None] = [None] * ceil(EMPTY_S * fps)
-    stretched, standing = t_pose(person), neutral(person)
-    lowering = [minimum_jerk(k / ceil(LOWERING_S * fps)) for k in range(1, ceil(LOWERING_S * fps) + 1)]
-    opening = [stretched] * ceil(T_POSE_S * fps) + [interpolate(stretched, standing, share) for share in lowering]
-    poses += [_moved(pose_bones(person, pose), shift) for pose in opening]
-    last, count = _moved(pose_bones(person, standing), shift), ceil(ENTRY_S * fps)
+    towards_z, turn = _bones(person, centres, np.rint(times * centres.rate).astype(np.int64)), ry(heading)
+    motion = _centred([Bones(turn @ pose.rotation, pose.origin @ turn.T) for pose in towards_z])
+    x, _, z = motion[0].origin[PELVIS].tolist()
+    before = opening or t_pose_opening(person, fps)
+    poses = [None if pose is None else pose_bones(person, place(pose, Placement(x, z, heading))) for pose in before]
+    last, count = poses[-1] or motion[0], ceil(ENTRY_S * fps)
     poses += [_between(last, motion[0], minimum_jerk(k / count)) for k in range(1, count)]
     return CapturedTake((*poses, *motion), len(poses))
+
+
+def t_pose_opening(person: Person, fps: float) -> list[PersonPose | None]:
+    """Empty scene 1 s, T-pose 1.5 s, arms down 0.6 s."""
+    stretched, standing, steps = t_pose(person), neutral(person), ceil(LOWERING_S * fps)
+    lowering = [interpolate(stretched, standing, minimum_jerk(k / steps)) for k in range(1, steps + 1)]
+    return [*[None] * ceil(EMPTY_S * fps), *[stretched] * ceil(T_POSE_S * fps), *lowering]
 
 
 def _bones(person: Person, centres: Trajectories, frames: Ints) -> list[Bones]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from benchmarks.harness.case import SHARED
-from benchmarks.people.captured import captured_take
+from benchmarks.people.captured import captured_take, t_pose_opening
 from benchmarks.people.films import motion_file
 from benchmarks.people.shared_clips import Instant
 from tests.support.simulated_cameras import look, paper_cameras
@@ -18,10 +18,10 @@ from zenocap.common.arrays import Bytes, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.simulation.body.person import Person, person
-from zenocap.simulation.body.pose import PersonPose, interpolate, minimum_jerk, neutral
+from zenocap.simulation.body.pose import PersonPose, neutral
 from zenocap.simulation.body.skeleton import Bones, pose_bones
 from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.motion.timeline import motion_timeline, t_pose
+from zenocap.simulation.motion.timeline import motion_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 SIZE = (320, 240)
@@ -31,7 +31,7 @@ RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the back
 
 FPS, LONGEST_S = 30.0, 6.0  # of motion capture
 STANDING = "standing"
-EMPTY_S, T_POSE_S, LOWERING_S, SETTLING_S, STILL_S = 1.0, 1.5, 0.6, 1.0, 4.0
+SETTLING_S, STILL_S = 1.0, 4.0
 CYCLES = ("walking", "running", "boxing")
 CYCLE_FPS = 60.0  # of HumanEva
 TRAINING_FRAMES, TEST_FRAMES = 100, {"walking": 433, "running": 393, "boxing": 377}  # [Hybrid Table I]
@@ -104,12 +104,9 @@ def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_
 
 def _standing_clip(subject: Person, views: int) -> SimulatedClip:
     """Empty scene, T-pose, arms down, then standing still; scored a second after the arms are down."""
-    stretched, standing = t_pose(subject), neutral(subject)
-    steps = ceil(LOWERING_S * FPS)
-    lowering = [interpolate(stretched, standing, minimum_jerk(k / steps)) for k in range(1, steps + 1)]
-    opening = [None] * ceil(EMPTY_S * FPS) + [stretched] * ceil(T_POSE_S * FPS) + lowering
+    opening = t_pose_opening(subject, FPS)
     first = len(opening) + ceil(SETTLING_S * FPS)
-    poses = [*opening, *[standing] * ceil((SETTLING_S + STILL_S) * FPS)]
+    poses = [*opening, *[neutral(subject)] * ceil((SETTLING_S + STILL_S) * FPS)]
     return simulated_clip(subject, poses, first, FPS, views)
 
 

@@ -9,6 +9,8 @@ from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import CapturedTake, captured_take
 from zenocap.common.formats.bvh_joint_names import read_bvh_centres
 from zenocap.simulation.body.person import person
+from zenocap.simulation.body.pose import neutral
+from zenocap.simulation.body.rotation import ry
 from zenocap.simulation.body.skeleton import CHEST, FOOT, FOREARM, PELVIS, SHANK, THIGH, UPPER_ARM, Bones
 from zenocap.simulation.ground_truth import truth
 
@@ -86,3 +88,16 @@ def test_transition_has_no_jump(take: CapturedTake) -> None:
     known = [pose for pose in take.poses if pose is not None]
     moved = [float(np.abs(b.origin - a.origin).max()) for a, b in pairwise(known)]
     assert max(moved) < 0.2
+
+
+def test_a_heading_turns_the_opening_and_the_motion() -> None:
+    ahead, turned = (
+        captured_take(SUBJECT, FILE, FPS, longest_s=0.5, opening=(None, neutral(SUBJECT)), heading=angle).poses
+        for angle in (0.0, np.radians(120.0))
+    )
+    assert [pose is None for pose in turned] == [True] + [False] * (len(ahead) - 1)
+    for one, other in zip(ahead[1:], turned[1:], strict=True):
+        assert one is not None
+        assert other is not None
+        np.testing.assert_allclose(other.rotation, ry(np.radians(120.0)) @ one.rotation, atol=1e-6)
+        np.testing.assert_allclose(other.origin[:, 1], one.origin[:, 1], atol=1e-6)

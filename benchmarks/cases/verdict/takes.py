@@ -10,7 +10,7 @@ from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take
 from benchmarks.people.films import motion_file
 from benchmarks.people.session import rig_of, stepped, tracker_of
-from benchmarks.people.simulated_clips import SIZE, SimulatedClip, captured_clip, simulated_clip
+from benchmarks.people.simulated_clips import SimulatedClip, captured_clip, simulated_clip
 from tests.support.built_messages import silhouette
 from tests.support.foxglove_reader import in_envelope
 from tests.support.stored import stored
@@ -79,7 +79,7 @@ def taken(trial: FaultTrial, method: str = "hybrid") -> FaultyTake:
 def _encoded(trial: FaultTrial, method: str) -> tuple[list[tuple[type[m.Message], bytes]], tuple[str, ...], Ints, Floats]:
     clip = clip_of(trial.shot)
     scene = FAULTS[trial.fault](
-        scene_of(trial.shot, trial.fault == "second person"),
+        scene_of(clip, _beside(trial.shot) if trial.fault == "second person" else {}),
         np.random.default_rng([trial.seed, list(FAULTS).index(trial.fault)]),
     )
     messages = two_view_messages(scene) if method == "two-view" else tracker_messages(scene, trial.seed)
@@ -92,10 +92,9 @@ def clip_of(shot: SeenMotion) -> SimulatedClip:
     return captured_clip(shot.person, shot.motion, shot.views, FPS, LONGEST_S)
 
 
-def scene_of(shot: SeenMotion, beside: bool = False) -> FaultyScene:
-    """Silhouettes of a shot.  beside: of a second person too."""
-    clip = clip_of(shot)
-    return FaultyScene(clip.cameras, _masks(clip), _beside(shot) if beside else {}, clip.motion_from, FPS)
+def scene_of(clip: SimulatedClip, other: Masks) -> FaultyScene:
+    """Silhouettes of a clip.  other: of a second person."""
+    return FaultyScene(clip.cameras, _masks(clip), other, clip.motion_from, FPS)
 
 
 def _beside(shot: SeenMotion) -> Masks:
@@ -114,8 +113,7 @@ def _beside(shot: SeenMotion) -> Masks:
 def _masks(clip: SimulatedClip) -> Masks:
     """By view, one per frame from frame 0 on; empty before the first."""
     first = clip.instants[0].frame
-    nothing = np.zeros(SIZE[::-1], np.uint8)
-    found = {view: [nothing] * first for view in clip.cameras}
+    found = {view: [np.zeros(camera.size[::-1], np.uint8)] * first for view, camera in clip.cameras.items()}
     for instant in clip.instants:
         for view, mask in clip.masks(instant, clip.cameras).items():
             found[view].append(mask)

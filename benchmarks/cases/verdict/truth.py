@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.cases.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.tools.judge.evidence import TakeEvidence, body_of
 from zenocap.tools.judge.parameters import GOOD_ERROR_M, GOOD_LOST, LOST_ERROR_M, START_NS, UNUSABLE_ERROR_M, UNUSABLE_LOST
@@ -52,20 +52,26 @@ def true_rating(mean_m: float, lost: float) -> m.Rating:
 
 
 def true_error(take: FaultyTake, evidence: TakeEvidence) -> TrueError:
-    """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
-    first_ns = min(
-        (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS
-    )
-    frames = take.frames[take.frames >= (first_ns + START_NS - EPOCH_NS) / 1e9 * FPS - 0.5]
-    errors = np.full((len(frames), len(take.names)), np.nan)
-    if evidence.poses and (body := body_of(evidence)) is not None:
-        names = [marker.name for marker in body.anatomy.markers]
-        columns = [names.index(name) if name in names else -1 for name in take.names]
-        rows = {row.frame: row for row in evidence.poses.values()}
-        truth = dict(zip(take.frames.tolist(), take.points, strict=True))
-        for k, frame in enumerate(frames.tolist()):
+    """Errors of the poses against the truth, in the scored frames."""
+    rows = scored(take)
+    return TrueError(np.linalg.norm(found_joints(take, evidence)[rows] - take.points[rows], axis=2))
+
+
+def scored(take: FaultyTake) -> Bools:
+    """(frames,) whether a frame counts: the first START_NS in view do not, as for the verdict."""
+    seen = (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data)
+    since_ns = min(seen, default=EPOCH_NS) + START_NS - EPOCH_NS
+    rows: Bools = take.frames >= since_ns / 1e9 * FPS - 0.5
+    return rows
+
+
+def found_joints(take: FaultyTake, evidence: TakeEvidence) -> Floats:
+    """(frames, joints, 3) joint centres of the poses in the frames of the truth, metres; NaN without a pose."""
+    found = np.full(take.points.shape, np.nan)
+    if (body := body_of(evidence)) is not None:
+        markers = [marker.name for marker in body.anatomy.markers]
+        columns, rows = [markers.index(name) for name in take.names], {row.frame: row for row in evidence.poses.values()}
+        for k, frame in enumerate(take.frames.tolist()):
             if (row := rows.get(frame)) is not None and not row.lost:
-                found = joint_centres(body.anatomy, body.bdp, body.pose(row))[columns]
-                errors[k] = np.linalg.norm(found - truth[frame], axis=1)
-        errors = errors[:, [k for k, column in enumerate(columns) if column >= 0]]
-    return TrueError(errors)
+                found[k] = joint_centres(body.anatomy, body.bdp, body.pose(row))[columns]
+    return found

@@ -2,15 +2,15 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import ceil
+from dataclasses import dataclass, replace
+from math import ceil, radians
 
 import cv2
 import numpy as np
 
 from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take, t_pose_opening
-from benchmarks.people.films import motion_file
+from benchmarks.people.films import Size, motion_file
 from benchmarks.people.shared_clips import Instant
 from tests.support.simulated_cameras import look, paper_cameras
 from tests.support.stored import stored
@@ -18,10 +18,20 @@ from zenocap.common.arrays import Bytes, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.simulation.body.person import Person, person
-from zenocap.simulation.body.pose import PersonPose, neutral
+from zenocap.simulation.body.pose import (
+    SIDES,
+    Foot,
+    Motion,
+    PersonPose,
+    Placement,
+    interpolate,
+    minimum_jerk,
+    neutral,
+    place,
+)
 from zenocap.simulation.body.skeleton import Bones, pose_bones
 from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.motion.timeline import motion_timeline
+from zenocap.simulation.motion.timeline import MotionTimeline, Segment, motion_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 SIZE = (320, 240)
@@ -32,6 +42,7 @@ RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the back
 FPS, LONGEST_S = 30.0, 6.0  # of motion capture
 STANDING = "standing"
 SETTLING_S, STILL_S = 1.0, 4.0
+STEP_M, STEPPING_S, HELD_S, AFTERWARDS_S = 0.35, 0.8, 3.0, 4.0  # of a held step
 CYCLES = ("walking", "running", "boxing")
 CYCLE_FPS = 60.0  # of HumanEva
 TRAINING_FRAMES, TEST_FRAMES = 100, {"walking": 433, "running": 393, "boxing": 377}  # [Hybrid Table I]
@@ -52,21 +63,21 @@ class SimulatedClip:
         return {view: np.unpackbits(instant.masks[view], axis=1, count=self.cameras[view].size[0]) for view in views}
 
 
-def cameras_of(views: int) -> dict[str, Camera]:
+def cameras_of(views: int, size: Size = SIZE) -> dict[str, Camera]:
     """Two: the paper's; otherwise a ring about the origin."""
     if views == 2:
-        return {camera.name: camera for camera in paper_cameras(SIZE)}
+        return {camera.name: camera for camera in paper_cameras(size)}
     angles = [2 * np.pi * k / RING for k in RINGS[views]]
     middle = np.array([0.0, 1.0, 0.0])
     places = [np.array([DISTANCE_M * np.sin(a), HEIGHT_M, DISTANCE_M * np.cos(a)]) for a in angles]
-    return {f"r{k}": look(f"r{k}", place, middle).resized(SIZE) for k, place in zip(RINGS[views], places, strict=True)}
+    return {f"r{k}": look(f"r{k}", place, middle).resized(size) for k, place in zip(RINGS[views], places, strict=True)}
 
 
 def simulated_clip(
-    subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
+    subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int, size: Size = SIZE
 ) -> SimulatedClip:
     """Clip of consecutive poses; None: an empty scene, at the start only."""
-    cameras = cameras_of(views)
+    cameras = cameras_of(views, size)
     masks = {view: _masks(camera, subject, poses) for view, camera in cameras.items()}
     truths = [None if pose is None else truth(subject, pose).joints for pose in poses]
     first = next(k for k, one in enumerate(truths) if one is not None)
@@ -110,6 +121,37 @@ def _standing_clip(subject: Person, views: int) -> SimulatedClip:
     return simulated_clip(subject, poses, first, FPS, views)
 
 
+def held_clip(seed: int, heading: int, ahead: int, motion: str, views: int, fps: float, size: Size = SIZE) -> SimulatedClip:
+    """A step held for 3 s, then up to 4 s of a shared file, or held on with `STANDING`; scored from the step on.
+
+    heading: of both, degrees from +Z towards +X.  ahead: see `held_step`.
+    """
+    subject, turn, held_s = person(seed), radians(heading), HELD_S + (AFTERWARDS_S if motion == STANDING else 0.0)
+    opening = held_step(subject, ahead, held_s, fps)
+    poses: Sequence[PersonPose | Bones | None]
+    if motion == STANDING:
+        poses = [None if pose is None else place(pose, Placement(yaw=turn)) for pose in opening]
+    else:
+        file = SHARED / motion_file(motion)
+        poses = captured_take(subject, file, fps, longest_s=AFTERWARDS_S, opening=opening, heading=turn).poses
+    return simulated_clip(subject, poses, len(opening) - ceil(held_s * fps), fps, views, size)
+
+
+def held_step(subject: Person, ahead: int, held_s: float, fps: float) -> list[PersonPose | None]:
+    """Empty scene, T-pose, then a step that is held, towards +Z at the origin.  ahead: the foot in front, RIGHT or LEFT."""
+    standing, count = neutral(subject), ceil(STEPPING_S * fps) + ceil(held_s * fps)
+    feet = standing.feet.copy()
+    feet[:, Foot.Z] = [STEP_M / 2 if side == ahead else -STEP_M / 2 for side in SIDES]
+    step = replace(standing, feet=feet)
+
+    def pose_at(time_s: float) -> PersonPose:
+        return interpolate(standing, step, minimum_jerk(time_s / STEPPING_S))
+
+    stepping = Segment("step", 0.0, count / fps, Placement(), Motion(count / fps, pose_at))
+    swaying = MotionTimeline(subject, subject.seed, (stepping,), 0.0)
+    return [*t_pose_opening(subject, fps), *(swaying.pose_at(k / fps) for k in range(count))]
+
+
 def _masks(camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
     """(frames, rows, bytes) packed silhouettes of one camera, rendered once for the same poses, whatever made them."""
     bones = [None if pose is None else pose_bones(subject, pose) for pose in poses]
@@ -119,14 +161,14 @@ def _masks(camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones |
         film = SimulatedCamera(camera, subject, subject.seed)
         return np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in bones])
 
-    return _ragged(stored(rendered, subject.seed, camera, len(bones), shown.hexdigest()), subject.seed)
+    return _ragged(stored(rendered, subject.seed, camera, len(bones), shown.hexdigest()), camera.size[0], subject.seed)
 
 
-def _ragged(packed: Bytes, seed: int) -> Bytes:
+def _ragged(packed: Bytes, width: int, seed: int) -> Bytes:
     """Masks (n, rows, bytes) with noise at their edges, as segmentation leaves it."""
     rng, kernel, out = np.random.default_rng(seed), np.ones((3, 3), np.uint8), np.empty_like(packed)
     for k, one in enumerate(packed):
-        mask = np.unpackbits(one, axis=1, count=SIZE[0])
+        mask = np.unpackbits(one, axis=1, count=width)
         edge = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, kernel) != 0
         flipped = edge & (rng.random(mask.shape) < RAGGED / 2)
         out[k] = np.packbits(np.where(flipped, 1 - mask, mask), axis=1)

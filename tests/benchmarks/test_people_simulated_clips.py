@@ -6,12 +6,26 @@ import numpy as np
 import pytest
 
 from benchmarks.cases.clips import FIRST_PERSON, take_prior
-from benchmarks.people.simulated_clips import SIZE, TEST_FRAMES, TRAINING_FRAMES, cameras_of, cycle_clip, simulated_clip
+from benchmarks.harness.case import SHARED
+from benchmarks.people.films import motion_file
+from benchmarks.people.simulated_clips import (
+    SIZE,
+    STANDING,
+    STEP_M,
+    TEST_FRAMES,
+    TRAINING_FRAMES,
+    cameras_of,
+    cycle_clip,
+    held_clip,
+    simulated_clip,
+)
 from zenocap.simulation.body.person import person
-from zenocap.simulation.body.pose import neutral
+from zenocap.simulation.body.pose import LEFT, RIGHT, neutral
+from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import t_pose
 from zenocap.tools.teach.dataset import build_priors
 
+FILE = SHARED / motion_file("07_01")
 SUBJECT = person(3)
 
 
@@ -46,6 +60,23 @@ def test_silhouettes_of_the_same_poses_are_rendered_once(monkeypatch: pytest.Mon
         assert not np.array_equal(first.instants[0].masks[view], other.instants[0].masks[view])
 
 
+@pytest.mark.parametrize(
+    "motion", [STANDING, pytest.param("07_01", marks=pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} missing"))]
+)
+@pytest.mark.parametrize(("ahead", "sign"), [(RIGHT, 1.0), (LEFT, -1.0)])
+def test_a_step_is_held_in_its_heading_before_the_motion(
+    motion: str, ahead: int, sign: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("benchmarks.people.simulated_clips.simulated_clip", lambda *given: given)
+    subject, poses, first, *_ = held_clip(3, 120, ahead, motion, 2, 10.0)
+    held = [truth(subject, pose).joints for pose in poses[first : first + 30]]
+    apart = np.array([one["RAnkle"] - one["LAnkle"] for one in held])
+    ahead_of_other = apart @ [np.sin(np.radians(120.0)), 0.0, np.cos(np.radians(120.0))]
+    np.testing.assert_allclose(ahead_of_other, sign * STEP_M, atol=0.02)
+    np.testing.assert_allclose(apart[:, 1], 0.0, atol=0.02)
+    assert len(poses) >= first + 60
+
+
 def test_unknown_name_of_a_clip() -> None:
     with pytest.raises(ValueError, match="clip dancing-3: allowed: a shared clip, or walking"):
         cycle_clip("dancing-3")
@@ -55,7 +86,7 @@ def test_unknown_name_of_a_clip() -> None:
 def test_a_cycle_has_the_papers_numbers_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TEST_FRAMES, "walking", 3)
     monkeypatch.setattr("benchmarks.people.simulated_clips.CYCLE_FPS", 5.0)
-    monkeypatch.setattr("benchmarks.people.simulated_clips.cameras_of", lambda _views: dict([*cameras_of(7).items()][:1]))
+    monkeypatch.setattr("benchmarks.people.simulated_clips.cameras_of", lambda *_: dict([*cameras_of(7).items()][:1]))
     clip = cycle_clip("walking-3")
     motion = clip.truth.frames >= clip.motion_from
     assert int(motion.sum()) == TRAINING_FRAMES + 3

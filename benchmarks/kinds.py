@@ -20,6 +20,7 @@ KINDS = Table(
         "headings": "benchmarks.cases.starts:HEADING_STARTS",
         "confidence": "benchmarks.cases.starts:CONFIDENCE",
         "limits": "benchmarks.cases.starts:LIMITS",
+        "held": "benchmarks.cases.held:HELD",
         "jitter": "benchmarks.cases.jitter:JITTER",
         "postures": "benchmarks.cases.recognition.postures:POSTURES_KIND",
         "postures-paper": "benchmarks.cases.recognition.postures:AS_IN_THE_PAPER",

@@ -31,7 +31,7 @@ from zenocap.simulation.body.pose import (
 )
 from zenocap.simulation.body.skeleton import Bones, pose_bones
 from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.motion.timeline import MotionTimeline, Segment, motion_timeline
+from zenocap.simulation.motion.timeline import MotionTimeline, Segment, motion_timeline, session_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 SIZE = (320, 240)
@@ -41,6 +41,7 @@ RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the back
 
 FPS, LONGEST_S = 30.0, 6.0  # of motion capture
 STANDING = "standing"
+CHAIN, CHAINED = "activities", ("bend", "lunge", "reach")
 SETTLING_S, STILL_S = 1.0, 4.0
 STEP_M, STEPPING_S, HELD_S, AFTERWARDS_S = 0.35, 0.8, 3.0, 4.0  # of a held step
 CYCLES = ("walking", "running", "boxing")
@@ -96,12 +97,19 @@ def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
     motion, _, number = name.partition("-")
     if motion not in CYCLES or not number.isdecimal():
         raise ValueError(f"clip {name}: allowed: a shared clip, or {'|'.join(CYCLES)} and a number, as in walking-3")
-    subject = person(int(number))
-    script = motion_timeline(subject, motion, int(number))
-    from_frame = int(np.ceil(script.motion_from_s * CYCLE_FPS))
-    count = from_frame + TRAINING_FRAMES + TEST_FRAMES[motion]
-    poses = [script.pose_at(k / CYCLE_FPS) for k in range(count)]
-    return simulated_clip(subject, poses, from_frame, CYCLE_FPS, views)
+    return performed_clip(int(number), motion, views, CYCLE_FPS, (TRAINING_FRAMES + TEST_FRAMES[motion]) / CYCLE_FPS)
+
+
+def performed_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:
+    """A person with a motion of `motion_timeline`, or with CHAINED one after the other for `CHAIN`."""
+    subject = person(seed)
+    if motion == CHAIN:
+        script = session_timeline(subject, [(name, seed) for name in CHAINED], [0.0] * len(CHAINED), seed)
+    else:
+        script = motion_timeline(subject, motion, seed)
+    first = ceil(script.motion_from_s * fps)
+    poses = [script.pose_at(k / fps) for k in range(first + round(longest_s * fps))]
+    return simulated_clip(subject, poses, first, fps, views)
 
 
 def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:

@@ -9,6 +9,7 @@ from benchmarks.cases.clips import FIRST_PERSON, take_prior
 from benchmarks.harness.case import SHARED
 from benchmarks.people.films import motion_file
 from benchmarks.people.simulated_clips import (
+    CHAIN,
     SIZE,
     STANDING,
     STEP_M,
@@ -17,6 +18,7 @@ from benchmarks.people.simulated_clips import (
     cameras_of,
     cycle_clip,
     held_clip,
+    performed_clip,
     simulated_clip,
 )
 from zenocap.simulation.body.person import person
@@ -75,6 +77,16 @@ def test_a_step_is_held_in_its_heading_before_the_motion(
     np.testing.assert_allclose(ahead_of_other, sign * STEP_M, atol=0.02)
     np.testing.assert_allclose(apart[:, 1], 0.0, atol=0.02)
     assert len(poses) >= first + 60
+
+
+@pytest.mark.parametrize("motion", [CHAIN, "march"])
+def test_a_performed_clip_is_an_opening_and_seconds_of_its_motion(motion: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("benchmarks.people.simulated_clips.simulated_clip", lambda *given: given)
+    subject, poses, first, *_ = performed_clip(3, motion, 2, 5.0, 4.0)
+    assert poses[0] is None
+    assert len(poses) == first + 20
+    joints = [list(truth(subject, pose).joints.values()) for pose in poses[first:]]
+    assert np.ptp(joints, axis=0).max() > 0.1
 
 
 def test_unknown_name_of_a_clip() -> None:

@@ -22,6 +22,7 @@ KINDS = Table(
         "limits": "benchmarks.cases.starts:LIMITS",
         "held": "benchmarks.cases.held:HELD",
         "jitter": "benchmarks.cases.jitter:JITTER",
+        "pairs": "benchmarks.cases.jitter:PAIRS",
         "postures": "benchmarks.cases.recognition.postures:POSTURES_KIND",
         "postures-paper": "benchmarks.cases.recognition.postures:AS_IN_THE_PAPER",
         "confusions": "benchmarks.cases.recognition.postures:CONFUSIONS",

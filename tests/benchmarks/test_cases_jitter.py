@@ -1,11 +1,14 @@
-"""Measures of jitter: known delays and known noise."""
+"""Measures of jitter and pairs: known delays, noise and turns."""
 
 import numpy as np
 import pytest
 
-from benchmarks.cases.jitter import jitter_deg, lag_s, track_of
+from benchmarks.cases.jitter import jitter_deg, lag_s, track_of, turned_pct, without_t_pose
+from benchmarks.people.shared_clips import Instant
+from benchmarks.people.simulated_clips import SimulatedClip
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.simulation.body.rotation import ry
 
 RATE = 30.0
 BODY = Bdp(np.zeros((len(FOURTEEN_PARTS.parts), 3)), np.zeros((len(FOURTEEN_PARTS.joints), 3)))
@@ -38,3 +41,22 @@ def test_jitter_is_that_of_the_noise() -> None:
     joints = sum(bool(joint.axes) for joint in FOURTEEN_PARTS.joints)
     assert still == pytest.approx(np.degrees(noise) * np.sqrt(len(hinges) / joints), rel=0.05)
     assert step == pytest.approx(np.sqrt(2) * still, rel=0.05)
+
+
+def test_frames_without_a_pose_have_no_delay() -> None:
+    times_s = np.arange(150) / RATE
+    assert np.isnan(lag_s(np.full((150, 2, 3), np.nan), paths(times_s), RATE))
+
+
+def test_shoulders_turned_by_more_than_45_degrees_are_counted() -> None:
+    true = np.tile([[0.2, 1.4, 0.0], [-0.2, 1.4, 0.0]], (5, 1, 1))
+    turns = [ry(np.radians(degrees)).T for degrees in (0, 40, -50, 170, np.nan)]
+    found = np.array([points @ turn for points, turn in zip(true, turns, strict=True)])
+    assert turned_pct(found, true) == pytest.approx(40.0)
+
+
+def test_without_a_t_pose_a_clip_begins_with_the_motion_and_is_scored_later() -> None:
+    instants = tuple(Instant(k, round(k * 1e9 / RATE), {}) for k in range(30, 200))
+    clip = without_t_pose(SimulatedClip({}, instants, None, 90, round(1e9 / RATE)))
+    assert clip.instants[0].frame == 90
+    assert clip.motion_from == 90 + 45

@@ -131,8 +131,8 @@ def _arm_reach(along: Floats) -> float:
 
 
 def _extent(along: Floats, reach: float) -> float:
-    """Farthest point along a line within the reach of an arm."""
-    return float(along[along <= reach].max())
+    """Farthest point along a line within the reach of an arm; -inf without one."""
+    return float(along[along <= reach].max(initial=-np.inf))
 
 
 def _arm_direction(around: Floats, weights: Floats, across: Floats) -> Floats:

@@ -9,7 +9,13 @@ from tests.support.tracker_ring import ring, shown, simulated_person, t_pose_at
 from tests.support.tracker_scenes import NO_RAYS
 from zenocap.common.arrays import Floats32
 from zenocap.services.tracker.hull.contour_rays import FAR, NEAR, midpoints
-from zenocap.services.tracker.initialization.localization import Column, find_column, rays_in_column, reliability
+from zenocap.services.tracker.initialization.localization import (
+    Column,
+    detect_t_pose,
+    find_column,
+    rays_in_column,
+    reliability,
+)
 
 CAMERAS = ring(4)
 
@@ -38,6 +44,14 @@ def test_low_clutter_does_not_move_the_column() -> None:
 def test_few_rays_give_no_column() -> None:
     assert find_column(rays_at(0.0, 0.0)[:, :20]) is None
     assert find_column(NO_RAYS) is None
+
+
+def test_object_that_is_empty_in_the_middle_is_no_t_pose() -> None:
+    """Two posts, and something beside them at the height of the arms: nothing is between the posts."""
+    posts = [(0.0, y, z) for z in (-0.14, 0.14) for y in np.linspace(0.0, 1.5, 40)]
+    rays = np.zeros((11, 92), np.float32)
+    rays[:3] = np.transpose([*posts, *[(0.0, 1.2, z) for z in (-0.45, 0.45)] * 6])
+    assert detect_t_pose(rays) == "no T-pose: hold both arms out sideways, at the height of the shoulders"
 
 
 def test_long_interval_is_less_reliable() -> None:

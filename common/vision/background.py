@@ -47,11 +47,13 @@ class Background:
     """Background model.
 
     mean: (height, width, 3) grey levels.  weight: (height, width, 3) 1 / sigma², sigma: noise in grey levels.
+    halo: noise around the person in units of the model's, which compression makes larger than 1.
     Who changes the mean in place goes on with a copy of this object, `replace(background)`, which has no limits yet.
     """
 
     mean: Floats32
     weight: Floats32
+    halo: float = 1.0
     _limits: list[LevelLimits] = field(default_factory=list, init=False, repr=False, compare=False)
 
     @property

@@ -12,10 +12,10 @@ from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, Firs
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.adaptive.saved import taken_up
-from zenocap.common.vision.background import Background, from_image, learn_median, update
+from zenocap.common.vision.background import Background, from_image, gains, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.empty_scene import FEWEST_EMPTY, LEAST_EMPTY, with_people
-from zenocap.common.vision.extraction import extract
+from zenocap.common.vision.extraction import extract, with_halo
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.pictures import jpeg
 from zenocap.common.vision.prediction import Prediction
@@ -92,6 +92,8 @@ def segment(
         silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)
     # Paper (added): the background model follows slow changes of the light.
     if isinstance(background, Background) and frame.frame % p.UPDATE_EVERY == 0:
+        if silhouette is not None:
+            background = with_halo(background, frame.image, gains(background, frame.image, silhouette.mask), silhouette)
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
         margin_px = max(p.UPDATE_MARGIN_MIN_PX, frame.image.shape[0] // p.UPDATE_MARGIN_ROWS)
         background = update(background, frame.image, person, p.UPDATE_RATE, margin_px=margin_px)

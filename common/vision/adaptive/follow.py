@@ -9,8 +9,7 @@ from zenocap.common.arrays import Floats32, Image, Labels, Mask
 from zenocap.common.vision.adaptive.judgement import EXPLAINED_SHARE, judged
 from zenocap.common.vision.adaptive.learning import LEARN, NEVER, SAME_SIGMAS, STRIDE, learn_still, visit
 from zenocap.common.vision.adaptive.model import Adaptive
-from zenocap.common.vision.background import Background
-from zenocap.common.vision.extraction import clean
+from zenocap.common.vision.extraction import clean, with_halo
 from zenocap.common.vision.foreground import foreground
 from zenocap.common.vision.mask_refinement import Edges
 from zenocap.common.vision.prediction import Prediction
@@ -22,10 +21,6 @@ from zenocap.common.vision.silhouette import PersonSilhouette, SilhouetteOptions
 AGREEMENT_RATE = 0.2  # per frame, of the running mean of that share; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
 MARGIN_ROWS, MARGIN_MIN_PX = 40, 2  # image rows per px around the person of which nothing is learnt; chosen by hand
-HALO_RATE, HALO_MAX = 0.1, 6.0  # of a judgement; largest; chosen by hand
-HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
-UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
-HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
 
 
 def follow(
@@ -44,13 +39,13 @@ def follow(
     Raises ValueError when the frame's shape is not the model's.
     """
     background = model.background
-    labels, gain = foreground(background, frame, options.foreground, model.halo)
+    labels, gain = foreground(background, frame, options.foreground, background.halo)
     differing = int(np.count_nonzero(labels))
     if differing > SUDDEN_SHARE * labels.size:
         changed = relit(background, frame, model.person, differing, options.foreground)
         if changed is not None:
             model, background = replace(model, background=changed), changed
-            labels, gain = foreground(background, frame, options.foreground, model.halo)
+            labels, gain = foreground(background, frame, options.foreground, background.halo)
     if decided is not None:
         model = _with_decisions(model, frame, gain, labels, decided, time_s)
     model = _agreeing(model, labels, prediction)
@@ -70,10 +65,9 @@ def follow(
         model.frames % STRIDE,
     )  # fmt: skip
     if silhouette is not None:
-        halo = model.halo
         if model.frames % STRIDE == 0:
-            halo += HALO_RATE * (_halo(frame, background, gain, silhouette) - halo)
-        model = replace(model, person=silhouette.mask, extents=silhouette.extents, halo=halo)
+            model = replace(model, background=with_halo(model.background, frame, gain, silhouette))
+        model = replace(model, person=silhouette.mask, extents=silhouette.extents)
     return replace(model, frames=model.frames + 1), silhouette
 
 
@@ -112,23 +106,3 @@ def _widened(shape: tuple[int, ...], silhouette: PersonSilhouette | None) -> Mas
         place = np.s_[max(0, top - reach) : bottom + reach + 1, max(0, left - reach) : right + reach + 1]
         held[place] = cv2.dilate(silhouette.mask[place], np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     return held
-
-
-def _halo(frame: Image, background: Background, gain: Floats32, silhouette: PersonSilhouette) -> float:
-    """Noise around the upper part of a silhouette in units of the model's, 1 to HALO_MAX; 1 without enough pixels.
-
-    The ring from HALO_INNER_PX to HALO_OUTER_PX around it shows the room: distances from the model follow a chi
-    distribution with three degrees of freedom where the noise is that of the model.
-    """
-    e = silhouette.extents
-    knee = e.highest + round(UPPER * (e.lowest - e.highest))
-    pad = HALO_OUTER_PX + 1
-    place = np.s_[max(0, e.highest - pad) : knee, max(0, e.leftmost - pad) : e.rightmost + pad]
-    mask = silhouette.mask[place]
-    inner = cv2.dilate(mask, np.ones((2 * HALO_INNER_PX + 1,) * 2, np.uint8))
-    ring = (cv2.dilate(mask, np.ones((2 * HALO_OUTER_PX + 1,) * 2, np.uint8)) != 0) & (inner == 0)
-    if np.count_nonzero(ring) < 50:
-        return 1.0
-    off = frame[place][ring] - gain * background.mean[place][ring]
-    distances = np.sqrt(np.sum(off * off * background.weight[place][ring], axis=1))
-    return float(np.clip(np.quantile(distances, HALO_QUANTILE) / HALO_CHI, 1.0, HALO_MAX))

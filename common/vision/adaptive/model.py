@@ -20,15 +20,14 @@ class Adaptive:
 
     candidate: (height, width, 3) colour that a pixel shows, divided by the gain of the frame.  since_s: (height, width)
     time since when.  person, extents: last silhouette, or None.  alive_s: when the person's region last changed.
-    noise: grey levels, median of the model's.  halo: noise around the person in units of the model's, which compression
-    makes larger than 1.  agreement: running mean of the share of the expected body that differs, without help of the prior.
+    noise: grey levels, median of the model's.  agreement: running mean of the share of the expected body that differs,
+    without help of the prior.
     """
 
     background: Background
     candidate: Floats32
     since_s: Floats32
     noise: float
-    halo: float = 1.0
     person: Mask | None = None
     extents: Extents | None = None
     alive_s: float = -1e9

@@ -49,7 +49,7 @@ def packed(model: Adaptive, owner: Owner) -> bytes:
     np.savez(
         content, version=np.int64(VERSION), rig=owner.rig, viewer=owner.viewer, source=owner.source,
         mean=background.mean, weight=background.weight,
-        noise=np.float64(model.noise), halo=np.float64(model.halo),
+        noise=np.float64(model.noise), halo=np.float64(background.halo),
     )  # fmt: skip
     return content.getvalue()
 
@@ -90,7 +90,7 @@ def read(path: Path, size: tuple[int, int], owner: Owner) -> Adaptive:
             raise UserError(f"{path}: {name} {array.shape} {array.dtype}: allowed: {shape} float32")
     if not (_within(mean, 0, 256) and _within(weight, 0, 1e6) and _within(noise, 1e-3, 256) and _within(halo, 1, 100)):
         raise UserError(f"{path}: values out of range: no background model")
-    return _model(Background(mean, weight), float(noise), float(halo))
+    return _model(Background(mean, weight, float(halo)), float(noise))
 
 
 def taken_up(model: Adaptive, frame: Image, options: ForegroundOptions) -> Adaptive | None:
@@ -100,16 +100,16 @@ def taken_up(model: Adaptive, frame: Image, options: ForegroundOptions) -> Adapt
     Raises ValueError when the frame's shape is not the model's.
     """
     background, most = model.background, FITTING_SHARE * frame[..., 0].size
-    labels, gain = foreground(background, frame, options, model.halo)
+    labels, gain = foreground(background, frame, options, background.halo)
     if np.count_nonzero(labels) > most:
         changed = relit(background, frame, None, int(np.count_nonzero(labels)), options)
         if changed is None:
             return None
         background = changed
-        labels, gain = foreground(background, frame, options, model.halo)
+        labels, gain = foreground(background, frame, options, background.halo)
     if np.count_nonzero(labels) > most or shift_px(background, frame, gain) > 0:
         return None
-    return _model(background, model.noise, model.halo)
+    return _model(background, model.noise)
 
 
 def shift_px(background: Background, frame: Image, gain: Floats32) -> int:
@@ -136,9 +136,9 @@ def _grey(picture: Image | Floats32) -> Floats32:
     return np.asarray(cv2.cvtColor(np.asarray(picture, dtype=np.float32), cv2.COLOR_BGR2GRAY), dtype=np.float32)
 
 
-def _model(background: Background, noise: float, halo: float) -> Adaptive:
+def _model(background: Background, noise: float) -> Adaptive:
     never = np.full(background.mean.shape[:2], -1e9, np.float32)
-    return Adaptive(background, background.mean.copy(), never, noise, halo)
+    return Adaptive(background, background.mean.copy(), never, noise)
 
 
 def _unpacked(path: Path) -> int:

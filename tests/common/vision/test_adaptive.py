@@ -148,7 +148,7 @@ def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None
     plain, coded = Camera(), Camera(around=5.0)
     plain.overlaps(ROOM, walk(8.0))
     found = coded.overlaps(ROOM, walk(8.0))
-    assert 1.4 * plain.model.halo < coded.model.halo
+    assert 1.4 * plain.model.background.halo < coded.model.background.halo
     assert np.mean(found[4 * FPS :]) > np.mean(found[: FPS // 2]) + 0.01
 
 

@@ -19,7 +19,7 @@ PARTS = {
 
 @dataclass(frozen=True)
 class Wording:
-    """short: for a table.  found: what was measured, with {value}, {unit} and {part}.  change: what to change."""
+    """short: for a table.  found: what was measured, with {value}, {limit} and {part}.  change: what to change."""
 
     short: str
     found: str
@@ -48,7 +48,9 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
         "turn or move the camera so that the whole person stays in the image",
     ),
     AdviceCode.SMALL: Wording(
-        "small", "the person is only {value:.0f} px tall", "move the camera nearer, zoom in, or use a larger working size"
+        "small",
+        "the person is only {value:.0f} px tall; from about {limit:.0f} px on it works",
+        "move the camera nearer, zoom in, or use a larger working size",
     ),
     AdviceCode.LIGHT_DRIFT: Wording(
         "light drifts",
@@ -99,7 +101,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
 
 def found_text(fault: CameraFault) -> str:
     """Text of the measurement."""
-    return WORDINGS[fault.code].found.format(value=fault.value, part=PARTS[fault.part])
+    return WORDINGS[fault.code].found.format(value=fault.value, limit=fault.limit, part=PARTS[fault.part])
 
 
 def change_text(fault: CameraFault) -> str:

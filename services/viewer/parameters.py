@@ -63,6 +63,7 @@ OTHERS_HEIGHT, OTHERS_AREA = 0.5, 0.25  # of the person's, for another person; c
 CLEARLY_LEFT = 0.25  # of the outline of a place that a person has left, edges of the room alone; chosen by hand
 OFTEN_CUT = 40.0  # %, of the images with a person; chosen by hand
 SMALL_PERSON = 40.0  # px, height: the people of the demo in 160x120, whom two-view tracks, have 46; chosen by hand
+SMALL_TRACKED = 100.0  # px, the same where only the tracker uses the silhouettes; by hand
 CONTACT_PX = 3  # px of a silhouette along the border of the image, from which it is cut off; chosen by hand
 HIGH_DRIFT = 5.0  # %, change of the brightness over ADVICE_LIGHT_S; rooms
 HIGH_COLOUR_DRIFT = 3.0  # %, change of the ratio of two colours; rooms

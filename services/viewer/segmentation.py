@@ -100,7 +100,7 @@ def segment(
     previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= p.PREVIEW_NS
     preview_ns = frame.captured_ns if previewed else scene.preview_ns
     mask = silhouette.mask if silhouette else None
-    watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background.room)
+    watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background.room, setup.small_px)
     messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
     if faults is not None:
         messages.append(CameraAdvice(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, faults=faults))

@@ -26,6 +26,7 @@ from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
+from zenocap.services.viewer.parameters import SMALL_TRACKED
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.device import Opener
@@ -60,7 +61,8 @@ def silhouette_service(
     Raises SourceError for an unreadable background picture.
     """
     used = viewer.background_in_use
-    setup = ViewerSetup(viewer.id, viewer.camera, used, viewer.preview, plate_of(viewer, used), people, kept)
+    plate = plate_of(viewer, used)
+    setup = ViewerSetup(viewer.id, viewer.camera, used, viewer.preview, plate, people, kept, SMALL_TRACKED)
     fed = (TRACKER_BDP, TRACKER_POSE) if viewer.feedback else ()
     return Service(
         "viewer", viewer.id, setup, partial(initial_state, setup), step, tuple(map(TopicSubscription, (FRAME_RATE, *fed))),

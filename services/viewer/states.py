@@ -10,6 +10,7 @@ from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.advice.watch import AdviceWatch
+from zenocap.services.viewer.parameters import SMALL_PERSON
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
 
@@ -18,7 +19,7 @@ class ViewerSetup:
     """camera: at the working size.  plate: (height, width, 3) of an image background, at the working size.
 
     people: network that corrects the silhouettes, or None; no value, for it works in a thread: only `segment` uses it.
-    kept: background of an earlier run, or None.
+    kept: background of an earlier run, or None.  small_px: height below which a person is too small.
     Raises ValueError for an image background without its plate.
     """
 
@@ -29,6 +30,7 @@ class ViewerSetup:
     plate: Image | None = None
     people: PeopleSegmenter | None = None
     kept: Adaptive | None = None
+    small_px: float = SMALL_PERSON
 
     def __post_init__(self) -> None:
         if isinstance(self.background, BackgroundImage) and self.plate is None:

@@ -28,6 +28,11 @@ def test_every_code_has_text_with_its_value_and_a_change() -> None:
         assert "{" not in camera_advice.sentence(one)
 
 
+def test_a_small_person_is_advised_from_what_height_on_it_works() -> None:
+    found = camera_advice.found_text(CameraFault(code=AdviceCode.SMALL, value=55.0, limit=100.0, unit="px"))
+    assert found == "the person is only 55 px tall; from about 100 px on it works"
+
+
 def test_marks_are_short_and_empty_without_faults() -> None:
     assert camera_advice.marks(advice()) == ""
     assert camera_advice.marks(advice(fault(), fault(AdviceCode.FOCUS))) == "holes, focus"

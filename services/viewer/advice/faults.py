@@ -23,7 +23,7 @@ Unit = Literal["levels", "%", "px"]
 class Measured:
     """Measures of the last seconds, with times in s, see `watch.Watch`.  edge_px: of the room.  rows: of the image.
 
-    occupied: as of the watch.
+    occupied: as of the watch.  small_px: height of a person below which he or she is too small.
     """
 
     fast: Sequence[tuple[float, Floats]]
@@ -34,6 +34,7 @@ class Measured:
     edge_px: float | None
     rows: int
     occupied: float
+    small_px: float
 
 
 LOW = (AdviceCode.CONTRAST, AdviceCode.SMALL, AdviceCode.DARK)  # faults where the value is below the limit
@@ -83,7 +84,7 @@ def _of_person(found: Measured) -> Iterator[CameraFault]:
     yield _value(AdviceCode.CUT_OFF, 100.0 * float(np.mean([one.cut for one in samples])), p.OFTEN_CUT, "%")
     yield _value(AdviceCode.PEOPLE, 100.0 * float(np.mean([one.people for one in samples])), p.OFTEN_PEOPLE, "%")
     yield _value(AdviceCode.UNCOVERED, 100.0 * float(np.mean([one.uncovered for one in samples])), p.OFTEN_UNCOVERED, "%")
-    yield _value(AdviceCode.SMALL, float(np.median([one.height for one in samples])), p.SMALL_PERSON, "px")
+    yield _value(AdviceCode.SMALL, float(np.median([one.height for one in samples])), found.small_px, "px")
 
 
 def _of_light(found: Measured) -> Iterator[CameraFault]:

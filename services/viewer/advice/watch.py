@@ -39,11 +39,13 @@ class AdviceWatch:
 
 
 def watched(
-    watch: AdviceWatch, image: Image, time_s: float, mask: Mask | None, room: Background | None
-) -> tuple[AdviceWatch, list[CameraFault] | None]:
+    watch: AdviceWatch, image: Image, time_s: float, mask: Mask | None, room: Background | None,
+    small_px: float = p.SMALL_PERSON,
+) -> tuple[AdviceWatch, list[CameraFault] | None]:  # fmt: skip
     """Measure one image (height, width, 3): the measures after it, and the faults when they are due, otherwise None.
 
     mask: silhouette, None without a person.  room: of the background model; None where it has none.
+    small_px: see `Measured`.
     """
     step = max(1, round(image.shape[1] / p.ADVICE_PX))
     fast = _since(
@@ -68,7 +70,7 @@ def watched(
     found = Measured(
         watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= p.ADVICE_WINDOW_S],
         [one for at_s, one in watch.blurs if time_s - at_s <= p.ADVICE_WINDOW_S], watch.exposure,
-        watch.edge_px, image.shape[0], watch.occupied,
+        watch.edge_px, image.shape[0], watch.occupied, small_px,
     )  # fmt: skip
     return replace(watch, reported_s=time_s), faults_of(found)
 

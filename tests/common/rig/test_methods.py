@@ -8,6 +8,7 @@ from zenocap.common.rig.services import SERVICES, services_of
 from zenocap.common.runtime.service import new_pose_service
 from zenocap.common.table import attribute
 from zenocap.common.topics import SIGHTING, SILHOUETTE
+from zenocap.services.viewer.parameters import SMALL_PERSON, SMALL_TRACKED
 from zenocap.services.viewer.shell import service_of
 
 
@@ -19,7 +20,9 @@ def test_a_rig_of_each_method_has_its_services(name: str) -> None:
     assert (method.pose_service, "main") in services_of(rig)
     assert new_pose_service(method, rig).name == method.pose_service
     for viewer in rig.viewers:
-        assert service_of(rig, viewer).name == "viewer"
+        service = service_of(rig, viewer)
+        assert service.name == "viewer"
+        assert service.setup.small_px == (SMALL_PERSON if method.exchange else SMALL_TRACKED)
     assert (rig.tracker is not None) == (method.table == "tracker")
 
 

@@ -85,7 +85,7 @@ def load_clip(name: str, size: tuple[int, int] | None = None, *, t_pose: bool = 
         rig = replace(rig, viewers=tuple(_without_t_pose(viewer) for viewer in rig.viewers))
     videos = [(path.name, path.stat().st_size) for path in sorted(folder.rglob("*.mp4"))]
     sources = (__name__, "zenocap.services.viewer")
-    found = stored(lambda: tuple(_silhouettes(rig)), name, size, t_pose, videos, rig.digest, sources=sources)
+    found = stored(lambda: tuple(silhouettes_of(rig)), name, size, t_pose, videos, rig.digest, sources=sources)
     truth = read_trc(next(folder / name for name in TRUTHS if (folder / name).is_file()))
     frame_ns = round(1e9 / max(viewer.fps for viewer in rig.viewers))
     return Clip(name, rig, frame_ns, found, truth, motion_from(name))
@@ -106,7 +106,7 @@ def _without_t_pose(viewer: Viewer) -> Viewer:
     return replace(viewer, source=replace(source, initial=None)) if isinstance(source, VideoFile) else viewer
 
 
-def _silhouettes(rig: Rig) -> Iterator[Instant]:
+def silhouettes_of(rig: Rig) -> Iterator[Instant]:
     """Silhouettes of all viewers, grouped by capture time as in `zenocap track`."""
     cv2.setNumThreads(1)
     clock = ManualClock(EPOCH_NS)

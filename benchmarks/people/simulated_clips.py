@@ -1,22 +1,27 @@
-"""Clips of simulated people with exact silhouettes, in place of the shared clips."""
+"""Clips of simulated people, with exact silhouettes or those of a film, in place of the shared clips."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
 
 from benchmarks.harness.case import SHARED
 from benchmarks.people.captured import captured_take, t_pose_opening
-from benchmarks.people.films import Size, motion_file
-from benchmarks.people.shared_clips import Instant
+from benchmarks.people.films import Film, Size, motion_file
+from benchmarks.people.session import rig_of
+from benchmarks.people.shared_clips import Instant, silhouettes_of
 from tests.support.simulated_cameras import look, paper_cameras
 from tests.support.stored import stored
-from zenocap.common.arrays import Bytes, Mask
+from tests.support.video_file import write_video
+from zenocap.common.arrays import Bytes, Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.rig.sources import FirstFrames, VideoFile
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import (
     SIDES,
@@ -41,6 +46,7 @@ RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the back
 
 FPS, LONGEST_S = 30.0, 6.0  # of motion capture
 STANDING = "standing"
+ADDED_NOISE, CODING = 1.7, {"crf": "23", "preset": "medium"}  # grey levels, with the film's 2 to 3 about 3; of libx264
 CHAIN, CHAINED = "activities", ("bend", "lunge", "reach")
 SETTLING_S, STILL_S = 1.0, 4.0
 STEP_M, STEPPING_S, HELD_S, AFTERWARDS_S = 0.35, 0.8, 3.0, 4.0  # of a held step
@@ -80,16 +86,33 @@ def simulated_clip(
     """Clip of consecutive poses; None: an empty scene, at the start only."""
     cameras = cameras_of(views, size)
     masks = {view: _masks(camera, subject, poses) for view, camera in cameras.items()}
-    truths = [None if pose is None else truth(subject, pose).joints for pose in poses]
-    first = next(k for k, one in enumerate(truths) if one is not None)
-    names = tuple(next(one for one in truths if one is not None))
-    points = np.array([[one[joint] for joint in names] for one in truths if one is not None])
-    frames = np.arange(first, len(truths), dtype=np.int64)
+    joints = _trajectories([None if pose is None else truth(subject, pose).joints for pose in poses], fps)
     instants = tuple(
-        Instant(k, round(k * 1e9 / fps), {view: masks[view][k] for view in cameras}) for k in range(first, len(truths))
+        Instant(int(k), round(k * 1e9 / fps), {view: masks[view][k] for view in cameras}) for k in joints.frames
     )
-    joints = Trajectories(names, frames, frames / fps, points, fps)
     return SimulatedClip(cameras, instants, joints, motion_from, round(1e9 / fps))
+
+
+def filmed_clip(film: Film, seed: int) -> SimulatedClip:
+    """Clip of the silhouettes that viewers find in videos of a film, coded in its size.  seed: of the noise."""
+    rng, rig = np.random.default_rng(seed), rig_of(film.cameras, FirstFrames(film.empty), film.fps, "hybrid")
+    with TemporaryDirectory() as folder:
+        viewers = []
+        for one in rig.viewers:
+            noisy = (image + rng.normal(0.0, ADDED_NOISE, image.shape) for image in film.images[one.id])
+            images = (np.clip(np.rint(image), 0, 255).astype(np.uint8) for image in noisy)
+            path = write_video(Path(folder) / f"{one.id}.mp4", images, fps=round(film.fps), options=CODING)
+            viewers.append(replace(one, source=VideoFile(path)))
+        instants = tuple(silhouettes_of(replace(rig, viewers=tuple(viewers))))
+    joints = _trajectories([None if one is None else one.joints for one in film.truths], film.fps)
+    return SimulatedClip(film.cameras, instants, joints, film.motion_from, round(1e9 / film.fps))
+
+
+def _trajectories(truths: Sequence[Mapping[str, Floats] | None], fps: float) -> Trajectories:
+    """Joint centres by frame, None in an empty scene, at the start only."""
+    known = [one for one in truths if one is not None]
+    frames, names = np.arange(len(truths) - len(known), len(truths), dtype=np.int64), tuple(known[0])
+    return Trajectories(names, frames, frames / fps, np.array([[one[name] for name in names] for one in known]), fps)
 
 
 def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
@@ -103,13 +126,21 @@ def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
 def performed_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:
     """A person with a motion of `motion_timeline`, or with CHAINED one after the other for `CHAIN`."""
     subject = person(seed)
+    poses, first = performed_poses(subject, motion, fps, longest_s)
+    return simulated_clip(subject, poses, first, fps, views)
+
+
+def performed_poses(
+    subject: Person, motion: str, fps: float = FPS, longest_s: float = LONGEST_S
+) -> tuple[list[PersonPose | None], int]:
+    """Poses of `performed_clip`, and the first scored frame."""
+    seed = subject.seed
     if motion == CHAIN:
         script = session_timeline(subject, [(name, seed) for name in CHAINED], [0.0] * len(CHAINED), seed)
     else:
         script = motion_timeline(subject, motion, seed)
     first = ceil(script.motion_from_s * fps)
-    poses = [script.pose_at(k / fps) for k in range(first + round(longest_s * fps))]
-    return simulated_clip(subject, poses, first, fps, views)
+    return [script.pose_at(k / fps) for k in range(first + round(longest_s * fps))], first
 
 
 def captured_clip(seed: int, motion: str, views: int, fps: float = FPS, longest_s: float = LONGEST_S) -> SimulatedClip:

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.cases.clips import FIRST_PERSON, take_prior
 from benchmarks.harness.case import SHARED
-from benchmarks.people.films import motion_file
+from benchmarks.people.films import filmed, motion_file
 from benchmarks.people.simulated_clips import (
     CHAIN,
     SIZE,
@@ -17,6 +17,7 @@ from benchmarks.people.simulated_clips import (
     TRAINING_FRAMES,
     cameras_of,
     cycle_clip,
+    filmed_clip,
     held_clip,
     performed_clip,
     simulated_clip,
@@ -87,6 +88,18 @@ def test_a_performed_clip_is_an_opening_and_seconds_of_its_motion(motion: str, m
     assert len(poses) == first + 20
     joints = [list(truth(subject, pose).joints.values()) for pose in poses[first:]]
     assert np.ptp(joints, axis=0).max() > 0.1
+
+
+@pytest.mark.slow
+def test_a_film_that_is_coded_and_read_back_has_the_person_where_the_truth_is() -> None:
+    clip = filmed_clip(filmed(SUBJECT, [*[None] * 10, *[neutral(SUBJECT)] * 5], 12, (160, 120), 3), 0)
+    assert (clip.motion_from, [one.frame for one in clip.instants]) == (12, [*range(10, 15)])
+    assert clip.truth.frames.tolist() == [*range(10, 15)]
+    for view, mask in clip.masks(clip.instants[-1], clip.cameras).items():
+        rows, columns = np.nonzero(mask)
+        head = clip.cameras[view].project(clip.truth.points[-1, [clip.truth.names.index("Head")]])[0]
+        assert np.abs(columns - head[0]).min() < 2.0
+        assert rows.min() - 6.0 < head[1] < rows.min() + 10.0
 
 
 def test_unknown_name_of_a_clip() -> None:

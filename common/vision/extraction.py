@@ -14,7 +14,7 @@ from zenocap.common.vision.regions import keep_person, person_labels
 from zenocap.common.vision.semantics import overrule
 from zenocap.common.vision.silhouette import Extents, PersonSilhouette, SilhouetteOptions, describe
 
-HALO_RATE, HALO_MAX = 0.1, 6.0  # of a measurement; largest; chosen by hand
+HALO_RATE, HALO_MAX = 0.3, 6.0  # of a measurement, chosen on six coded films; largest, chosen by hand
 HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
 UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
 HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom

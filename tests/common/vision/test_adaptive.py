@@ -149,7 +149,7 @@ def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None
     plain.overlaps(ROOM, walk(8.0))
     found = coded.overlaps(ROOM, walk(8.0))
     assert 1.4 * plain.model.background.halo < coded.model.background.halo
-    assert np.mean(found[4 * FPS :]) > np.mean(found[: FPS // 2]) + 0.01
+    assert min(found) > 0.98
 
 
 def test_a_frame_of_another_size_is_refused() -> None:

@@ -92,7 +92,7 @@ def segment(
         silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)
     # Paper (added): the background model follows slow changes of the light.
     if isinstance(background, Background) and frame.frame % p.UPDATE_EVERY == 0:
-        if silhouette is not None:
+        if silhouette is not None and frame.image.shape[0] < p.HALO_ROWS:
             background = with_halo(background, frame.image, gains(background, frame.image, silhouette.mask), silhouette)
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
         margin_px = max(p.UPDATE_MARGIN_MIN_PX, frame.image.shape[0] // p.UPDATE_MARGIN_ROWS)

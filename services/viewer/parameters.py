@@ -11,7 +11,7 @@ from math import cos, radians
 # Pixels of the images that are kept at a time while it is learnt, 0.8 GB: 873 at 640x480, 129 at 1920x1080; chosen by hand
 LEARNT_PX = 1 << 28
 HALO_ROWS = 240  # of the image, below which a block of the compression is as large as a limb; in larger ones other things
-# beside a person are taken for its noise: worse on a real recording with a second person (`python -m benchmarks real-video`)
+# beside a person are taken for its noise: worse on a recording with a second one (`python -m benchmarks real-video`)
 UPDATE_EVERY = 8  # frames between two updates of the background model; light changes slowly; chosen by hand
 UPDATE_RATE = 0.01  # share of the difference that one update takes over; chosen by hand
 UPDATE_MARGIN_ROWS = 40  # image rows per px of widening of the person before an update; chosen by hand

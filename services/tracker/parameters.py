@@ -205,6 +205,9 @@ HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last headin
 FUSION_INFORMATION = LIKELIHOOD_INFORMATION / 5.0  # 1 / m^2: of the misfit of a frame; those of successive frames are alike
 FUSION_DEVIATION = (0.05, 0.20, 0.30)  # m, rad, rad: of position, orientation and coordinates from one frame to the next
 FUSION_SWITCH = 0.5  # ln of the ratio of likelihoods that a change of the direction costs, for each section of the body
+# A held pose is one observation: its misfit repeats in every frame.  Both by hand, before any measurement.
+FUSION_FRESH = 0.05  # cost of all sections' change from one frame to the next, from which a pose is a new observation
+FUSION_HELD_S = 1.0  # duration of a held pose that counts as one frame in motion
 FUSION_BLEND_S = 0.10  # duration of the change from the pose of one direction to that of the other,
 FUSION_ALIKE = (0.10, 0.60, 0.60)  # m, rad, rad: where position, orientation and coordinates differ by less; by hand
 

@@ -2,7 +2,7 @@
 
 In each frame every choice, 2^5 of them, has a cost: the misfit of the composed pose in the scene, and what it differs from
 that of the frame before.  The sequence of choices with the least sum is found by dynamic programming (Viterbi), so that a
-change happens where both directions agree, if they do.
+change happens where both directions agree, if they do.  The misfits of a held pose are one observation.
 """
 
 # Paper (added): [Hybrid V] goes forwards only; recordings are tracked backwards as well.
@@ -112,16 +112,17 @@ def _alike(anatomy: Anatomy, forward: RootedPose, backward: RootedPose) -> Bools
 
 def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Ints:
     """(n,) choices with the least sum of costs over successive frames."""
-    cost, back = _frame_cost(frames[0]), []
-    for before, now in pairwise(frames):
-        periods = max(1.0, (now.captured_ns - before.captured_ns) / frame_ns)
+    changes = [_change_costs(anatomy, before, now, frame_ns) for before, now in pairwise(frames)]
+    weights = _weights(changes, frame_ns)
+    cost, back = _frame_cost(frames[0], weights[0]), []
+    for now, weight, costs in zip(frames[1:], weights[1:], changes, strict=True):
         change = np.zeros((CHOICES, CHOICES))
-        for section, costs in enumerate(_change_costs(anatomy, before, now, periods)):
+        for section, own in enumerate(costs):
             side = BACKWARD[:, section].astype(np.int64)
-            change += costs[side[:, None], side[None]]
+            change += own[side[:, None], side[None]]
         total = cost[:, None] + change
         back.append(np.argmin(total, axis=0).astype(np.uint8))
-        cost = total.min(axis=0) + _frame_cost(now)
+        cost = total.min(axis=0) + _frame_cost(now, weight)
     choices = np.empty(len(frames), dtype=np.int64)
     choices[-1] = np.argmin(cost)
     for k in range(len(back) - 1, -1, -1):
@@ -129,9 +130,20 @@ def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) ->
     return choices
 
 
-def _frame_cost(frame: TwoPoses) -> Floats:
-    """(CHOICES,) negative logarithm of the likelihood; infinite for a direction without a pose."""
-    cost: Floats = p.FUSION_INFORMATION * frame.misfits
+def _weights(changes: Sequence[Floats], frame_ns: int) -> Floats:
+    """(n,) weights of the misfits of n frames, at most 1.  changes: n - 1 of `_change_costs`.
+
+    A pose is held where one direction hardly moves: the other may jump between postures that fit alike.
+    """
+    moved = [np.diagonal(costs, 0, 1, 2).sum(axis=0).min() for costs in changes]
+    fresh = np.minimum(1.0, np.array([np.inf, *moved, np.inf]) / p.FUSION_FRESH)
+    weights: Floats = np.clip((fresh[:-1] + fresh[1:]) / 2.0, frame_ns / (1e9 * p.FUSION_HELD_S), 1.0)
+    return weights
+
+
+def _frame_cost(frame: TwoPoses, weight: float) -> Floats:
+    """(CHOICES,) negative logarithm of the likelihood; infinite for a direction without a pose.  weight: of the misfits."""
+    cost: Floats = p.FUSION_INFORMATION * weight * frame.misfits
     if frame.forward is None:
         cost[:-1] = np.inf  # the last choice: all of the backward pose
     elif frame.backward is None:
@@ -139,10 +151,13 @@ def _frame_cost(frame: TwoPoses) -> Floats:
     return cost
 
 
-def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, periods: float) -> Floats:
-    """(sections, 2, 2) cost of a section's change from a direction to a direction, 0 forward, 1 backward."""
+def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, frame_ns: int) -> Floats:
+    """(sections, 2, 2) cost of a section's change from a direction to a direction, 0 forward, 1 backward.
+
+    Infinite where one of them has no pose.
+    """
     place, angle, joint = p.FUSION_DEVIATION
-    costs = np.zeros((len(SECTIONS), 2, 2))
+    costs = np.full((len(SECTIONS), 2, 2), np.inf)
     for i, last in enumerate((before.forward, before.backward)):
         for j, pose in enumerate((now.forward, now.backward)):
             if last is None or pose is None:
@@ -151,7 +166,7 @@ def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, periods: fl
             costs[:, i, j] = [squares[columns].sum() for columns in columns_of(anatomy)]
             costs[0, i, j] += np.sum((pose.position - last.position) ** 2) / place**2
             costs[0, i, j] += np.sum(_turn(last, pose) ** 2) / angle**2
-    costs *= 0.5 / periods
+    costs *= 0.5 / max(1.0, (now.captured_ns - before.captured_ns) / frame_ns)
     costs[:, 0, 1] += p.FUSION_SWITCH
     costs[:, 1, 0] += p.FUSION_SWITCH
     return costs

@@ -178,7 +178,7 @@ class BothWaysPose(TrackerPose, frozen=True, kw_only=True, tag="both_ways_pose")
     """Pose of a recorded instant from tracking it forwards and backwards in time; one for each `TrackerPose` of the take.
 
     spread, likelihood, effective: of the forward pass.  lost: in both directions.
-    limbs, lost_limbs, heading: of the forward pass, where its pose was taken.
+    limbs, lost_limbs, heading: of the pass whose pose was taken; earlier versions state those of the forward pass only.
     """
 
     backward: Annotated[dict[Name, Score], Meta(max_length=16)]  # share of the backward pass by section of the body

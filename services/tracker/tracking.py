@@ -75,20 +75,25 @@ def track(
     phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = decisions.turned_as_decided(setup, phase, outcome, captured_ns, evidence)
-        if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
-            person, before = phase.person, phase.limb_features
-            features = limb_features(
-                setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
-                phase.ambiguity, before,
-            )  # fmt: skip
-            phase = replace(phase, limb_features=features)
-        toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
-        outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
+        phase, outcome = with_features(setup, phase, outcome, evidence)
     if not isinstance(phase, AwaitingPerson):
         outcome = replace(outcome, measured=phase.person.measured)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=points)
+
+
+def with_features(setup: TrackerSetup, phase: Tracking, outcome: Outcome, evidence: Evidence) -> tuple[Tracking, Outcome]:
+    """The track and its result with what the confidence of the limbs and of the heading follows from."""
+    if _tries_other_postures(setup):  # else the ambiguity of a limb is unknown
+        person, before = phase.person, phase.limb_features
+        features = limb_features(
+            setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
+            phase.ambiguity, before,
+        )  # fmt: skip
+        phase = replace(phase, limb_features=features)
+    toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
+    return phase, replace(outcome, limb_features=phase.limb_features, toes=toes)
 
 
 def awaiting_person(state: TrackState) -> bool:

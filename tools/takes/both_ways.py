@@ -30,6 +30,8 @@ from zenocap.common.session.lookahead import available_cores
 from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.fusion import SECTIONS
 from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
+from zenocap.services.tracker.filter.confidence import LIMBS, Confidence
+from zenocap.services.tracker.parameters import LOST_LIMB
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import TrackerSetup
@@ -141,14 +143,15 @@ def both_ways_message(setup: TrackerSetup, forward: m.TrackerPose, found: FusedP
     """Message of a pose from both directions.  forward: of the same frame."""
     x, y, z = found.pose.position.tolist()
     shares = dict(zip(SECTIONS, np.round(found.shares, 3).tolist(), strict=True))
-    kept = [limb for limb in forward.limbs if not found.lost and shares[limb] < 0.5]
+    ahead = Confidence(forward.limbs, forward.heading)
+    taken = {section: ahead if share < 0.5 else found.confidence or ahead for section, share in shares.items()}
+    limbs = {limb: taken[limb].limbs[limb] for limb in LIMBS if limb in taken[limb].limbs}
     return m.BothWaysPose(
         frame=forward.frame, captured_ns=forward.captured_ns, position=(x, y, z),
         angles=angles_by_name(setup.anatomy, found.pose.angles), position_spread=forward.position_spread,
         spread=forward.spread, likelihood=forward.likelihood, effective=forward.effective, lost=found.lost,
-        views=forward.views, limbs={limb: forward.limbs[limb] for limb in kept},
-        lost_limbs=[limb for limb in forward.lost_limbs if limb in kept],
-        heading=forward.heading if shares["trunk"] < 0.5 else None, backward=shares,
+        views=forward.views, limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
+        heading=taken["trunk"].heading, backward=shares,
     )  # fmt: skip
 
 

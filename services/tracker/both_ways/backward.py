@@ -12,23 +12,28 @@ from zenocap.common.arrays import Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of, support_fraction
+from zenocap.services.tracker.filter.confidence import Confidence, confidences
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson, Lost, TrackerSetup, Tracking
-from zenocap.services.tracker.tracking import advance_phase, known_person
+from zenocap.services.tracker.tracking import advance_phase, known_person, with_features
 
 FIRST_COUNT = 1 << 40  # of frame sets, for the random seeds: the forward pass never counts so far
 
 
 @dataclass(frozen=True)
 class Backward:
-    """State of the backward pass.  start_ns: capture time at which it begins.  count: frame sets so far."""
+    """State of the backward pass.  start_ns: capture time at which it begins.  count: frame sets so far.
+
+    confidence: of the last pose; None at the beginning, which is a pose of the forward pass.
+    """
 
     phase: Tracking | Lost
     start_ns: int
     count: int = 0
+    confidence: Confidence | None = None
 
 
 class Decided:
@@ -88,5 +93,9 @@ def step_back(
     """State and pose of the next earlier frame set; no pose while the person is searched for."""
     phase, outcome = advance_phase(setup, state.phase, state.start_ns - captured_ns, evidence, FIRST_COUNT + state.count)
     assert not isinstance(phase, AwaitingPerson), "a measured body is never forgotten"
-    pose = phase.estimate if isinstance(phase, Tracking) and outcome.pose is not None else None
-    return replace(state, phase=phase, count=state.count + 1), pose
+    pose = None
+    if isinstance(phase, Tracking) and outcome.pose is not None:
+        phase, outcome = with_features(setup, phase, outcome, evidence)
+        pose = phase.estimate
+    confidence = confidences(outcome.limb_features, outcome.toes)
+    return replace(state, phase=phase, count=state.count + 1, confidence=confidence), pose

@@ -22,6 +22,7 @@ from zenocap.common.body.rotations import matrix_to_vector
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit
+from zenocap.services.tracker.filter.confidence import Confidence
 
 SECTIONS = ("trunk", "right_arm", "left_arm", "right_leg", "left_leg")
 ENDS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hip": "leg", "knee": "leg", "ankle": "leg"}
@@ -31,12 +32,16 @@ BACKWARD: Bools = (np.arange(CHOICES)[:, None] >> np.arange(len(SECTIONS))) % 2 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TwoPoses:
-    """Poses of one frame, None where a direction has none; not both.  misfits: (CHOICES,) m^2 of the composed poses."""
+    """Poses of one frame, None where a direction has none; not both.  misfits: (CHOICES,) m^2 of the composed poses.
+
+    confidence: of the backward pose; None where it is that of the forward pass.
+    """
 
     captured_ns: int
     forward: RootedPose | None
     backward: RootedPose | None
     misfits: Floats
+    confidence: Confidence | None = None
 
 
 @lru_cache
@@ -51,9 +56,9 @@ def columns_of(anatomy: Anatomy) -> tuple[Ints, ...]:
 
 def two_poses(
     anatomy: Anatomy, model: BodyModel, captured_ns: int, forward: RootedPose | None, backward: RootedPose | None,
-    evidence: Evidence,
+    evidence: Evidence, confidence: Confidence | None,
 ) -> TwoPoses | None:  # fmt: skip
-    """Both poses of a frame with the misfits of all choices; None without a pose."""
+    """Both poses of a frame with the misfits of all choices; None without a pose.  confidence: see `TwoPoses`."""
     only = forward or backward
     if only is None:
         return None
@@ -62,7 +67,7 @@ def two_poses(
         for choice, backwards in enumerate(BACKWARD):
             pose = blended(anatomy, forward, backward, backwards.astype(np.float64))
             misfits[choice] = misfit(model, evidence, p.RESIDUAL_LIMIT_M, pose)
-    return TwoPoses(captured_ns, forward, backward, misfits)
+    return TwoPoses(captured_ns, forward, backward, misfits, confidence)
 
 
 def blended(anatomy: Anatomy, forward: RootedPose, backward: RootedPose, shares: Floats) -> RootedPose:

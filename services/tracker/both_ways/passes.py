@@ -12,6 +12,7 @@ from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.both_ways.backward import Backward, Decided, begin, evidence_in, step_back, with_fixed_body
 from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPoses, fused, two_poses
 from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.filter.confidence import Confidence
 from zenocap.services.tracker.initialization.decisions import faces
 from zenocap.services.tracker.parameters import MIN_VIEWS
 from zenocap.services.tracker.states import TrackerSetup
@@ -35,11 +36,15 @@ SceneMasks = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height
 
 @dataclass(frozen=True, slots=True)
 class FusedPose:
-    """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions."""
+    """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions.
+
+    confidence: of the backward pass, see `TwoPoses`.
+    """
 
     pose: Pose
     shares: Floats
     lost: bool = False
+    confidence: Confidence | None = None
 
 
 def two_passes(
@@ -69,7 +74,7 @@ def two_passes(
             watch(CHOOSING, len(result), len(forward))
             for ended, (rooted, shares) in zip(stretch, fused(setup.anatomy, stretch, setup.frame_ns), strict=True):
                 last = rooted.pose(setup.anatomy)
-                result[ended.captured_ns] = FusedPose(last, shares)
+                result[ended.captured_ns] = FusedPose(last, shares, confidence=ended.confidence)
             stretch = []
         if one is not None:  # lost in both directions: the last pose, as the tracker does
             result[one.captured_ns] = FusedPose(last, np.zeros(len(SECTIONS)), lost=True)
@@ -85,9 +90,9 @@ def _both_poses(
     seen = lookahead.ahead(_seen(setup, backwards))
     found: dict[int, TwoPoses] = {}
     poses = lookahead.ahead(_backward_poses(setup, body, seen, decided))
-    for count, (captured_ns, ahead, back, evidence) in enumerate(poses, 1):
+    for count, (captured_ns, ahead, back, evidence, confidence) in enumerate(poses, 1):
         if evidence is not None:
-            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, evidence)
+            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, evidence, confidence)
         else:
             two = None if ahead is None else TwoPoses(captured_ns, ahead, None, np.zeros(CHOICES))
         if two is not None:
@@ -104,8 +109,8 @@ def _seen(setup: TrackerSetup, backwards: Iterable[SceneMasks]) -> Iterator[tupl
 
 def _backward_poses(
     setup: TrackerSetup, body: Bdp, seen: Iterable[tuple[ForwardPose, Evidence | None]], decided: Decided
-) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Evidence | None]]:
-    """Yield capture time, forward and backward pose, None where there is none, and evidence of each frame set."""
+) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Evidence | None, Confidence | None]]:
+    """Yield capture time, forward and backward pose, None where there is none, evidence and confidence, by frame set."""
     state: Backward | None = None
     for one, evidence in seen:
         ahead = None if one.lost else RootedPose.of(setup.anatomy, body, one.pose)
@@ -121,4 +126,4 @@ def _backward_poses(
                 and not faces(ahead, back.rotation[:, 2])
             ):
                 state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
-        yield one.captured_ns, ahead, back, evidence
+        yield one.captured_ns, ahead, back, evidence, None if state is None else state.confidence

@@ -6,6 +6,7 @@
 # Paper (added): [Hybrid] gives no confidence.
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,13 @@ MAX_RATIO = 1.2
 MIN_MISFIT = 1e-6  # m^2
 LEAST_SUPPORT = 1e-6
 MAX_DISTANCE_M = 0.5
+
+
+class Confidence(NamedTuple):
+    """Probabilities to be right.  limbs: of LIMBS by name, empty where unknown.  heading: None where unknown."""
+
+    limbs: dict[str, float]
+    heading: float | None
 
 
 def limb_features(
@@ -71,10 +79,10 @@ def smoothed_features(before: Floats | None, now: Floats) -> Floats:
     return now if before is None else before + p.LIMB_FEATURES_RATE * (now - before)
 
 
-def confidences(features: Floats | None, toes: float | None) -> tuple[dict[str, float], float | None]:
-    """Confidence of LIMBS by name, empty without features, and of the heading, None without toes."""
+def confidences(features: Floats | None, toes: float | None) -> Confidence:
+    """Confidence of the limbs, unknown without features, and of the heading, unknown without toes."""
     limbs = {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
-    return limbs, None if toes is None else heading_confidence(toes)
+    return Confidence(limbs, None if toes is None else heading_confidence(toes))
 
 
 def limb_confidence(features: Floats) -> Floats:

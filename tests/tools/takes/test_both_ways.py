@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import zenocap
 from tests.support.arms_takes import arms_rig
-from tests.support.built_messages import silhouette
+from tests.support.built_messages import built, silhouette
 from tests.support.command import zenocap as command
 from tests.support.tracker_ring import FRAME_NS, ring, setup
 from tests.tools.takes.verify.test_verify import altering, changed, totals
@@ -28,10 +28,18 @@ from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.states import TOPICS
-from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, ForwardPose, Watch
+from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, ForwardPose, FusedPose, Watch
+from zenocap.services.tracker.filter.confidence import LIMBS, Confidence
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import TrackerSetup
-from zenocap.tools.takes.both_ways import WRITING, _scenes_backwards, both_ways, has_second_pass, track_both_ways
+from zenocap.tools.takes.both_ways import (
+    WRITING,
+    _scenes_backwards,
+    both_ways,
+    both_ways_message,
+    has_second_pass,
+    track_both_ways,
+)
 from zenocap.tools.takes.info import info
 from zenocap.tools.takes.info_text import lines_of
 from zenocap.tools.takes.overlay import Overlay
@@ -248,6 +256,24 @@ def test_a_frozen_view_is_left_out_backwards_from_its_first_picture_on(monkeypat
     monkeypatch.setattr("zenocap.tools.takes.both_ways._silhouettes_backwards", lambda *_: reversed(silhouettes))
     found = {one.captured_ns // FRAME_NS: set(masks) for one, masks in _scenes_backwards(Path(), "demo", config, forward)}
     assert found == {k: {"1"} if 3 <= k <= 8 else {"1", "2"} for k in range(count)}
+
+
+@pytest.mark.parametrize(
+    ("backward", "limbs", "lost", "heading"),
+    [
+        (Confidence(dict.fromkeys(LIMBS, 0.2), 0.3), (0.9, 0.2, 0.9, 0.2), ["left_arm", "left_leg"], 0.3),
+        (Confidence({}, None), (0.9, None, 0.9, None), [], None),  # a preset that states none
+        (None, (0.9, 0.9, 0.9, 0.9), [], 0.8),  # the pose of the forward pass, with which the backward pass begins
+    ],
+)
+def test_each_limb_and_the_heading_are_as_certain_as_in_the_pass_that_they_are_taken_from(
+    backward: Confidence | None, limbs: tuple[float | None, ...], lost: list[str], heading: float | None
+) -> None:
+    config = setup(ring(2))
+    forward = built(m.TrackerPose, limbs=dict.fromkeys(LIMBS, 0.9), heading=0.8)
+    pose, shares = Pose(np.zeros(3), config.anatomy.neutral), np.array([1.0, 0.4, 0.5, 0.0, 1.0])
+    found = both_ways_message(config, forward, FusedPose(pose, shares, confidence=backward))
+    assert (tuple(map(found.limbs.get, LIMBS)), found.lost_limbs, found.heading) == (limbs, lost, heading)
 
 
 @pytest.mark.nightly

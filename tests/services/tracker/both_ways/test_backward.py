@@ -7,6 +7,8 @@ from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, t_
 from zenocap.common.body.definition import Pose
 from zenocap.services.tracker.both_ways.backward import begin, evidence_in, step_back, with_fixed_body
 from zenocap.services.tracker.both_ways.passes import ForwardPose, two_passes
+from zenocap.services.tracker.filter.confidence import LIMBS
+from zenocap.services.tracker.parameters import LOST_LIMB
 from zenocap.services.tracker.tracking import initial_state, track
 
 pytestmark = pytest.mark.slow
@@ -36,6 +38,8 @@ def test_the_backward_pass_is_near_the_forward_pass(forward: tuple) -> None:
     for k in range(COUNT - 2, first - 1, -1):
         state, found = step_back(fixed, state, k * FRAME_NS, evidence_in(fixed, films[k]))
         assert np.linalg.norm(found.position - poses[k].position) < 0.03
+        limbs, heading = state.confidence
+        assert min(*(limbs[name] for name in LIMBS), heading) > LOST_LIMB
 
 
 @pytest.mark.nightly
@@ -61,3 +65,4 @@ def test_equal_input_gives_equal_poses_and_lost_frames_are_filled(forward: tuple
         np.testing.assert_array_equal(one.pose.angles, again[k * FRAME_NS].pose.angles)
         if k in gone:
             np.testing.assert_array_equal(one.shares, 1.0)
+            assert min(one.confidence.limbs.values()) > LOST_LIMB

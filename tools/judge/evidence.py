@@ -11,20 +11,21 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.segments import LIMBS
 from zenocap.common.camera_advice import TakeAdvice
 from zenocap.common.conversion import anatomy_of, bdp_of, camera_of, is_lost
 from zenocap.tools.judge.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
 from zenocap.tools.judge.repeated import Repeated
 
 RECENT = 16  # silhouettes of a viewer among which that of a pose is searched
-LIMBS = 4
 
 
 @dataclass(frozen=True, slots=True)
 class PoseRow:
     """One pose.  angles: (angles,) radians, in the order of `TakeEvidence.names`.
 
-    limbs: (4,) probability to be right, NaN where unknown.  heading: the same, NaN where unknown.  used: number of views.
+    limbs: (4,) probability of LIMBS to be right, NaN where unknown.  heading: the same, NaN where unknown.  used: number
+    of views.
     """
 
     frame: int
@@ -78,7 +79,7 @@ class TakeEvidence:
             case m.CameraAdvice():
                 self.advice.add(message)
             case m.BothWaysPose():
-                self.both[message.captured_ns] = self._row(message)
+                self.both[message.captured_ns] = self._row(message, self.forward.get(message.captured_ns))
             case m.TrackerPose() | m.UniversalBap():
                 if isinstance(message, m.TrackerPose) or self.tracker_body is None:
                     self.forward[message.captured_ns] = self._row(message)
@@ -137,14 +138,14 @@ class TakeEvidence:
             if abs(nearest.captured_ns - captured_ns) <= PAIRED_NS:
                 sample.silhouettes[viewer] = nearest
 
-    def _row(self, bap: m.TrackerPose | m.UniversalBap) -> PoseRow:
+    def _row(self, bap: m.TrackerPose | m.UniversalBap, ahead: PoseRow | None = None) -> PoseRow:
+        """ahead: of the forward pass, for what takes of earlier versions do not state of a pose of the backward pass."""
         self.names = self.names or tuple(bap.angles)
-        limbs, heading = np.full(LIMBS, np.nan), np.nan
+        limbs, heading = (np.full(len(LIMBS), np.nan), np.nan) if ahead is None else (ahead.limbs, ahead.heading)
         used = len(bap.views)
         if isinstance(bap, m.TrackerPose):
-            for k, value in enumerate(list(bap.limbs.values())[:LIMBS]):
-                limbs[k] = value
-            heading = np.nan if bap.heading is None else bap.heading
+            limbs = np.array([bap.limbs.get(limb, usual) for limb, usual in zip(LIMBS, limbs, strict=True)])
+            heading = heading if bap.heading is None else bap.heading
         angles = np.array([bap.angles.get(name, 0.0) for name in self.names])
         return PoseRow(bap.frame, np.array(bap.position), angles, is_lost(bap), limbs, heading, used)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.tools.judge import parameters as p
-from zenocap.tools.judge.evidence import LIMBS, PoseRow, TakeEvidence, body_of
+from zenocap.tools.judge.evidence import PoseRow, TakeEvidence, body_of
 from zenocap.tools.judge.figures import SampleFigures, motion_figures, sample_figures
 from zenocap.tools.judge.overlap import ViewSample
 
@@ -108,7 +108,7 @@ def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
         span = begin_ns + number * p.STRETCH_NS, min(end_ns, begin_ns + (number + 1) * p.STRETCH_NS)
         absent = int(np.count_nonzero(missing_numbers == number))
         lost = [rows[k].lost for k in inside if away.isdisjoint((times[k] // p.SAMPLE_NS, times[k] // p.SAMPLE_NS + 1))]
-        own = StretchPoses([rows[k] for k in inside], times[inside], motion[inside], absent, lost)
+        own = StretchPoses([rows[k] for k in inside], motion[inside], absent, lost)
         one = _stretch(evidence, span, own, groups[number], step_ns)
         if one is not None:
             found.append(one)
@@ -138,11 +138,10 @@ def missing_poses(times: Ints, step_ns: float) -> Ints:
 
 @dataclass(frozen=True)
 class StretchPoses:
-    """Poses of a stretch, n.  times: (n,) capture times.  motion: (n, MOTION).  missing: number of missing ones.
-    lost: of each between samples that show the person."""
+    """Poses of a stretch, n.  motion: (n, MOTION).  missing: number of missing ones.  lost: of each between samples that
+    show the person."""
 
     rows: Sequence[PoseRow]
-    times: Ints
     motion: Floats
     missing: int
     lost: Sequence[bool]
@@ -152,7 +151,7 @@ def _stretch(
     evidence: TakeEvidence, span: tuple[int, int], poses: StretchPoses, samples: Sequence[SampleFigures], step_ns: float
 ) -> Stretch | None:
     """Figures of one stretch; None where the person is absent.  step_ns: usual time between poses."""
-    rows, times, motion = poses.rows, poses.times, poses.motion
+    rows, motion = poses.rows, poses.motion
     if any(sample.views for sample in samples):
         there = [sample for sample in samples if sample.seen or sample.posed]
         if not there:
@@ -166,9 +165,7 @@ def _stretch(
     apart = _apart_means(samples)
     seen = [sum(one.area > p.MIN_AREA for one in sample.views.values()) for sample in samples if sample.posed]
     known = [row for row in rows if not row.lost]
-    ahead = [evidence.forward.get(int(ns)) for ns in times]
-    limbs = np.array([row.limbs for row in ahead if row is not None and not row.lost]).reshape(-1, LIMBS)
-    heading = np.array([row.heading for row in ahead if row is not None and not row.lost])
+    limbs = [row.limbs for row in known]
     cameras = max(len(evidence.cameras), 2)
     values = {
         "outside": _largest([one.outside for one in views.values()]),
@@ -180,8 +177,8 @@ def _stretch(
         "cut": _mean([float(one.cut) for one in views.values()]), "hidden": _mean([one.hidden for one in views.values()]),
         "empty": 1.0 - _mean([count / cameras for count in seen]),
         "unused": 1.0 - _mean([row.used / cameras for row in known]),
-        "limbs": 1.0 - _mean(limbs.ravel()), "worst limb": 1.0 - _mean(limbs.min(axis=1) if len(limbs) else []),
-        "heading": 1.0 - _mean(heading), "lost": lost,
+        "limbs": 1.0 - _mean(np.ravel(limbs)), "worst limb": 1.0 - _mean([one.min() for one in limbs]),
+        "heading": 1.0 - _mean([row.heading for row in known]), "lost": lost,
         "missing": (1.0 - lost) * poses.missing / max(1, len(rows) + poses.missing), "jumps": _mean(motion[:, 0]),
         "shaking": _mean(motion[:, 1]), "passes": _mean(motion[:, 2]), "limits": _mean(motion[:, 3]),
         "average body": float(not evidence.measured), "few views": 2.0 / cameras,

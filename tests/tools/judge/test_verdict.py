@@ -159,6 +159,22 @@ def test_a_contradiction_that_stays_is_of_the_calibration_and_one_that_grows_wit
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("limbs", "heading", "worst"), [({"right_arm": 0.2}, 0.6, 0.8), ({}, None, 0.05)])
+def test_a_limb_taken_backwards_is_as_certain_as_there_and_as_forwards_in_takes_that_do_not_state_it(
+    limbs: dict[str, float], heading: float | None, worst: float
+) -> None:
+    every = messages()
+    for k in range(len(every) - 1, -1, -1):
+        if isinstance(one := every[k], m.TrackerPose):
+            stated = {name: score for name, score in one.limbs.items() if name != "right_arm"} | limbs
+            fields = msgspec.structs.asdict(one) | {"limbs": stated, "heading": heading, "backward": {"right_arm": 1.0}}
+            every.insert(k + 1, m.BothWaysPose(**fields))
+    assert figure("worst limb", every) == pytest.approx(worst)
+    assert figure("limbs", every) == pytest.approx((3 * 0.05 + worst) / 4)
+    assert figure("heading", every) == pytest.approx(0.01 if heading is None else 1.0 - heading)
+
+
+@pytest.mark.slow
 def test_poses_alone_are_never_good_and_a_take_without_poses_is_unusable() -> None:
     found = verdict_of(evidence_of(messages(silhouettes=False)))
     assert (found.rating, found.evidence, found.reasons[0].kind) == ("doubtful", "poses-only", "no-silhouettes")

@@ -58,7 +58,7 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
     shape_estimation: whether the body's sizes are improved during tracking.
     limb_search: whether a limb without rays is searched elsewhere; by method hybrid only.
-    other_postures: whether common postures near the tracked one are tried again and again; by method hybrid only.
+    other_postures: whether common postures near the tracked one and exchanged legs are tried too; by method hybrid only.
     start: posture in which a track starts: any, with an average body until the T-pose is seen; or the T-pose.
     """
 

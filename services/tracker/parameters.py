@@ -173,6 +173,18 @@ AMBIGUITY_SCALE = 0.2  # relative excess of the misfit at which the weight of an
 LIMB_FEATURES_RATE = 0.3  # per frame, of the running mean of the features
 LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
 
+# Rivals of the estimate, see `filter/rivals.py`.  All are chosen by hand, to be measured.
+RIVAL_MOST = 6.0  # nats, bound of the log odds
+RIVAL_SWITCH = 3.0  # nats, log odds beyond which a rival and the estimate are exchanged
+RIVAL_FRAME = 2.0  # nats, most that one frame set changes: none decides alone; and of one in which no rival fits
+RIVAL_FITS = 1.5  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays
+RIVAL_APART_M = 0.08  # distance of a leg from the estimate's, beyond which a pose is another one
+RIVAL_PASSES = 2  # as SEARCH_PASSES
+RIVAL_FRESH_M = 0.10  # motion since the last frame set with which a scene is new evidence; a held pose is new once a second
+STANDING_SPEED = 0.2  # m/s, of the ankle of a foot that stands
+STANDING_DEVIATION_M = 0.03  # of the height of a standing foot's ankle
+STANDING_MOST = 4.0  # nats, against standing feet at different heights: there are steps
+
 # Relocalization and heading.
 RELOCALIZE_AFTER = (1, 3)  # misfits in a row after which the whole scene is searched
 SEARCH_HEADINGS = 8

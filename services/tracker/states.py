@@ -19,12 +19,14 @@ from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.particles import Cloud, Refinement
 from zenocap.services.tracker.initialization.localization import TPose
 from zenocap.services.tracker.initialization.online_shape import ShapeEstimate, initial_shape
-from zenocap.services.tracker.parameters import INITIAL_SUPPORT, TOES_START
+from zenocap.services.tracker.parameters import INITIAL_SUPPORT, RIVAL_MOST, TOES_START
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
 Method = Literal["hybrid", "image-force", "particle-filter"]
 METHODS: tuple[Method, ...] = get_args(Method)
+RivalKind = Literal["legs"]
+RIVAL_KINDS: tuple[RivalKind, ...] = get_args(RivalKind)
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,21 @@ class TrackedPerson:
 
 
 @dataclass(frozen=True)
+class Rival:
+    """Another explanation of the silhouettes beside the estimate.  kind: what it has exchanged.
+
+    nats: log odds against the estimate, at most RIVAL_MOST either way; they stay while no such pose fits: None.
+    """
+
+    kind: RivalKind
+    nats: float = 0.0
+    pose: RootedPose | None = None
+
+
+KNOWN_RIVALS = tuple(Rival(kind, -RIVAL_MOST) for kind in RIVAL_KINDS)  # of a track whose sides are known
+
+
+@dataclass(frozen=True)
 class Tracking:
     """Tracking a person.  cloud: particles.  estimate: last pose.  velocity: (6 + d,) change of the pose per second.
 
@@ -144,6 +161,7 @@ class Tracking:
     ambiguity: (4,) of the limbs, metres, see there.
     corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
     decided_ns: capture time at which the user has decided on front and back; None: the feet have.
+    rivals: at most one of each kind, see `zenocap.services.tracker.filter.rivals`.
     """
 
     person: TrackedPerson
@@ -160,6 +178,7 @@ class Tracking:
     corrected_ns: int = 0
     ambiguity: Floats = field(default_factory=lambda: np.zeros(4))
     decided_ns: int | None = None
+    rivals: tuple[Rival, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
+from zenocap.services.tracker.filter.rivals import follow_rivals, rival_ambiguity
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization import decisions
 from zenocap.services.tracker.initialization.any_posture import average_person, start_in_any_posture
@@ -89,7 +90,7 @@ def with_features(setup: TrackerSetup, phase: Tracking, outcome: Outcome, eviden
         person, before = phase.person, phase.limb_features
         features = limb_features(
             setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
-            phase.ambiguity, before,
+            rival_ambiguity(setup.anatomy, phase), before,
         )  # fmt: skip
         phase = replace(phase, limb_features=features)
     toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
@@ -181,6 +182,9 @@ def _follow(
         return elsewhere, outcome
     if after.toes < decisions.least_toes(after, captured_ns):
         return check_reversed_heading(setup, after, outcome, captured_ns, evidence)
-    if _tries_other_postures(setup) and count % OTHER_POSTURES_PERIOD == 0:
-        return check_other_postures(setup, after, outcome, captured_ns, evidence)
+    if _tries_other_postures(setup):
+        searches = count % OTHER_POSTURES_PERIOD == 0
+        after, outcome = follow_rivals(setup, phase, after, outcome, captured_ns, evidence, seeking=searches)
+        if searches:
+            return check_other_postures(setup, after, outcome, captured_ns, evidence)
     return after, outcome

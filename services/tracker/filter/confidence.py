@@ -18,6 +18,7 @@ from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
 
 LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")  # in the order of `limbs_of`
+LEGS = slice(2, 4)  # of LIMBS
 FEATURES = ("constant", "support ratio", "ln misfit", "body support ratio", "ambiguity")
 MAX_RATIO = 1.2
 MIN_MISFIT = 1e-6  # m^2
@@ -52,16 +53,18 @@ def limb_features(
     return smoothed_features(before, features)
 
 
+def limb_points(anatomy: Anatomy, model: BodyModel, pose: RootedPose) -> Floats:
+    """(2, 4, 3) middle and end of every limb, metres in the world."""
+    lower = [limb.parts[1] for limb in limbs_of(anatomy)]
+    frames = frames_of(model, pose)[lower]
+    return np.stack([frames[:, :, 3], frames[:, :, 3] + model.lengths[lower, None] * frames[:, :, 1]])
+
+
 def limb_distances(anatomy: Anatomy, model: BodyModel, poses: Sequence[RootedPose], from_pose: RootedPose) -> Floats:
     """(n, 4) mean distance in metres of the middle and the end of every limb in n poses from those in another pose."""
-    lower = [limb.parts[1] for limb in limbs_of(anatomy)]
-
-    def points(pose: RootedPose) -> Floats:
-        frames = frames_of(model, pose)[lower]
-        return np.stack([frames[:, :, 3], frames[:, :, 3] + model.lengths[lower, None] * frames[:, :, 1]])
-
-    reference = points(from_pose)
-    return np.array([np.linalg.norm(points(pose) - reference, axis=2).mean(axis=0) for pose in poses])
+    points = np.array([limb_points(anatomy, model, pose) for pose in (from_pose, *poses)])
+    distances: Floats = np.linalg.norm(points[1:] - points[0], axis=3).mean(axis=1)
+    return distances
 
 
 def ambiguity(distances: Floats, errors: Floats, least: float) -> Floats:

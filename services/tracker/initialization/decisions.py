@@ -11,19 +11,14 @@ from dataclasses import replace
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.definition import Bdp
-from zenocap.common.body.inverse_kinematics import poses_from_centres
-from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
+from zenocap.services.tracker.filter.rivals import exchanged_limbs
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES
 from zenocap.services.tracker.states import Outcome, TrackedPerson, TrackerSetup, Tracking
-
-OPPOSITE = {"R": "L", "L": "R"}
 
 
 def decided_front(setup: TrackerSetup, place: Floats) -> Floats | None:
@@ -47,15 +42,6 @@ def opposite_pose(setup: TrackerSetup, person: TrackedPerson, evidence: Evidence
     """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
     postures = (*search_postures(setup.anatomy), pose, exchanged_limbs(setup.anatomy, person.body, pose))
     return reversed_pose(setup, person.model, evidence, pose, postures)
-
-
-def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:
-    """The pose whose left joint centres are where the right ones were, as far as the limits of the joints allow."""
-    centres = joint_centres(anatomy, body, pose.pose(anatomy))
-    names = [OPPOSITE.get(one.name[0], one.name[0]) + one.name[1:] for one in anatomy.markers]
-    other = {name: at[None] for name, at in zip(names, centres, strict=True)}
-    (found,) = poses_from_centres(anatomy, other, body)
-    return RootedPose.of(anatomy, body, found)
 
 
 def start_as_decided(

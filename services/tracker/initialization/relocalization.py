@@ -9,7 +9,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
@@ -18,7 +18,7 @@ from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.evidence.residuals import Weights
-from zenocap.services.tracker.filter.confidence import ambiguity, limb_distances
+from zenocap.services.tracker.filter.confidence import LEGS, ambiguity, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.initialization.localization import find_column
@@ -139,6 +139,7 @@ def check_other_postures(
     ended = searched(person.model, evidence, starts, weights, effort)
     penalties = [_heading_penalty(pose, present.rotation, p.OTHER_POSTURES_PENALTY) for pose in ended]
     errors = np.array([error_of(person.model, evidence, weights, pose) for pose in ended]) * penalties
+    errors[_are_rivals(setup.anatomy, phase, ended)] = np.inf
     error = error_of(person.model, evidence, weights, present)
     best = int(np.argmin(errors))
     distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
@@ -148,6 +149,15 @@ def check_other_postures(
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
     phase = replace(phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns)
     return phase, replace(replaced, body=outcome.body)
+
+
+def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) -> Bools:
+    """(n,) whether poses have the legs of a rival: the misfit of one frame does not decide between it and the estimate."""
+    found = np.zeros(len(poses), dtype=np.bool_)
+    for rival in phase.rivals:
+        if rival.pose is not None:
+            found |= limb_distances(anatomy, phase.person.model, poses, rival.pose)[:, LEGS].max(axis=1) < p.RIVAL_APART_M
+    return found
 
 
 def search(setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:

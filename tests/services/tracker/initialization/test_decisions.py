@@ -23,6 +23,7 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.filter.filter_step import no_pose
+from zenocap.services.tracker.filter.rivals import exchanged_limbs
 from zenocap.services.tracker.initialization import decisions
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
 from zenocap.services.tracker.states import Options, TrackerSetup, Turn
@@ -79,7 +80,7 @@ def test_the_feet_do_not_overrule_the_decision_at_the_start_and_only_clearly_lat
 def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
     body, pose = average_body(anatomy, 1.75), standing(anatomy)
     pose.values[coordinates_of(anatomy).names.index("right_elbow.x")] += 0.8
-    other = decisions.exchanged_limbs(anatomy, body, pose)
+    other = exchanged_limbs(anatomy, body, pose)
     assert other.rotation[:, 2] @ pose.rotation[:, 2] < -0.95
     at = {one.name: k for k, one in enumerate(anatomy.markers)}
     here, there = (joint_centres(anatomy, body, one.pose(anatomy)) for one in (pose, other))

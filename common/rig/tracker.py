@@ -54,11 +54,12 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     ends: of the body's parts, for the printed force and distance: half ellipsoids, or flat as those of cylinders.
     cost_terms: whether silhouettes, prediction and distance from the prior count besides D.
     prior_share: fraction of the proposals from the prior, all but the first particle's; or adapted to the motion.
-    relocalization: whether misfits are searched for elsewhere, the heading is checked, and the track can be lost.
+    relocalization: whether misfits are searched for elsewhere, the feet are looked at, and the track can be lost.
     velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
     shape_estimation: whether the body's sizes are improved during tracking.
     limb_search: whether a limb without rays is searched elsewhere; by method hybrid only.
-    other_postures: whether common postures near the tracked one and exchanged legs are tried too; by method hybrid only.
+    other_postures: whether common postures near the tracked one, exchanged legs and other headings are tried too; by method
+    hybrid only.
     start: posture in which a track starts: any, with an average body until the T-pose is seen; or the T-pose.
     """
 

@@ -179,11 +179,16 @@ RIVAL_SWITCH = 3.0  # nats, log odds beyond which a rival and the estimate are e
 RIVAL_FRAME = 2.0  # nats, most that one frame set changes: none decides alone; and of one in which no rival fits
 RIVAL_FITS = 1.5  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays
 RIVAL_APART_M = 0.08  # distance of a leg from the estimate's, beyond which a pose is another one
+RIVAL_TURN_DEG = 30.0  # from the estimate's heading, the same for rivals of the heading
+RIVAL_DOUBT = 1.0  # nats against all rivals of the heading, below which it is no longer known
 RIVAL_PASSES = 2  # as SEARCH_PASSES
 RIVAL_FRESH_M = 0.10  # motion since the last frame set with which a scene is new evidence; a held pose is new once a second
 STANDING_SPEED = 0.2  # m/s, of the ankle of a foot that stands
 STANDING_DEVIATION_M = 0.03  # of the height of a standing foot's ankle
 STANDING_MOST = 4.0  # nats, against standing feet at different heights: there are steps
+REACH_NATS = 80.0  # nats per stature that the feet reach farther forward; half of HEADING_CONFIDENCE's, which has one pose
+MIRROR_VIEWS_DEG = (65.0, 115.0)  # angle of two views that show a trunk and the mirrored one with equal widths
+MIRROR_TURNS_DEG = (40.0, 140.0)  # between both headings; smaller turns are no rivals, greater ones are the opposite one
 
 # Relocalization and heading.
 RELOCALIZE_AFTER = (1, 3)  # misfits in a row after which the whole scene is searched
@@ -203,13 +208,13 @@ FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the
 SHANK, SHANK_RADIUS = (0.25, 0.8), 0.09  # of its length from the ankle up, and statures about it: its points
 MIN_FOOT_RAYS = 3  # of a foot, and of a shank
 TOES_START = 0.02  # statures, at the start of a track, until the feet have been seen
-TOES_REFUSED = 0.019  # statures, after an opposite heading did not fit; less than HEADING_TOES, so it stays uncertain
 TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach
 HEADING_TOES = 0.020  # statures, reach of the feet before the ankles from which the heading is known
-REVERSED_TOES = 0.016  # statures, reach below which the opposite heading is tried
-REVERSED_MISFIT_RATIO = 1.2  # of the tracked pose's misfit, below which the opposite heading then replaces it
+REVERSED_MISFIT_RATIO = 1.2  # of a start's misfit, below which the opposite heading, whose feet reach farther, replaces it
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
-DECIDED_NS = 5_000_000_000  # after the user's decision on front and back, in which the feet are not asked; by hand
+DECIDED_NS = (
+    5_000_000_000  # after the user's decision on front and back, in which no rival of the heading is followed; by hand
+)
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 
 # Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views

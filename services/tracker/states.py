@@ -25,8 +25,9 @@ from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
 Method = Literal["hybrid", "image-force", "particle-filter"]
 METHODS: tuple[Method, ...] = get_args(Method)
-RivalKind = Literal["legs"]
+RivalKind = Literal["legs", "back", "mirror"]
 RIVAL_KINDS: tuple[RivalKind, ...] = get_args(RivalKind)
+HEADING_KINDS: tuple[RivalKind, ...] = ("back", "mirror")
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ class TrackedPerson:
     """A person with known sizes.  body: sizes.  model: the same for compiled functions.  stature: metres.
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
-    less sharp hull.  heading_known: False while the feet do not show which side is the front.
+    less sharp hull.  heading_known: False while the feet do not show which side is the front, or a rival may be right.
     detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of the rays' evidence on the sizes.
     measured: whether the sizes are those of a T-pose; else they began as average ones.
     measuring: of a body that this process has not measured: an average one, or one from before a restart; else None.
@@ -136,8 +137,9 @@ class TrackedPerson:
 
 @dataclass(frozen=True)
 class Rival:
-    """Another explanation of the silhouettes beside the estimate.  kind: what it has exchanged.
+    """Another explanation of the silhouettes beside the estimate.
 
+    kind: legs exchanged; heading opposite, with the limbs exchanged; heading mirrored about one of two viewing directions.
     nats: log odds against the estimate, at most RIVAL_MOST either way; they stay while no such pose fits: None.
     """
 
@@ -146,7 +148,9 @@ class Rival:
     pose: RootedPose | None = None
 
 
-KNOWN_RIVALS = tuple(Rival(kind, -RIVAL_MOST) for kind in RIVAL_KINDS)  # of a track whose sides are known
+def refuted(*kinds: RivalKind) -> tuple[Rival, ...]:
+    """Rivals of a track whose sides are known."""
+    return tuple(Rival(kind, -RIVAL_MOST) for kind in kinds)
 
 
 @dataclass(frozen=True)
@@ -210,6 +214,7 @@ class Outcome:
 
     spread: (angles + 3,) standard deviations over the particles: joint angles, radians, then position, metres.
     points: (n, 3) scene points, metres.  limb_features: see `Tracking`.  toes: as of `Tracking`, None without a pose.
+    against: greatest log odds of a rival of the heading, see `Rival`.
     """
 
     body: Bdp | None
@@ -223,6 +228,7 @@ class Outcome:
     points: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     limb_features: Floats | None = None
     toes: float | None = None
+    against: float = -np.inf
     measured: bool = True
 
 

@@ -199,7 +199,7 @@ def _pose_message(
     x, y, z = outcome.pose.position.tolist()
     spread = np.minimum(outcome.spread, p.MAX_SPREAD)
     dx, dy, dz = spread[-3:].tolist()
-    limbs, heading = confidences(outcome.limb_features, outcome.toes)
+    limbs, heading = confidences(outcome.limb_features, outcome.toes, outcome.against)
     return m.TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),

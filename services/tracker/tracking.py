@@ -14,15 +14,25 @@ from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
-from zenocap.services.tracker.filter.rivals import follow_rivals, rival_ambiguity
+from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization import decisions
 from zenocap.services.tracker.initialization.any_posture import average_person, start_in_any_posture
-from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
+from zenocap.services.tracker.initialization.heading import with_toes
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
 from zenocap.services.tracker.parameters import HEADING_TOES, OTHER_POSTURES_PERIOD, RELOCALIZE_AFTER
-from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking, TrackState
+from zenocap.services.tracker.states import (
+    HEADING_KINDS,
+    AwaitingPerson,
+    Lost,
+    Outcome,
+    RivalKind,
+    TrackedPerson,
+    TrackerSetup,
+    Tracking,
+    TrackState,
+)
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untested_lags, untrusted
 
 
@@ -92,7 +102,7 @@ def with_features(setup: TrackerSetup, phase: Tracking, outcome: Outcome, eviden
             setup.anatomy, person.model, evidence, phase.estimate, phase.limb_support, person.expected_support,
             rival_ambiguity(setup.anatomy, phase), before,
         )  # fmt: skip
-        phase = replace(phase, limb_features=features)
+        phase, outcome = replace(phase, limb_features=features), replace(outcome, against=heading_nats(phase))
     toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
     return phase, replace(outcome, limb_features=phase.limb_features, toes=toes)
 
@@ -180,11 +190,10 @@ def _follow(
         if decisions.faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
             elsewhere = replace(elsewhere, decided_ns=after.decided_ns)
         return elsewhere, outcome
-    if after.toes < decisions.least_toes(after, captured_ns):
-        return check_reversed_heading(setup, after, outcome, captured_ns, evidence)
     if _tries_other_postures(setup):
-        searches = count % OTHER_POSTURES_PERIOD == 0
-        after, outcome = follow_rivals(setup, phase, after, outcome, captured_ns, evidence, seeking=searches)
+        searches, turn = count % OTHER_POSTURES_PERIOD == 0, count // OTHER_POSTURES_PERIOD % len(HEADING_KINDS)
+        sought: tuple[RivalKind, ...] = ("legs", HEADING_KINDS[turn]) if searches else ()
+        after, outcome = follow_rivals(setup, phase, after, outcome, captured_ns, evidence, sought)
         if searches:
             return check_other_postures(setup, after, outcome, captured_ns, evidence)
     return after, outcome

@@ -97,5 +97,5 @@ def step_back(
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = with_features(setup, phase, outcome, evidence)
         pose = phase.estimate
-    confidence = confidences(outcome.limb_features, outcome.toes)
+    confidence = confidences(outcome.limb_features, outcome.toes, outcome.against)
     return replace(state, phase=phase, count=state.count + 1, confidence=confidence), pose

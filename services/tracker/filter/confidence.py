@@ -82,10 +82,10 @@ def smoothed_features(before: Floats | None, now: Floats) -> Floats:
     return now if before is None else before + p.LIMB_FEATURES_RATE * (now - before)
 
 
-def confidences(features: Floats | None, toes: float | None) -> Confidence:
+def confidences(features: Floats | None, toes: float | None, against: float = -np.inf) -> Confidence:
     """Confidence of the limbs, unknown without features, and of the heading, unknown without toes."""
     limbs = {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
-    return Confidence(limbs, None if toes is None else heading_confidence(toes))
+    return Confidence(limbs, None if toes is None else heading_confidence(toes, against))
 
 
 def limb_confidence(features: Floats) -> Floats:
@@ -94,9 +94,13 @@ def limb_confidence(features: Floats) -> Floats:
     return _logistic(np.sum(coefficients * features, axis=1))
 
 
-def heading_confidence(toes: float) -> float:
-    """Probability that front and back are not exchanged; toes: forward reach of the feet (statures)."""
-    return float(_logistic(np.array([p.HEADING_CONFIDENCE[0] + p.HEADING_CONFIDENCE[1] * toes]))[0])
+def heading_confidence(toes: float, against: float = -np.inf) -> float:
+    """Probability that the heading is right, by the feet and by its rivals, the less one.
+
+    toes: forward reach of the feet (statures).  against: log odds of a rival of the heading.
+    """
+    odds = min(p.HEADING_CONFIDENCE[0] + p.HEADING_CONFIDENCE[1] * toes, -against)
+    return float(_logistic(np.array([odds]))[0])
 
 
 def _logistic(x: Floats) -> Floats:

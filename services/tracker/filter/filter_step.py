@@ -34,7 +34,7 @@ from zenocap.services.tracker.initialization.online_shape import improved_body, 
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.prior.resampling import at_rate
 from zenocap.services.tracker.prior.sampling import prior_distances
-from zenocap.services.tracker.states import Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
+from zenocap.services.tracker.states import HEADING_KINDS, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking, refuted
 
 
 def start_tracking(
@@ -44,7 +44,8 @@ def start_tracking(
     n = setup.options.particles
     cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
     still = np.zeros(6 + len(pose.values))
-    tracking = Tracking(person, cloud, pose, still, captured_ns, p.PRIOR_FRACTION, corrected_ns=captured_ns)
+    rivals = refuted(*HEADING_KINDS) if person.heading_known else ()
+    tracking = Tracking(person, cloud, pose, still, captured_ns, p.PRIOR_FRACTION, corrected_ns=captured_ns, rivals=rivals)
     return tracking, _outcome(setup, pose, cloud, error)
 
 

@@ -1,56 +1,79 @@
 """Rivals: other explanations of the silhouettes, tracked beside the estimate until evidence decides.
 
-Two views show a step nearly the same with the other leg ahead.  No noise of the particles is so large that one of them
-changes the legs, and a frame that fits better proves little: errors of the body model favour one of both for as long as
-the step is held.  A rival therefore gathers log odds against the estimate from scenes that differ.
+Two views show a step nearly the same with the other leg ahead, and a person from behind as from the front.  No noise of
+the particles is so large that one of them changes that, and a frame that fits better proves little: errors of the body
+model favour one of both for as long as the pose is held.  A rival therefore gathers log odds against the estimate from
+scenes that differ.
 """
 
-# Paper (added): [Hybrid V] has no explanations beside the particles, which have the legs on the same sides.
+# Paper (added): [Hybrid V] has no explanations beside the particles, which have one heading and the legs on the same sides.
 
+from collections.abc import Collection
 from dataclasses import replace
-from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.definition import Bdp
-from zenocap.common.body.inverse_kinematics import poses_from_centres
-from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit
 from zenocap.services.tracker.filter.confidence import LEGS, MAX_DISTANCE_M, MIN_MISFIT, limb_distances, limb_points
-from zenocap.services.tracker.filter.filter_step import residual_weights
-from zenocap.services.tracker.initialization.relocalization import refined, searched
-from zenocap.services.tracker.states import RIVAL_KINDS, Outcome, Rival, TrackerSetup, Tracking
+from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
+from zenocap.services.tracker.initialization.heading import foot_reach
+from zenocap.services.tracker.initialization.relocalization import refined, turn_between
+from zenocap.services.tracker.initialization.twins import exchanged, leg_columns
+from zenocap.services.tracker.states import HEADING_KINDS, RIVAL_KINDS, Outcome, Rival, RivalKind, TrackerSetup, Tracking
 
-OPPOSITE = {"R": "L", "L": "R"}
-UPPER = ("Hip", "Shoulder", "Elbow", "Wrist")  # joint centres that stay where knees and ankles are exchanged
+
+class _Step(NamedTuple):
+    """A step of the track, see `follow_rivals`."""
+
+    setup: TrackerSetup
+    before: Tracking
+    after: Tracking
+    captured_ns: int
+    evidence: Evidence
 
 
 def follow_rivals(
-    setup: TrackerSetup, before: Tracking, after: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence, *,
-    seeking: bool,
+    setup: TrackerSetup, before: Tracking, after: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence,
+    sought: Collection[RivalKind],
 ) -> tuple[Tracking, Outcome]:  # fmt: skip
     """The track with its rivals in the next scene; the estimate is exchanged with one that has become more probable.
 
-    before, after: the track before the scene and with it.  seeking: whether rivals are sought that there are not.
+    before, after: the track without the scene, and with it.  sought: kinds that are sought also where they are refuted;
+    without any, none is sought.  For DECIDED_NS after the user's decision on the heading it has no rivals.
     """
+    step = _Step(setup, before, after, captured_ns, evidence)
     known, rivals = {rival.kind: rival for rival in after.rivals}, list[Rival]()
+    corrected = before.corrected_ns == before.captured_ns or after.corrected_ns == captured_ns
+    decided = after.decided_ns is not None and captured_ns - after.decided_ns < p.DECIDED_NS
     for kind in RIVAL_KINDS:
         rival = known.get(kind, Rival(kind))
-        if rival.pose is not None:
-            rival = _advanced(setup, before, after, captured_ns, evidence, rival, rival.pose)
-        elif seeking:
-            rival = _sought(setup, after, evidence, rival)
+        if kind in HEADING_KINDS and corrected:  # its limbs are those before the correction
+            rival = replace(rival, pose=None)
+        if kind in HEADING_KINDS and decided:
+            pass
+        elif rival.pose is not None:
+            rival = _advanced(step, rival, rival.pose)
+        elif kind in sought or (sought and rival.nats > -p.RIVAL_MOST):
+            rival = _sought(step, rival)
         rivals.append(rival)
     after = replace(after, rivals=tuple(rivals))
+    heading_known = heading_nats(after) < -(p.RIVAL_DOUBT if before.person.heading_known else p.RIVAL_SWITCH)
+    after = replace(after, person=replace(after.person, heading_known=heading_known))
     for rival in rivals:
         if rival.pose is not None and rival.nats > p.RIVAL_SWITCH:
-            return _exchanged(setup, after, outcome, captured_ns, rival, rival.pose)
+            return _switched(step._replace(after=after), outcome, rival, rival.pose)
     return after, outcome
+
+
+def heading_nats(phase: Tracking) -> float:
+    """The greatest log odds of a rival of the heading against the estimate."""
+    known = {rival.kind: rival.nats for rival in phase.rivals}
+    return max(known.get(kind, 0.0) for kind in HEADING_KINDS)
 
 
 def rival_ambiguity(anatomy: Anatomy, phase: Tracking) -> Floats:
@@ -63,81 +86,67 @@ def rival_ambiguity(anatomy: Anatomy, phase: Tracking) -> Floats:
     return found
 
 
-def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose, kept: tuple[str, ...] = ()) -> RootedPose:
-    """The pose whose left joint centres are where the right ones were, as far as the limits of the joints allow.
+def _sought(step: _Step, rival: Rival) -> Rival:
+    """A rival without a pose, with one that differs and fits about as well; less probable where there is none.
 
-    kept: joints that stay, without their sides.
+    Legs that do not differ, as those of a person who stands, show nothing.
     """
-    centres = joint_centres(anatomy, body, pose.pose(anatomy))
-    names = [one.name for one in anatomy.markers]
-    names = [name if name[1:] in kept else OPPOSITE.get(name[0], name[0]) + name[1:] for name in names]
-    other = {name: at[None] for name, at in zip(names, centres, strict=True)}
-    (found,) = poses_from_centres(anatomy, other, body)
-    return RootedPose.of(anatomy, body, found)
+    setup, _, phase, _, evidence = step
+    pose = exchanged(setup, phase.person, evidence, phase.estimate, rival.kind, p.RIVAL_PASSES)
+    own_error, error = _misfits(phase.person.model, evidence, phase.estimate, pose)
+    fits, differs = error <= p.RIVAL_FITS * own_error, _differs(setup.anatomy, phase, rival.kind, pose)
+    if fits and (differs or rival.kind == "legs"):
+        return replace(rival, pose=pose if differs else None)
+    return replace(rival, nats=max(rival.nats - p.RIVAL_FRAME, -p.RIVAL_MOST))
 
 
-def exchanged_legs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> tuple[RootedPose, RootedPose]:
-    """The pose with the other leg ahead, and with knees and ankles in each other's places."""
-    right, left, signs = _legs(anatomy)
-    ahead, crossed = pose.copy(), pose.copy()
-    ahead.values[right], ahead.values[left] = signs * pose.values[left], signs * pose.values[right]
-    legs = np.concatenate([right, left])
-    crossed.values[legs] = exchanged_limbs(anatomy, body, pose, UPPER).values[legs]
-    return ahead, crossed
-
-
-@lru_cache
-def _legs(anatomy: Anatomy) -> tuple[Ints, Ints, Floats]:
-    """Joint coordinates of the right and of the left leg, and the factors between those of mirrored legs."""
-    names = coordinates_of(anatomy).names
-    own = [name for name in names if name.startswith(("right_hip", "right_knee", "right_ankle"))]
-    right, left = (np.array([names.index(name.replace("right", side)) for name in own]) for side in ("right", "left"))
-    return right, left, np.array([-1.0 if name.endswith((".2", ".3")) else 1.0 for name in own])
-
-
-def _sought(setup: TrackerSetup, phase: Tracking, evidence: Evidence, rival: Rival) -> Rival:
-    """A rival without a pose, with one that differs and fits about as well; less probable where none fits."""
-    person, own, weights = phase.person, phase.estimate, residual_weights(setup, p.PARTICLE_HOLD)
-    starts = exchanged_legs(setup.anatomy, person.body, own)
-    (pose,) = searched(person.model, evidence, starts, weights, (1, p.RIVAL_PASSES))
-    own_error, error = _misfits(person.model, evidence, own, pose)
-    if error > p.RIVAL_FITS * own_error:
-        return replace(rival, nats=max(rival.nats - p.RIVAL_FRAME, -p.RIVAL_MOST))
-    return replace(rival, pose=pose) if _differs(setup.anatomy, person.model, pose, own) else rival
-
-
-def _advanced(
-    setup: TrackerSetup, before: Tracking, after: Tracking, captured_ns: int, evidence: Evidence, rival: Rival,
-    last: RootedPose,
-) -> Rival:  # fmt: skip
-    """A rival, whose pose was `last`, in the next scene: the estimate with its legs, refined; and its log odds."""
-    anatomy, model, own = setup.anatomy, after.person.model, after.estimate
-    start, legs = own.copy(), np.concatenate(_legs(anatomy)[:2])
-    start.values[legs] = last.values[legs]
-    pose = refined(model, evidence, start, residual_weights(setup, p.ESTIMATE_HOLD), p.ESTIMATE_ITERATIONS)
-    if not _differs(anatomy, model, pose, own):
+def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
+    """A rival, whose pose was `last`, in the next scene, with its log odds."""
+    setup, before, after, captured_ns, evidence = step
+    anatomy, person, own, legs = setup.anatomy, after.person, after.estimate, np.concatenate(leg_columns(setup.anatomy)[:2])
+    if rival.kind == "legs":  # on the estimate's trunk
+        start = own.copy()
+        start.values[legs] = last.values[legs]
+    else:
+        turn = own.rotation @ before.estimate.rotation.T
+        start = RootedPose(last.position + own.position - before.estimate.position, turn @ last.rotation, last.values)
+    pose = refined(person.model, evidence, start, residual_weights(setup, p.ESTIMATE_HOLD), p.ESTIMATE_ITERATIONS)
+    if not _differs(anatomy, after, rival.kind, pose):
         return replace(rival, pose=None)
-    own_error, error = _misfits(model, evidence, own, pose)
-    paths = [[limb_points(anatomy, model, one)[:, LEGS] for one in path] for path in ((before.estimate, own), (last, pose))]
+    limbs, moves = LEGS if rival.kind == "legs" else slice(None), ((before.estimate, own), (last, pose))
+    points = [[limb_points(anatomy, person.model, one)[:, limbs] for one in move] for move in moves]
+    lengths = np.array([np.linalg.norm(now - then, axis=2) for then, now in points])  # (2 poses, 2 points, limbs), metres
+    own_error, error = _misfits(person.model, evidence, own, pose)
     seconds = 1e-9 * (captured_ns - before.captured_ns)
-    steps = np.array([np.linalg.norm(now - then, axis=2) for then, now in paths])  # (2 poses, 2 ends, 2 legs)
     gained = float(np.log(own_error / error)) / p.AMBIGUITY_SCALE
-    if steps[:, 1].max() < p.STANDING_SPEED * seconds:  # all feet stand
-        gained += _unevenness(paths[0][1]) - _unevenness(paths[1][1])
-    gained *= min(1.0, max(float(steps.mean(axis=(1, 2)).min()) / p.RIVAL_FRESH_M, seconds))
-    if after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
-        gained += _roughness(before.estimate, own, legs) - _roughness(last, pose, legs)
+    if rival.kind != "legs":
+        gained += p.REACH_NATS * _farther(anatomy, after, evidence, pose)
+    elif lengths[:, 1].max() < p.STANDING_SPEED * seconds:
+        gained += _unevenness(points[0][1]) - _unevenness(points[1][1])
+    gained *= min(1.0, max(float(lengths.mean(axis=(1, 2)).min()) / p.RIVAL_FRESH_M, seconds))
+    if rival.kind == "legs" and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
+        gained += _roughness(*moves[0], legs) - _roughness(*moves[1], legs)
     nats = rival.nats + float(np.clip(gained, -p.RIVAL_FRAME, p.RIVAL_FRAME))
     nats = float(np.clip(nats, -p.RIVAL_MOST, p.RIVAL_MOST))
     refuted = nats <= -p.RIVAL_MOST and error > p.RIVAL_FITS * own_error
     return replace(rival, nats=nats, pose=None if refuted else pose)
 
 
-def _exchanged(
-    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, rival: Rival, pose: RootedPose
-) -> tuple[Tracking, Outcome]:
-    """The track with the legs of a rival, whose pose is `pose`; all else stays, and the estimate becomes the rival."""
-    legs = np.concatenate(_legs(setup.anatomy)[:2])
+def _switched(step: _Step, outcome: Outcome, rival: Rival, pose: RootedPose) -> tuple[Tracking, Outcome]:
+    """The track with the legs of a rival, whose pose is `pose`, and all else as it is; or with its heading and whole pose.
+
+    The estimate becomes the rival.
+    """
+    setup, _, phase, captured_ns, evidence = step
+    if rival.kind != "legs":
+        (error,) = _misfits(phase.person.model, evidence, pose)
+        turned, found = start_tracking(setup, phase.person, pose, captured_ns, error)
+        turned = replace(
+            phase, cloud=turned.cloud, estimate=pose, velocity=turned.velocity, corrected_ns=captured_ns, toes=turned.toes,
+            rivals=(Rival(rival.kind, -rival.nats),),
+        )  # fmt: skip
+        return turned, replace(found, body=outcome.body)
+    legs = np.concatenate(leg_columns(setup.anatomy)[:2])
     estimate, particles, velocity = phase.estimate.copy(), phase.cloud.values.copy(), phase.velocity.copy()
     estimate.values[legs] = particles[:, legs] = pose.values[legs]
     velocity[6 + legs] = 0.0
@@ -154,9 +163,18 @@ def _misfits(model: BodyModel, evidence: Evidence, *poses: RootedPose) -> list[f
     return [max(float(misfit(model, evidence, p.RESIDUAL_LIMIT_M, pose)), MIN_MISFIT) for pose in poses]
 
 
-def _differs(anatomy: Anatomy, model: BodyModel, pose: RootedPose, own: RootedPose) -> bool:
-    """Whether a leg of a pose is not where it is in the estimate."""
-    return bool(limb_distances(anatomy, model, [pose], own)[0, LEGS].max() > p.RIVAL_APART_M)
+def _differs(anatomy: Anatomy, phase: Tracking, kind: RivalKind, pose: RootedPose) -> bool:
+    """Whether a leg, or the heading, of a pose is not that of the estimate."""
+    if kind != "legs":
+        return turn_between(pose, phase.estimate) > np.radians(p.RIVAL_TURN_DEG)
+    return bool(limb_distances(anatomy, phase.person.model, [pose], phase.estimate)[0, LEGS].max() > p.RIVAL_APART_M)
+
+
+def _farther(anatomy: Anatomy, phase: Tracking, evidence: Evidence, pose: RootedPose) -> float:
+    """Statures that the feet reach farther forward in a pose than in the estimate; 0 where they are not seen."""
+    model, stature = phase.person.model, phase.person.stature
+    own, other = (foot_reach(anatomy, model, evidence.rays, one, stature) for one in (phase.estimate, pose))
+    return 0.0 if own is None or other is None else (other - own) / stature
 
 
 def _unevenness(ends: Floats) -> float:

@@ -14,11 +14,12 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
-from zenocap.services.tracker.initialization.decisions import by_decision, decided_front, faces, opposite_pose
-from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
+from zenocap.services.tracker.initialization.decisions import by_decision, decided_front, faces
+from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import find_column
-from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of, search_postures
+from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of
 from zenocap.services.tracker.initialization.t_pose import detail_at
+from zenocap.services.tracker.initialization.twins import exchanged
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
 
 
@@ -46,7 +47,7 @@ def start_in_any_posture(
     if front is None:
         pose = _facing_where_feet_point(setup, person, pose, evidence)
     elif not faces(pose, front):
-        pose = opposite_pose(setup, person, evidence, pose)
+        pose = exchanged(setup, person, evidence, pose, "back", p.SEARCH_PASSES)
     support = support_fraction(person.model, evidence, pose)
     error = error_of(person.model, evidence, residual_weights(setup, p.PARTICLE_HOLD), pose)
     if support < p.START_SUPPORT or error > p.START_MISFIT_M2:  # furniture
@@ -67,8 +68,7 @@ def _facing_where_feet_point(
 ) -> RootedPose:
     """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
     weights, model = residual_weights(setup, p.PARTICLE_HOLD), person.model
-    postures = (*search_postures(setup.anatomy), pose)
-    other = reversed_pose(setup, model, evidence, pose, postures)
+    other = exchanged(setup, person, evidence, pose, "back", p.SEARCH_PASSES)
     reaches = [foot_reach(setup.anatomy, model, evidence.rays, one, person.stature) for one in (pose, other)]
     errors = [error_of(model, evidence, weights, one) for one in (pose, other)]
     if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:

@@ -14,11 +14,10 @@ from zenocap.common.arrays import Floats
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.filter.rivals import exchanged_limbs
-from zenocap.services.tracker.initialization.heading import reversed_pose
-from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
-from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES
-from zenocap.services.tracker.states import Outcome, TrackedPerson, TrackerSetup, Tracking
+from zenocap.services.tracker.initialization.relocalization import error_of
+from zenocap.services.tracker.initialization.twins import exchanged
+from zenocap.services.tracker.parameters import PARTICLE_HOLD, SEARCH_PASSES
+from zenocap.services.tracker.states import HEADING_KINDS, Outcome, TrackerSetup, Tracking, refuted
 
 
 def decided_front(setup: TrackerSetup, place: Floats) -> Floats | None:
@@ -38,12 +37,6 @@ def faces(pose: RootedPose, front: Floats) -> bool:
     return float(pose.rotation[:, 2] @ front) >= 0.0
 
 
-def opposite_pose(setup: TrackerSetup, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> RootedPose:
-    """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
-    postures = (*search_postures(setup.anatomy), pose, exchanged_limbs(setup.anatomy, person.body, pose))
-    return reversed_pose(setup, person.model, evidence, pose, postures)
-
-
 def start_as_decided(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
@@ -58,7 +51,8 @@ def start_as_decided(
 
 def by_decision(phase: Tracking, captured_ns: int) -> Tracking:
     """The track with a heading that the user has decided at this time."""
-    return replace(phase, person=replace(phase.person, heading_known=True), decided_ns=captured_ns)
+    rivals = (*(one for one in phase.rivals if one.kind not in HEADING_KINDS), *refuted(*HEADING_KINDS))
+    return replace(phase, person=replace(phase.person, heading_known=True), decided_ns=captured_ns, rivals=rivals)
 
 
 def turned_as_decided(
@@ -71,22 +65,11 @@ def turned_as_decided(
     return phase, outcome
 
 
-def least_toes(phase: Tracking, captured_ns: int) -> float:
-    """Reach of the feet below which the opposite heading is tried (statures).
-
-    For DECIDED_NS after the user's decision nothing turns the track round, and then only feet that clearly point
-    backwards.  The decision is about the start, and the track may have turned since.
-    """
-    if phase.decided_ns is None:
-        return REVERSED_TOES
-    return -np.inf if captured_ns - phase.decided_ns < DECIDED_NS else -HEADING_TOES
-
-
 def _turned(
     setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     person = phase.person
-    pose = opposite_pose(setup, person, evidence, phase.estimate)
+    pose = exchanged(setup, person, evidence, phase.estimate, "back", SEARCH_PASSES)
     error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), pose)
     after, turned = start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
-    return after, replace(turned, body=outcome.body)
+    return replace(after, rivals=()), replace(turned, body=outcome.body)

@@ -1,12 +1,11 @@
-"""Front and back: which way the feet point, and the opposite heading when they point backwards.
+"""Front and back: which way the feet point.
 
 Two views show a person from the front and from behind with almost the same silhouettes, and a body that is turned round
 fits nearly as well.  Feet are the exception: they reach three times as far forward of the ankle as backward.
 """
 
-# Paper (added): [Hybrid V] does not check the heading.
+# Paper (added): [Hybrid V] does not look at the feet.
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,11 +15,8 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, frames_of
-from zenocap.services.tracker.evidence.evidence import Evidence
-from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
-from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
-from zenocap.services.tracker.states import Outcome, TrackerSetup, Tracking
+from zenocap.services.tracker.states import Tracking
 
 
 def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedPose, stature: float) -> float | None:
@@ -59,31 +55,3 @@ def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
     toes = after.toes + p.TOES_RATE * (reach / person.stature - after.toes)
     known = person.heading_known or toes > p.HEADING_TOES
     return replace(after, toes=toes, person=replace(person, heading_known=known))
-
-
-def check_reversed_heading(
-    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
-) -> tuple[Tracking, Outcome]:
-    """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
-    person, weights = phase.person, residual_weights(setup, p.PARTICLE_HOLD)
-    postures = (*search_postures(setup.anatomy), phase.estimate)
-    pose = reversed_pose(setup, person.model, evidence, phase.estimate, postures)
-    error = error_of(person.model, evidence, weights, pose)
-    reach = foot_reach(setup.anatomy, person.model, evidence.rays, pose, person.stature)
-    worse = reach is None or reach < phase.toes * person.stature
-    if worse or error > p.REVERSED_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
-        return replace(phase, toes=p.TOES_REFUSED), outcome
-    return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
-
-
-def reversed_pose(
-    setup: TrackerSetup, model: BodyModel, evidence: Evidence, pose: RootedPose, postures: Sequence[RootedPose]
-) -> RootedPose:
-    """Best pose near the present one with the opposite heading; postures: to start from."""
-    weights, back = residual_weights(setup, p.PARTICLE_HOLD), pose.rotation @ np.diag([-1.0, 1.0, -1.0])
-    starts = [RootedPose(pose.position, back, posture.values) for posture in postures]
-    candidates = [refined(model, evidence, start, weights, p.SEARCH_FIRST_ITERATIONS) for start in starts]
-    best = min(candidates, key=lambda one: error_of(model, evidence, weights, one))
-    for _ in range(p.SEARCH_PASSES):
-        best = refined(model, evidence, best, weights, p.SEARCH_ITERATIONS)
-    return best

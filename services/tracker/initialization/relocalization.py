@@ -101,6 +101,11 @@ def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = 
     return 1.0 + opposite * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
 
 
+def turn_between(one: RootedPose, other: RootedPose) -> float:
+    """Angle between the headings of two poses, radians."""
+    return float(np.arccos(np.clip(one.rotation[:, 2] @ other.rotation[:, 2], -1.0, 1.0)))
+
+
 def refined(model: BodyModel, evidence: Evidence, start: RootedPose, weights: Weights, rounds: int) -> RootedPose:
     moved = start.copy()
     refine(model, evidence, weights, rounds, moved, start)
@@ -119,7 +124,12 @@ def check_elsewhere(
     error = error_of(person.model, evidence, weights, pose)
     if error > p.REPLACE_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
         return phase, outcome
-    return start_tracking(setup, person, pose, captured_ns, error)
+    return start_tracking(setup, _as_faced(person, pose, facing), pose, captured_ns, error)
+
+
+def _as_faced(person: TrackedPerson, pose: RootedPose, facing: Floats | None) -> TrackedPerson:
+    """The person found in a pose: the heading is known where it is about that before, `facing`."""
+    return replace(person, heading_known=facing is not None and float(pose.rotation[:, 2] @ facing[:, 2]) > 0.0)
 
 
 def check_other_postures(
@@ -152,11 +162,13 @@ def check_other_postures(
 
 
 def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) -> Bools:
-    """(n,) whether poses have the legs of a rival: the misfit of one frame does not decide between it and the estimate."""
+    """(n,) whether poses have the legs or the heading of a rival: one frame does not decide between it and the estimate."""
     found = np.zeros(len(poses), dtype=np.bool_)
     for rival in phase.rivals:
-        if rival.pose is not None:
+        if rival.pose is not None and rival.kind == "legs":
             found |= limb_distances(anatomy, phase.person.model, poses, rival.pose)[:, LEGS].max(axis=1) < p.RIVAL_APART_M
+        elif rival.pose is not None:
+            found |= np.array([turn_between(one, rival.pose) for one in poses]) < np.radians(p.RIVAL_TURN_DEG)
     return found
 
 
@@ -172,7 +184,8 @@ def search(setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidenc
         expected = max(p.MIN_EXPECTED_SUPPORT, p.EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
         person = replace(phase.person, expected_support=expected)
         return replace(phase, person=person, rest=p.RETRY_FRAMES), no_pose(setup, lost=True)
-    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, error_of(model, evidence, weights, pose))
+    person = _as_faced(phase.person, pose, facing)
+    tracking, outcome = start_tracking(setup, person, pose, captured_ns, error_of(model, evidence, weights, pose))
     new_body = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=new_body)
 

@@ -36,9 +36,13 @@ def test_more_support_less_misfit_and_less_ambiguity_give_more_confidence(
     assert ((limb_confidence(less) >= 0.0) & (limb_confidence(better) <= 1.0)).all()
 
 
-@given(toes=st.floats(-0.2, 0.2), farther=st.floats(0.0, 0.2))
-def test_feet_that_reach_farther_forward_make_the_heading_more_probable(toes: float, farther: float) -> None:
-    assert 0.0 <= heading_confidence(toes) <= heading_confidence(toes + farther) <= 1.0
+@given(toes=st.floats(-0.2, 0.2), farther=st.floats(0.0, 0.2), against=st.floats(-6.0, 6.0), more=st.floats(0.0, 6.0))
+def test_feet_that_reach_farther_forward_and_refuted_rivals_make_the_heading_more_probable(
+    toes: float, farther: float, against: float, more: float
+) -> None:
+    assert 0.0 <= heading_confidence(toes, against) <= heading_confidence(toes + farther) <= 1.0
+    assert heading_confidence(toes, against + more) <= heading_confidence(toes, against)
+    assert heading_confidence(1.0, 0.0) == pytest.approx(0.5)
 
 
 def test_running_mean_starts_with_the_first_frame_and_follows() -> None:

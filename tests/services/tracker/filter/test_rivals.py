@@ -1,35 +1,30 @@
-"""Rivals: legs that are exchanged gather evidence, and take the estimate's place without a jump of the rest."""
+"""Rivals: exchanged legs and headings gather evidence, and take the estimate's place; legs without a jump of the rest."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.services.tracker.initialization.test_heading import BODY, MODEL, SETUP, STANDING, tracking
-from tests.support.anatomies import each_anatomy
+from tests.services.tracker.initialization.test_heading import BODY, MODEL, SETUP, STANDING, rays, reversed_of, tracking
+from tests.services.tracker.initialization.test_twins import stride
 from tests.support.tracker_ring import FRAME_NS
 from tests.support.tracker_scenes import rays_alone, tangent_rays
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
-from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
-from zenocap.services.tracker.filter.confidence import LEGS, limb_distances, limb_points
+from zenocap.services.tracker.filter.confidence import LEGS, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.filter.rivals import exchanged_legs, follow_rivals, rival_ambiguity
-from zenocap.services.tracker.initialization.relocalization import check_other_postures, search_postures
+from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity
+from zenocap.services.tracker.initialization.decisions import by_decision
+from zenocap.services.tracker.initialization.relocalization import check_other_postures
+from zenocap.services.tracker.initialization.twins import exchanged_legs
 from zenocap.services.tracker.parameters import RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
-from zenocap.services.tracker.states import KNOWN_RIVALS, Outcome, Rival, Tracking
+from zenocap.services.tracker.states import HEADING_KINDS, Outcome, Rival, RivalKind, Tracking, refuted
 
 OUTCOME = no_pose(SETUP, lost=False)
 UPPER = tuple(k for k, part in enumerate(FOURTEEN_PARTS.parts) if "leg" not in part and "foot" not in part)
 IN_LEGS = np.array([any(one in name for one in ("hip", "knee", "ankle")) for name in coordinates_of(FOURTEEN_PARTS).names])
-
-
-def stride(anatomy: Anatomy) -> RootedPose:
-    return search_postures(anatomy)[3]._replace(position=np.array([0.1, 0.9, 0.2]))
-
-
 RIGHT = stride(FOURTEEN_PARTS)
 WRONG, CROSSED = exchanged_legs(FOURTEEN_PARTS, BODY, RIGHT)
 
@@ -39,28 +34,17 @@ def scene(pose: RootedPose, parts: tuple[int, ...] = ()) -> Evidence:
 
 
 def held(
-    own: RootedPose, rivals: tuple[Rival, ...], evidence: Evidence, frames: int, **options: bool
+    start: RootedPose | Tracking, rivals: tuple[Rival, ...], evidence: Evidence, frames: int, *sought: RivalKind
 ) -> tuple[Tracking, Outcome]:
     """The track of a person who holds a pose, after some frame sets, or once the estimate is exchanged."""
-    phase, outcome = replace(tracking(own), rivals=rivals), OUTCOME
-    for k in range(1, frames + 1):
-        after = replace(phase, captured_ns=k * FRAME_NS)
-        phase, outcome = follow_rivals(SETUP, phase, after, OUTCOME, k * FRAME_NS, evidence, **{"seeking": False} | options)
+    phase, outcome = start if isinstance(start, Tracking) else tracking(start), OUTCOME
+    phase = replace(phase, rivals=(*phase.rivals, *rivals))
+    for _ in range(frames):
+        after = replace(phase, captured_ns=phase.captured_ns + FRAME_NS)
+        phase, outcome = follow_rivals(SETUP, phase, after, OUTCOME, after.captured_ns, evidence, sought)
         if outcome.pose is not None:
             break
     return phase, outcome
-
-
-@each_anatomy
-def test_exchanged_legs_have_the_other_one_ahead_or_the_places_of_each_other(anatomy: Anatomy) -> None:
-    body, pose = average_body(anatomy, 1.75), stride(anatomy)
-    ahead, crossed = exchanged_legs(anatomy, body, pose)
-    np.testing.assert_array_equal(exchanged_legs(anatomy, body, ahead)[0].values, pose.values)
-    there, mirrored, across = (
-        limb_points(anatomy, model_of(anatomy, body), one)[:, LEGS] for one in (pose, ahead, crossed)
-    )
-    np.testing.assert_allclose(mirrored[:, ::-1] - pose.position, (there - pose.position) * [-1, 1, 1], atol=1e-9)
-    np.testing.assert_allclose(across[:, ::-1], there, atol=0.08)
 
 
 def test_rival_that_fits_better_takes_the_legs_and_leaves_all_else() -> None:
@@ -87,17 +71,34 @@ def test_rival_that_fits_as_well_stays_one_however_long_the_pose_is_held(frames:
 
 def test_scene_of_the_same_instant_is_no_evidence() -> None:
     phase = replace(tracking(WRONG), rivals=(Rival("legs", 0.0, RIGHT),))
-    after, _ = follow_rivals(SETUP, phase, phase, OUTCOME, phase.captured_ns, scene(RIGHT), seeking=False)
+    after, _ = follow_rivals(SETUP, phase, phase, OUTCOME, phase.captured_ns, scene(RIGHT), ())
     assert after.rivals[0].nats == pytest.approx(0.0, abs=0.01)
 
 
 def test_rivals_are_found_where_they_fit_as_well_and_known_legs_stay_known() -> None:
-    for rivals, nats in (((), 0.0), (KNOWN_RIVALS, -RIVAL_MOST)):
-        phase, _ = held(RIGHT, rivals, scene(RIGHT, UPPER), 1, seeking=True)
+    heading = refuted(*HEADING_KINDS)
+    for rivals, nats in (((), 0.0), (refuted("legs"), -RIVAL_MOST)):
+        phase, _ = held(RIGHT, (*rivals, *heading), scene(RIGHT, UPPER), 1, "legs")
         assert phase.rivals[0].nats == nats
         assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], RIGHT)[0, LEGS].min() > 0.08
     for pose, nats in ((RIGHT, -RIVAL_FRAME), (STANDING, 0.0)):  # the other legs do not fit, or are the same
-        assert held(pose, (), scene(pose), 1, seeking=True)[0].rivals == (Rival("legs", nats),)
+        assert held(pose, heading, scene(pose), 1, "legs")[0].rivals == (Rival("legs", nats), *heading)
+
+
+def test_opposite_heading_is_found_and_taken_unless_the_user_has_decided() -> None:
+    wrong = tracking(reversed_of(STANDING))
+    for start, opposite in ((wrong, False), (by_decision(wrong, 0), True)):
+        phase, _ = held(start, (), rays_alone(rays()), 60, "back")
+        assert (phase.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] < 0.0) == opposite
+        assert phase.person.heading_known == (heading_nats(phase) < -RIVAL_SWITCH)
+    assert heading_nats(phase) == -RIVAL_MOST
+
+
+def test_heading_is_known_once_its_rivals_are_refuted_and_doubted_when_one_gains() -> None:
+    phase, _ = held(STANDING, (), rays_alone(rays()), 6, "mirror")
+    assert phase.person.heading_known  # no other heading fits in a ring of cameras
+    doubted, _ = held(phase, (Rival("back", 0.0),), rays_alone(rays()), 1)
+    assert not doubted.person.heading_known
 
 
 @pytest.mark.slow

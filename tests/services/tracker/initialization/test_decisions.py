@@ -5,27 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.services.tracker.initialization.test_heading import (
-    BODY,
-    MODEL,
-    SETUP,
-    STANDING,
-    rays,
-    reversed_of,
-    standing,
-    tracking,
-)
-from tests.support.anatomies import each_anatomy
+from tests.services.tracker.initialization.test_heading import SETUP, STANDING, rays, reversed_of, tracking
 from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, simulated_person, standing_at, t_pose_at
-from tests.support.tracker_scenes import frames_of, rays_alone
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.kinematics import joint_centres
-from zenocap.services.tracker.body.average_body import average_body
+from tests.support.tracker_scenes import rays_alone
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.filter.rivals import exchanged_limbs
 from zenocap.services.tracker.initialization import decisions
-from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
+from zenocap.services.tracker.parameters import START_AFTER_NS, T_POSE_FRAMES
 from zenocap.services.tracker.states import Options, TrackerSetup, Turn
 
 SEED, YAW = 3, 0.5
@@ -65,38 +50,6 @@ def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float,
     state, _, _ = played(config, SEED, [standing_at(SEED, 0.3, -0.2, YAW)] * (START_AFTER_NS // FRAME_NS + 6))
     assert state.phase.estimate.rotation[:, 2] @ ahead(YAW + np.radians(turned)) > 0.8
     assert state.phase.decided_ns is not None
-
-
-def test_the_feet_do_not_overrule_the_decision_at_the_start_and_only_clearly_later() -> None:
-    phase = replace(tracking(STANDING), toes=-0.03)
-    assert decisions.least_toes(phase, 0) == REVERSED_TOES
-    decided = decisions.by_decision(phase, 10)
-    assert decided.person.heading_known
-    assert phase.toes > decisions.least_toes(decided, 10 + DECIDED_NS - 1)
-    assert decisions.least_toes(decided, 10 + DECIDED_NS) == -HEADING_TOES
-
-
-@each_anatomy
-def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
-    body, pose = average_body(anatomy, 1.75), standing(anatomy)
-    pose.values[coordinates_of(anatomy).names.index("right_elbow.x")] += 0.8
-    other = exchanged_limbs(anatomy, body, pose)
-    assert other.rotation[:, 2] @ pose.rotation[:, 2] < -0.95
-    at = {one.name: k for k, one in enumerate(anatomy.markers)}
-    here, there = (joint_centres(anatomy, body, one.pose(anatomy)) for one in (pose, other))
-    there += here[at["Hip"]] - there[at["Hip"]]
-    for name in ("Elbow", "Wrist", "Knee", "Ankle"):
-        for one, opposite in ("LR", "RL"):
-            np.testing.assert_allclose(there[at[one + name]], here[at[opposite + name]], atol=0.06)
-
-
-def test_opposite_pose_fills_the_same_space() -> None:
-    person = tracking(STANDING).person
-    found = decisions.opposite_pose(SETUP, person, rays_alone(rays()), STANDING)
-    assert not decisions.faces(found, STANDING.rotation[:, 2])
-    right, left = (FOURTEEN_PARTS.index[f"{side}_lower_arm"] for side in ("right", "left"))
-    assert np.linalg.norm(frames_of(MODEL, STANDING)[right, :, 3] - frames_of(MODEL, found)[left, :, 3]) < 0.08
-    assert person.body is BODY
 
 
 def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that_way() -> None:

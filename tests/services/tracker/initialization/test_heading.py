@@ -1,4 +1,4 @@
-"""Front and back from the feet: reach, running mean, a reversed pose put right."""
+"""Front and back from the feet: reach, running mean."""
 
 from dataclasses import replace
 from functools import cache
@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from tests.support.tracker_ring import ring, setup
-from tests.support.tracker_scenes import MODEL, STATURE_M, average_model, in_t_pose, rays_alone, tangent_rays
+from tests.support.tracker_scenes import MODEL, STATURE_M, average_model, in_t_pose, tangent_rays
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.proportions import HIP_HEIGHT
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
-from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
+from zenocap.services.tracker.filter.filter_step import start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
-from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
-from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
+from zenocap.services.tracker.initialization.heading import foot_reach, with_toes
+from zenocap.services.tracker.parameters import HEADING_TOES
 from zenocap.services.tracker.states import TrackedPerson, Tracking
 from zenocap.services.tracker.tracking import describe, initial_state
 
@@ -66,24 +66,6 @@ def test_heading_becomes_known_from_the_feet() -> None:
         phase = with_toes(FOURTEEN_PARTS, phase, rays())
     assert phase.toes > HEADING_TOES
     assert phase.person.heading_known
-
-
-def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
-    phase, frames = tracking(reversed_of(STANDING)), 0
-    while phase.toes >= REVERSED_TOES:
-        phase, frames = with_toes(FOURTEEN_PARTS, phase, rays()), frames + 1
-        assert frames < 15
-    assert not phase.person.heading_known
-    after, _ = check_reversed_heading(SETUP, phase, no_pose(SETUP, lost=False), 0, rays_alone(rays()))
-    assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
-    assert after.toes > REVERSED_TOES
-
-
-def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_feet_farther_back() -> None:
-    phase = replace(tracking(STANDING), toes=0.9 * REVERSED_TOES)
-    after, _ = check_reversed_heading(SETUP, phase, no_pose(SETUP, lost=False), 0, rays_alone(rays()))
-    assert after.estimate is phase.estimate
-    assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still reported as uncertain
 
 
 def test_health_says_that_front_or_back_is_not_certain() -> None:

@@ -14,9 +14,9 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures, search_postures
-from zenocap.services.tracker.parameters import PARTICLE_HOLD
+from zenocap.services.tracker.initialization.twins import exchanged
+from zenocap.services.tracker.parameters import PARTICLE_HOLD, SEARCH_PASSES
 from zenocap.services.tracker.states import TrackedPerson
 from zenocap.simulation.body.pose import PersonPose
 
@@ -81,8 +81,8 @@ def test_preferred_heading_wins_unless_it_fits_worse() -> None:
 def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
     evidence = of_pose(*tracker_ring.in_motion(SEED, 1, from_s=0.5))
     right = find(evidence)
-    wrong = reversed_pose(SETUP, model(), evidence, right, search_postures(FOURTEEN_PARTS))
-    again = reversed_pose(SETUP, model(), evidence, wrong, search_postures(FOURTEEN_PARTS))
+    wrong = exchanged(SETUP, person(), evidence, right, "back", SEARCH_PASSES)
+    again = exchanged(SETUP, person(), evidence, wrong, "back", SEARCH_PASSES)
     assert wrong.rotation[:, 2] @ right.rotation[:, 2] < 0.0
     assert misfit(model(), evidence, WEIGHTS.limit, right) < misfit(model(), evidence, WEIGHTS.limit, wrong)
     assert again.rotation[:, 2] @ right.rotation[:, 2] > 0.8

@@ -198,7 +198,11 @@ SEARCH_FIRST_ITERATIONS, SEARCH_ITERATIONS = 4, 4  # of the first refinement; of
 SEARCH_KEPT, SEARCH_PASSES = 12, 5  # candidates refined further; passes, each held near the end of the one before
 FOUND_SUPPORT_RATIO = 0.8  # of the expected support, from which a person is found
 EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search without success; lower bound
-OTHER_POSTURES_PERIOD = 3  # frames from one search of other postures near the tracked one to the next
+OTHER_POSTURES_PERIOD = 3  # frames from one search of other postures near the tracked one to the next; of rivals too
+SURE_PERIOD, SURE_LIMB = (
+    6,
+    0.75,
+)  # the same while the heading is known and all limbs are this probable; to be measured
 OTHER_POSTURES_TURNS = (-60.0, -30.0, 0.0, 30.0, 60.0)  # degrees from the tracked heading, at which they start
 OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES = 6, 3  # as SEARCH_KEPT, SEARCH_PASSES
 OTHER_POSTURES_PENALTY = 1.2  # relative increase of the misfit of one with the opposite heading, less for smaller turns

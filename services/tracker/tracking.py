@@ -9,10 +9,11 @@ import numpy as np
 from zenocap.common.arrays import Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.messages import Phase
+from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.average_body import stature_of
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
-from zenocap.services.tracker.filter.confidence import limb_features
+from zenocap.services.tracker.filter.confidence import limb_confidence, limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
@@ -21,7 +22,6 @@ from zenocap.services.tracker.initialization.any_posture import average_person, 
 from zenocap.services.tracker.initialization.heading import with_toes
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
-from zenocap.services.tracker.parameters import HEADING_TOES, OTHER_POSTURES_PERIOD, RELOCALIZE_AFTER
 from zenocap.services.tracker.states import (
     HEADING_KINDS,
     AwaitingPerson,
@@ -129,7 +129,7 @@ def describe(state: TrackState) -> str:
         case AwaitingPerson(advice=advice):
             return advice
         case Tracking(misfits_in_row=0, toes=toes, person=person):
-            certain = person.heading_known and (toes >= HEADING_TOES or state.phase.decided_ns is not None)
+            certain = person.heading_known and (toes >= p.HEADING_TOES or state.phase.decided_ns is not None)
             body = "" if person.measured else " with average proportions: hold the T-pose to measure the body"
             return f"tracking{body}" if certain else f"tracking{body}, front or back is not certain"
         case Tracking():
@@ -171,6 +171,14 @@ def _tries_other_postures(setup: TrackerSetup) -> bool:
     return options.filter.relocalization and options.filter.other_postures and options.method == "hybrid"
 
 
+def other_postures_period(phase: Tracking) -> int:
+    """Frames from one search of other postures and rivals to the next: seldom while nothing is doubtful."""
+    features = phase.limb_features
+    if features is None or not phase.person.heading_known or limb_confidence(features).min() < p.SURE_LIMB:
+        return p.OTHER_POSTURES_PERIOD
+    return p.SURE_PERIOD
+
+
 def _follow(
     setup: TrackerSetup, phase: Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
 ) -> tuple[Tracking | Lost, Outcome]:
@@ -185,14 +193,15 @@ def _follow(
     if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
         return after, outcome
     after = with_toes(setup.anatomy, after, evidence.rays)
-    if after.misfits_in_row in RELOCALIZE_AFTER:
+    if after.misfits_in_row in p.RELOCALIZE_AFTER:
         elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, evidence)
         if decisions.faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
             elsewhere = replace(elsewhere, decided_ns=after.decided_ns)
         return elsewhere, outcome
     if _tries_other_postures(setup):
-        searches, turn = count % OTHER_POSTURES_PERIOD == 0, count // OTHER_POSTURES_PERIOD % len(HEADING_KINDS)
-        sought: tuple[RivalKind, ...] = ("legs", HEADING_KINDS[turn]) if searches else ()
+        turn, rest = divmod(count, other_postures_period(phase))
+        searches = rest == 0
+        sought: tuple[RivalKind, ...] = ("legs", HEADING_KINDS[turn % len(HEADING_KINDS)]) if searches else ()
         after, outcome = follow_rivals(setup, phase, after, outcome, captured_ns, evidence, sought)
         if searches:
             return check_other_postures(setup, after, outcome, captured_ns, evidence)

@@ -7,6 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from tests.services.tracker.initialization.test_heading import STANDING, tracking
 from tests.support.anatomies import each_anatomy
 from tests.support.tracker_ring import (
     FRAME_NS,
@@ -27,7 +28,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import LOST_FRAMES
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.states import Method, Options, Outcome, TrackerSetup, TrackState
-from zenocap.services.tracker.tracking import initial_state, resume, track
+from zenocap.services.tracker.tracking import initial_state, other_postures_period, resume, track
 from zenocap.simulation.body.pose import PersonPose
 
 CAMERAS = ring(4)
@@ -168,6 +169,14 @@ def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
     one = replace(setup(ring(2)), anatomy=anatomy)
     state = resume(one, initial_state(one), average_body(anatomy, 1.62), Pose(np.zeros(3), anatomy.neutral), 0)
     assert state.phase.person.stature == pytest.approx(1.62)
+
+
+def test_other_postures_are_tried_seldom_only_while_heading_and_limbs_are_sure() -> None:
+    sure = np.tile([1.0, 1.0, -7.0, 1.0, 0.0], (4, 1))
+    doubtful = sure - np.outer([0, 0, 0, 1], [0, 0, 0, 0, -0.5])
+    for known, features, period in ((True, sure, 6), (True, doubtful, 3), (False, sure, 3), (True, None, 3)):
+        phase = replace(tracking(STANDING, known), limb_features=features)
+        assert other_postures_period(phase) == period
 
 
 @pytest.mark.slow

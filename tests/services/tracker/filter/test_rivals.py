@@ -7,26 +7,29 @@ import pytest
 
 from tests.services.tracker.initialization.test_heading import BODY, MODEL, SETUP, STANDING, rays, reversed_of, tracking
 from tests.services.tracker.initialization.test_twins import stride
-from tests.support.tracker_ring import FRAME_NS
+from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, simulated_person
 from tests.support.tracker_scenes import rays_alone, tangent_rays
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
-from zenocap.services.tracker.filter.confidence import LEGS, limb_distances
+from zenocap.services.tracker.filter.confidence import LEGS, confidences, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity
 from zenocap.services.tracker.initialization.decisions import by_decision
 from zenocap.services.tracker.initialization.relocalization import check_other_postures
 from zenocap.services.tracker.initialization.twins import exchanged_legs
-from zenocap.services.tracker.parameters import RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
+from zenocap.services.tracker.parameters import LOST_LIMB, RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
 from zenocap.services.tracker.states import HEADING_KINDS, Outcome, Rival, RivalKind, Tracking, refuted
+from zenocap.simulation.body.pose import LEFT, RIGHT, Foot, Placement, neutral, place
 
 OUTCOME = no_pose(SETUP, lost=False)
 UPPER = tuple(k for k, part in enumerate(FOURTEEN_PARTS.parts) if "leg" not in part and "foot" not in part)
+SEED = 3
 IN_LEGS = np.array([any(one in name for one in ("hip", "knee", "ankle")) for name in coordinates_of(FOURTEEN_PARTS).names])
-RIGHT = stride(FOURTEEN_PARTS)
-WRONG, CROSSED = exchanged_legs(FOURTEEN_PARTS, BODY, RIGHT)
+STRIDE = stride(FOURTEEN_PARTS)
+WRONG, CROSSED = exchanged_legs(FOURTEEN_PARTS, BODY, STRIDE)
 
 
 def scene(pose: RootedPose, parts: tuple[int, ...] = ()) -> Evidence:
@@ -49,8 +52,8 @@ def held(
 
 def test_rival_that_fits_better_takes_the_legs_and_leaves_all_else() -> None:
     before = tracking(WRONG)
-    phase, outcome = held(WRONG, (Rival("legs", 0.0, RIGHT),), scene(RIGHT), 9)
-    assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.estimate], RIGHT).max() < 0.02
+    phase, outcome = held(WRONG, (Rival("legs", 0.0, STRIDE),), scene(STRIDE), 9)
+    assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.estimate], STRIDE).max() < 0.02
     for now, then in ((phase.estimate.values, WRONG.values), (phase.cloud.values, before.cloud.values)):
         np.testing.assert_array_equal(now[..., ~IN_LEGS], then[..., ~IN_LEGS])
     np.testing.assert_array_equal(phase.estimate.position, WRONG.position)
@@ -61,8 +64,8 @@ def test_rival_that_fits_better_takes_the_legs_and_leaves_all_else() -> None:
 
 @pytest.mark.parametrize("frames", [0, 150])
 def test_rival_that_fits_as_well_stays_one_however_long_the_pose_is_held(frames: int) -> None:
-    phase, _ = held(RIGHT, (Rival("legs", 1.0, WRONG),), scene(RIGHT, UPPER), frames)
-    assert phase.estimate is RIGHT
+    phase, _ = held(STRIDE, (Rival("legs", 1.0, WRONG),), scene(STRIDE, UPPER), frames)
+    assert phase.estimate is STRIDE
     assert phase.rivals[0].nats == pytest.approx(1.0, abs=0.05)
     apart = limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], phase.estimate)[0]
     expected = apart * [0, 0, 1, 1] / (1 + np.exp(-phase.rivals[0].nats))
@@ -70,18 +73,18 @@ def test_rival_that_fits_as_well_stays_one_however_long_the_pose_is_held(frames:
 
 
 def test_scene_of_the_same_instant_is_no_evidence() -> None:
-    phase = replace(tracking(WRONG), rivals=(Rival("legs", 0.0, RIGHT),))
-    after, _ = follow_rivals(SETUP, phase, phase, OUTCOME, phase.captured_ns, scene(RIGHT), ())
+    phase = replace(tracking(WRONG), rivals=(Rival("legs", 0.0, STRIDE),))
+    after, _ = follow_rivals(SETUP, phase, phase, OUTCOME, phase.captured_ns, scene(STRIDE), ())
     assert after.rivals[0].nats == pytest.approx(0.0, abs=0.01)
 
 
 def test_rivals_are_found_where_they_fit_as_well_and_known_legs_stay_known() -> None:
     heading = refuted(*HEADING_KINDS)
     for rivals, nats in (((), 0.0), (refuted("legs"), -RIVAL_MOST)):
-        phase, _ = held(RIGHT, (*rivals, *heading), scene(RIGHT, UPPER), 1, "legs")
+        phase, _ = held(STRIDE, (*rivals, *heading), scene(STRIDE, UPPER), 1, "legs")
         assert phase.rivals[0].nats == nats
-        assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], RIGHT)[0, LEGS].min() > 0.08
-    for pose, nats in ((RIGHT, -RIVAL_FRAME), (STANDING, 0.0)):  # the other legs do not fit, or are the same
+        assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], STRIDE)[0, LEGS].min() > 0.08
+    for pose, nats in ((STRIDE, -RIVAL_FRAME), (STANDING, 0.0)):  # the other legs do not fit, or are the same
         assert held(pose, heading, scene(pose), 1, "legs")[0].rivals == (Rival("legs", nats), *heading)
 
 
@@ -103,7 +106,19 @@ def test_heading_is_known_once_its_rivals_are_refuted_and_doubted_when_one_gains
 
 @pytest.mark.slow
 def test_other_postures_do_not_decide_between_the_estimate_and_a_rival() -> None:
-    for rivals, replaced in (((), True), ((Rival("legs", 0.0, RIGHT),), False)):
+    for rivals, replaced in (((), True), ((Rival("legs", 0.0, STRIDE),), False)):
         phase = replace(tracking(WRONG, known=True), rivals=rivals)
-        after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(RIGHT))
+        after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(STRIDE))
         assert (after.estimate is not phase.estimate) == replaced
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("yaw_deg", [0.0, 120.0, 180.0, 300.0])
+def test_held_step_before_two_cameras_has_the_right_leg_ahead_or_legs_of_little_confidence(yaw_deg: float) -> None:
+    yaw, standing = np.radians(yaw_deg), neutral(simulated_person(SEED))
+    standing.feet[[RIGHT, LEFT], Foot.Z] += [0.175, -0.175]
+    state, outcomes, _ = played(setup(ring(2)), SEED, [place(standing, Placement(yaw=yaw))] * 120)
+    centres = joint_centres(FOURTEEN_PARTS, state.phase.person.body, outcomes[-1].pose)
+    right, left = (centres[[one.name for one in FOURTEEN_PARTS.markers].index(name)] for name in ("RAnkle", "LAnkle"))
+    limbs, _ = confidences(outcomes[-1].limb_features, None)
+    assert (right - left) @ ahead(yaw) > 0.2 or max(limbs["right_leg"], limbs["left_leg"]) < LOST_LIMB

@@ -68,8 +68,8 @@ def test_rival_that_fits_as_well_stays_one_however_long_the_pose_is_held(frames:
     assert phase.estimate is STRIDE
     assert phase.rivals[0].nats == pytest.approx(1.0, abs=0.05)
     apart = limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], phase.estimate)[0]
-    expected = apart * [0, 0, 1, 1] / (1 + np.exp(-phase.rivals[0].nats))
-    np.testing.assert_allclose(rival_ambiguity(FOURTEEN_PARTS, phase), np.minimum(expected, 0.5), atol=0.01)
+    expected = np.minimum(apart, 0.5) * [0, 0, 1, 1] / (1 + np.exp(-phase.rivals[0].nats))
+    np.testing.assert_allclose(rival_ambiguity(FOURTEEN_PARTS, phase), expected, atol=0.01)
 
 
 def test_scene_of_the_same_instant_is_no_evidence() -> None:

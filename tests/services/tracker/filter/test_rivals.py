@@ -20,7 +20,7 @@ from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, 
 from zenocap.services.tracker.initialization.decisions import by_decision
 from zenocap.services.tracker.initialization.relocalization import check_other_postures
 from zenocap.services.tracker.initialization.twins import exchanged_legs
-from zenocap.services.tracker.parameters import LOST_LIMB, RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
+from zenocap.services.tracker.parameters import LOST_LIMB, RIVAL_APART_M, RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
 from zenocap.services.tracker.states import HEADING_KINDS, Outcome, Rival, RivalKind, Tracking, refuted
 from zenocap.simulation.body.pose import LEFT, RIGHT, Foot, Placement, neutral, place
 
@@ -109,7 +109,8 @@ def test_other_postures_do_not_decide_between_the_estimate_and_a_rival() -> None
     for rivals, replaced in (((), True), ((Rival("legs", 0.0, STRIDE),), False)):
         phase = replace(tracking(WRONG, known=True), rivals=rivals)
         after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(STRIDE))
-        assert (after.estimate is not phase.estimate) == replaced
+        apart = limb_distances(FOURTEEN_PARTS, MODEL, [after.estimate], STRIDE)[0, LEGS].max()
+        assert (apart < RIVAL_APART_M) == replaced
 
 
 @pytest.mark.nightly

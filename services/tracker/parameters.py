@@ -199,10 +199,8 @@ SEARCH_KEPT, SEARCH_PASSES = 12, 5  # candidates refined further; passes, each h
 FOUND_SUPPORT_RATIO = 0.8  # of the expected support, from which a person is found
 EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search without success; lower bound
 OTHER_POSTURES_PERIOD = 3  # frames from one search of other postures near the tracked one to the next; of rivals too
-SURE_PERIOD, SURE_LIMB = (
-    6,
-    0.75,
-)  # the same while the heading is known and all limbs are this probable; to be measured
+SURE_PERIOD = 6  # frames, the same while the heading is known and the limbs are sure; to be measured
+SURE_LIMB = 0.75  # confidence from which a limb is sure
 OTHER_POSTURES_TURNS = (-60.0, -30.0, 0.0, 30.0, 60.0)  # degrees from the tracked heading, at which they start
 OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES = 6, 3  # as SEARCH_KEPT, SEARCH_PASSES
 OTHER_POSTURES_PENALTY = 1.2  # relative increase of the misfit of one with the opposite heading, less for smaller turns
@@ -216,9 +214,7 @@ TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach
 HEADING_TOES = 0.020  # statures, reach of the feet before the ankles from which the heading is known
 REVERSED_MISFIT_RATIO = 1.2  # of a start's misfit, below which the opposite heading, whose feet reach farther, replaces it
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
-DECIDED_NS = (
-    5_000_000_000  # after the user's decision on front and back, in which no rival of the heading is followed; by hand
-)
+DECIDED_NS = 5_000_000_000  # after the user's decision on front and back, without rivals of the heading; by hand
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 
 # Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views

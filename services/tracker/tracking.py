@@ -192,7 +192,7 @@ def _follow(
     after, outcome = filter_step(setup, phase, captured_ns, evidence, rng)
     if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
         return after, outcome
-    after = with_toes(setup.anatomy, after, evidence.rays)
+    after = with_toes(setup.anatomy, after, evidence.rays, alone=not _tries_other_postures(setup))
     if after.misfits_in_row in p.RELOCALIZE_AFTER:
         elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, evidence)
         if decisions.faces(elsewhere.estimate, after.estimate.rotation[:, 2]):

@@ -46,12 +46,15 @@ def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedP
     return float(np.mean(reaches)) if reaches else None
 
 
-def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
-    """The running mean of the feet's reach with one more frame, and whether the heading is known from it."""
+def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32, *, alone: bool) -> Tracking:
+    """The running mean of the feet's reach with one more frame, and whether the heading is known from it.
+
+    alone: False where rivals of the heading decide.
+    """
     person = after.person
     reach = foot_reach(anatomy, person.model, rays, after.estimate, person.stature)
     if reach is None:
         return after
     toes = after.toes + p.TOES_RATE * (reach / person.stature - after.toes)
-    known = person.heading_known or toes > p.HEADING_TOES
+    known = person.heading_known or (alone and toes > p.HEADING_TOES)
     return replace(after, toes=toes, person=replace(person, heading_known=known))

@@ -57,15 +57,16 @@ def test_without_feet_in_the_scene_nothing_changes() -> None:
     above = np.ascontiguousarray(rays()[:, midpoints(rays())[:, 1] > 0.3])
     phase = tracking(STANDING)
     assert foot_reach(FOURTEEN_PARTS, MODEL, above, STANDING, STATURE_M) is None
-    assert with_toes(FOURTEEN_PARTS, phase, above) is phase
+    assert with_toes(FOURTEEN_PARTS, phase, above, alone=True) is phase
 
 
-def test_heading_becomes_known_from_the_feet() -> None:
+@pytest.mark.parametrize("alone", [True, False])
+def test_heading_becomes_known_from_the_feet_alone(alone: bool) -> None:
     phase = tracking(STANDING)
     for _ in range(20):
-        phase = with_toes(FOURTEEN_PARTS, phase, rays())
+        phase = with_toes(FOURTEEN_PARTS, phase, rays(), alone=alone)
     assert phase.toes > HEADING_TOES
-    assert phase.person.heading_known
+    assert phase.person.heading_known == alone
 
 
 def test_health_says_that_front_or_back_is_not_certain() -> None:

@@ -157,7 +157,11 @@ def check_other_postures(
     if errors[best] > p.OTHER_POSTURES_RATIO * error:
         return phase, outcome
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
-    phase = replace(phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns)
+    faced = float(after.estimate.rotation[:, 2] @ present.rotation[:, 2]) > 0.0
+    phase = replace(
+        phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
+        rivals=phase.rivals if faced else (),  # their log odds are against the heading before
+    )  # fmt: skip
     return phase, replace(replaced, body=outcome.body)
 
 

@@ -105,12 +105,19 @@ def test_heading_is_known_once_its_rivals_are_refuted_and_doubted_when_one_gains
 
 
 @pytest.mark.slow
-def test_other_postures_do_not_decide_between_the_estimate_and_a_rival() -> None:
-    for rivals, replaced in (((), True), ((Rival("legs", 0.0, STRIDE),), False)):
-        phase = replace(tracking(WRONG, known=True), rivals=rivals)
+def test_other_postures_take_no_rival_and_another_heading_has_other_rivals() -> None:
+    legs, back = Rival("legs", 0.0, STRIDE), Rival("back", 2.0)
+    for pose, rivals, replaced, left in (
+        (WRONG, (), True, ()),
+        (WRONG, (legs,), False, (legs,)),
+        (WRONG, (back,), True, (back,)),
+        (reversed_of(STRIDE), (back,), True, ()),
+    ):
+        phase = replace(tracking(pose, known=pose is WRONG), rivals=rivals)
         after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(STRIDE))
         apart = limb_distances(FOURTEEN_PARTS, MODEL, [after.estimate], STRIDE)[0, LEGS].max()
         assert (apart < RIVAL_APART_M) == replaced
+        assert after.rivals == left
 
 
 @pytest.mark.nightly

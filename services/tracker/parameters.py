@@ -176,13 +176,14 @@ LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
 # Rivals of the estimate, see `filter/rivals.py`.  All are chosen by hand, to be measured.
 RIVAL_MOST = 6.0  # nats, bound of the log odds
 RIVAL_SWITCH = 3.0  # nats, log odds beyond which a rival and the estimate are exchanged
-RIVAL_FRAME = 2.0  # nats, most that one frame set changes: none decides alone; and of one in which no rival fits
+RIVAL_FRAME = 2.0  # nats, most that a frame set changes while a rival fits: none decides alone
 RIVAL_FITS = 1.5  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays
 RIVAL_APART_M = 0.08  # distance of a leg from the estimate's, beyond which a pose is another one
 RIVAL_TURN_DEG = 30.0  # from the estimate's heading, the same for rivals of the heading
 RIVAL_DOUBT = 1.0  # nats against all rivals of the heading, below which it is no longer known
 RIVAL_PASSES = 2  # as SEARCH_PASSES
 RIVAL_FRESH_M = 0.10  # motion since the last frame set with which a scene is new evidence; a held pose is new once a second
+LEG_TURN_RATE = 10.0  # rad/s, of a joint of a leg: a faster one counts against legs; knees of a walk turn at 6
 STANDING_SPEED = 0.2  # m/s, of the ankle of a foot that stands
 STANDING_DEVIATION_M = 0.03  # of the height of a standing foot's ankle
 STANDING_MOST = 4.0  # nats, against standing feet at different heights: there are steps

@@ -164,7 +164,8 @@ def _forward_poses(take: Path, setup: TrackerSetup) -> tuple[Sequence[ForwardPos
         match received.message:
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))
-                poses[one.captured_ns] = ForwardPose(one.captured_ns, pose_of(setup.anatomy, one), one.lost, used)
+                pose = pose_of(setup.anatomy, one)
+                poses[one.captured_ns] = ForwardPose(one.captured_ns, pose, one.lost, used, one.heading)
             case m.TrackerBdp(body=found):
                 body = bdp_of(setup.anatomy, found)
     return [poses[captured_ns] for captured_ns in sorted(poses)], body

@@ -14,6 +14,7 @@ from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of, support_fraction
 from zenocap.services.tracker.filter.confidence import Confidence, confidences
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
+from zenocap.services.tracker.filter.rivals import with_heading
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
@@ -78,12 +79,19 @@ def with_fixed_body(setup: TrackerSetup) -> TrackerSetup:
     return replace(setup, options=replace(setup.options, filter=fixed))
 
 
-def begin(setup: TrackerSetup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence) -> Backward:
-    """State at the last pose of the forward pass, captured at `captured_ns`, with its own evidence."""
+def begin(
+    setup: TrackerSetup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence, heading: float | None = None
+) -> Backward:
+    """State at the last pose of the forward pass, captured at `captured_ns`, with its own evidence.
+
+    heading: probability of its heading, None where it is certain.
+    """
     person, last = known_person(setup, body), RootedPose.of(setup.anatomy, body, pose)
     person = replace(person, expected_support=support_fraction(person.model, evidence, last))
     error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), last)
     phase, _ = start_tracking(setup, person, last, 0, error)
+    if heading is not None:
+        phase = with_heading(phase, heading)
     return Backward(phase, captured_ns)
 
 

@@ -23,12 +23,13 @@ Watch = Callable[[str, int, int], None]  # called with the activity, the number 
 
 @dataclass(frozen=True, slots=True)
 class ForwardPose:
-    """Pose of the forward pass.  views: the viewers that it used."""
+    """Pose of the forward pass.  views: the viewers that it used.  heading: its probability, None where it is unknown."""
 
     captured_ns: int
     pose: Pose
     lost: bool
     views: tuple[str, ...]
+    heading: float | None = None
 
 
 SceneMasks = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height, width), not 0 on the person
@@ -116,7 +117,8 @@ def _backward_poses(
         ahead = None if one.lost else RootedPose.of(setup.anatomy, body, one.pose)
         back: RootedPose | None = None
         if evidence is not None and state is None and not one.lost:
-            state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
+            heading = None if decided.passed(one.captured_ns) else one.heading
+            state, back = begin(setup, body, one.pose, one.captured_ns, evidence, heading), ahead
         elif evidence is not None and state is not None:
             state, back = step_back(setup, state, one.captured_ns, evidence)
             if (

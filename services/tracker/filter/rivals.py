@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Ints
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
@@ -70,6 +70,14 @@ def follow_rivals(
     return after, outcome
 
 
+def with_heading(phase: Tracking, probability: float) -> Tracking:
+    """The track with rivals of the heading that leave it a probability."""
+    least = 1.0 / (1.0 + np.exp(p.RIVAL_MOST))
+    nats = float(np.log(1.0 / np.clip(probability, least, 1.0 - least) - 1.0))
+    rivals = [one for one in phase.rivals if one.kind not in HEADING_KINDS] + [Rival(kind, nats) for kind in HEADING_KINDS]
+    return replace(phase, person=replace(phase.person, heading_known=nats < -p.RIVAL_DOUBT), rivals=tuple(rivals))
+
+
 def heading_nats(phase: Tracking) -> float:
     """The greatest log odds of a rival of the heading against the estimate."""
     known = {rival.kind: rival.nats for rival in phase.rivals}
@@ -91,13 +99,20 @@ def _sought(step: _Step, rival: Rival) -> Rival:
 
     Legs that do not differ, as those of a person who stands, show nothing.
     """
-    setup, _, phase, _, evidence = step
+    setup, before, phase, captured_ns, evidence = step
+    anatomy, model = setup.anatomy, phase.person.model
     pose = exchanged(setup, phase.person, evidence, phase.estimate, rival.kind, p.RIVAL_PASSES)
-    own_error, error = _misfits(phase.person.model, evidence, phase.estimate, pose)
-    fits, differs = error <= p.RIVAL_FITS * own_error, _differs(setup.anatomy, phase, rival.kind, pose)
-    if fits and (differs or rival.kind == "legs"):
-        return replace(rival, pose=pose if differs else None)
-    return replace(rival, nats=max(rival.nats - p.RIVAL_FRAME, -p.RIVAL_MOST))
+    own_error, error = _misfits(model, evidence, phase.estimate, pose)
+    differs = _differs(anatomy, phase, rival.kind, pose)
+    if differs and error <= p.RIVAL_FITS * own_error:
+        return replace(rival, pose=pose)
+    if rival.kind == "legs" and not differs:
+        return rival
+    against = min(p.RIVAL_MOST, float(np.log(error / own_error)) / p.AMBIGUITY_SCALE) if differs else p.RIVAL_MOST
+    moved = np.linalg.norm(np.subtract(*(limb_points(anatomy, model, one.estimate) for one in (before, phase))), axis=2)
+    fresh = _freshness(moved[:, _limbs(rival.kind)], captured_ns - before.captured_ns)
+    # A first look is an observation, further ones of a held pose are not.
+    return replace(rival, nats=max(-p.RIVAL_MOST, min(-against, rival.nats - fresh * against)))
 
 
 def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
@@ -113,19 +128,20 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
     pose = refined(person.model, evidence, start, residual_weights(setup, p.ESTIMATE_HOLD), p.ESTIMATE_ITERATIONS)
     if not _differs(anatomy, after, rival.kind, pose):
         return replace(rival, pose=None)
-    limbs, moves = LEGS if rival.kind == "legs" else slice(None), ((before.estimate, own), (last, pose))
-    points = [[limb_points(anatomy, person.model, one)[:, limbs] for one in move] for move in moves]
+    moves = ((before.estimate, own), (last, pose))
+    points = [[limb_points(anatomy, person.model, one)[:, _limbs(rival.kind)] for one in move] for move in moves]
     lengths = np.array([np.linalg.norm(now - then, axis=2) for then, now in points])  # (2 poses, 2 points, limbs), metres
     own_error, error = _misfits(person.model, evidence, own, pose)
-    seconds = 1e-9 * (captured_ns - before.captured_ns)
+    passed_ns = captured_ns - before.captured_ns
     gained = float(np.log(own_error / error)) / p.AMBIGUITY_SCALE
     if rival.kind != "legs":
         gained += p.REACH_NATS * _farther(anatomy, after, evidence, pose)
-    elif lengths[:, 1].max() < p.STANDING_SPEED * seconds:
+    elif lengths[:, 1].max() < p.STANDING_SPEED * 1e-9 * passed_ns:
         gained += _unevenness(points[0][1]) - _unevenness(points[1][1])
-    gained *= min(1.0, max(float(lengths.mean(axis=(1, 2)).min()) / p.RIVAL_FRESH_M, seconds))
+    gained *= min(_freshness(one, passed_ns) for one in lengths)
     if rival.kind == "legs" and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
-        gained += _roughness(*moves[0], legs) - _roughness(*moves[1], legs)
+        own_turns, turns = (now.values[legs] - then.values[legs] for then, now in moves)
+        gained += _roughness(own_turns, passed_ns) - _roughness(turns, passed_ns)
     nats = rival.nats + float(np.clip(gained, -p.RIVAL_FRAME, p.RIVAL_FRAME))
     nats = float(np.clip(nats, -p.RIVAL_MOST, p.RIVAL_MOST))
     refuted = nats <= -p.RIVAL_MOST and error > p.RIVAL_FITS * own_error
@@ -182,6 +198,17 @@ def _unevenness(ends: Floats) -> float:
     return min(p.STANDING_MOST, float(np.ptp(ends[1, :, 1]) ** 2) / (4.0 * p.STANDING_DEVIATION_M**2))
 
 
-def _roughness(then: RootedPose, now: RootedPose, columns: Ints) -> float:
-    """Nats against a motion: of its coordinates about the last ones."""
-    return 0.5 * float(np.sum((now.values[columns] - then.values[columns]) ** 2)) / p.PREDICTION_DEVIATION[1] ** 2
+def _roughness(turns: Floats, passed_ns: int) -> float:
+    """Nats against turns of joints that are faster than those of legs, radians."""
+    beyond = np.maximum(np.abs(turns) - p.LEG_TURN_RATE * 1e-9 * passed_ns, 0.0)
+    return 0.5 * float(np.sum(beyond**2)) / p.PREDICTION_DEVIATION[1] ** 2
+
+
+def _limbs(kind: RivalKind) -> slice:
+    """Of LIMBS, those that a rival has elsewhere."""
+    return LEGS if kind == "legs" else slice(None)
+
+
+def _freshness(lengths: Floats, passed_ns: int) -> float:
+    """How much of a new observation a scene is: by paths of points since the last one, metres; a held pose each second."""
+    return min(1.0, max(float(lengths.mean()) / p.RIVAL_FRESH_M, 1e-9 * passed_ns))

@@ -16,11 +16,18 @@ from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.confidence import LEGS, confidences, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity
+from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity, with_heading
 from zenocap.services.tracker.initialization.decisions import by_decision
 from zenocap.services.tracker.initialization.relocalization import check_other_postures
 from zenocap.services.tracker.initialization.twins import exchanged_legs
-from zenocap.services.tracker.parameters import LOST_LIMB, RIVAL_APART_M, RIVAL_FRAME, RIVAL_MOST, RIVAL_SWITCH
+from zenocap.services.tracker.parameters import (
+    AMBIGUITY_SCALE,
+    LOST_LIMB,
+    RIVAL_APART_M,
+    RIVAL_FITS,
+    RIVAL_MOST,
+    RIVAL_SWITCH,
+)
 from zenocap.services.tracker.states import HEADING_KINDS, Outcome, Rival, RivalKind, Tracking, refuted
 from zenocap.simulation.body.pose import LEFT, RIGHT, Foot, Placement, neutral, place
 
@@ -33,7 +40,7 @@ WRONG, CROSSED = exchanged_legs(FOURTEEN_PARTS, BODY, STRIDE)
 
 
 def scene(pose: RootedPose, parts: tuple[int, ...] = ()) -> Evidence:
-    return rays_alone(tangent_rays(MODEL, pose, 600, parts=parts))
+    return rays_alone(tangent_rays(MODEL, pose, 300, parts=parts))
 
 
 def held(
@@ -48,6 +55,10 @@ def held(
         if outcome.pose is not None:
             break
     return phase, outcome
+
+
+def rival_of(phase: Tracking, kind: RivalKind) -> Rival:
+    return next(one for one in phase.rivals if one.kind == kind)
 
 
 def test_rival_that_fits_better_takes_the_legs_and_leaves_all_else() -> None:
@@ -84,8 +95,16 @@ def test_rivals_are_found_where_they_fit_as_well_and_known_legs_stay_known() -> 
         phase, _ = held(STRIDE, (*rivals, *heading), scene(STRIDE, UPPER), 1, "legs")
         assert phase.rivals[0].nats == nats
         assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], STRIDE)[0, LEGS].min() > 0.08
-    for pose, nats in ((STRIDE, -RIVAL_FRAME), (STANDING, 0.0)):  # the other legs do not fit, or are the same
-        assert held(pose, heading, scene(pose), 1, "legs")[0].rivals == (Rival("legs", nats), *heading)
+    assert held(STANDING, heading, scene(STANDING), 1, "legs")[0].rivals == (Rival("legs"), *heading)  # the same legs
+
+
+@pytest.mark.parametrize(("kind", "most"), [("legs", -np.log(RIVAL_FITS) / AMBIGUITY_SCALE), ("mirror", -RIVAL_MOST)])
+def test_rival_that_does_not_fit_is_one_observation_however_long_the_pose_is_held(kind: RivalKind, most: float) -> None:
+    evidence = scene(STRIDE)
+    once, often = (rival_of(held(STRIDE, (), evidence, frames, kind)[0], kind) for frames in (1, 4))
+    assert once.pose is None
+    assert -RIVAL_MOST <= once.nats <= most
+    assert often.nats == pytest.approx(max(-RIVAL_MOST, once.nats * (1.0 + 3e-9 * FRAME_NS)))
 
 
 def test_opposite_heading_is_found_and_taken_unless_the_user_has_decided() -> None:
@@ -98,10 +117,17 @@ def test_opposite_heading_is_found_and_taken_unless_the_user_has_decided() -> No
 
 
 def test_heading_is_known_once_its_rivals_are_refuted_and_doubted_when_one_gains() -> None:
-    phase, _ = held(STANDING, (), rays_alone(rays()), 6, "mirror")
+    phase, _ = held(STANDING, (), rays_alone(rays()), 1, *HEADING_KINDS)
     assert phase.person.heading_known  # no other heading fits in a ring of cameras
     doubted, _ = held(phase, (Rival("back", 0.0),), rays_alone(rays()), 1)
     assert not doubted.person.heading_known
+
+
+@pytest.mark.parametrize(("probability", "nats", "known"), [(0.0, 6.0, False), (0.6, -0.405, False), (0.9, -2.197, True)])
+def test_heading_of_a_probability_has_rivals_of_the_others_odds(probability: float, nats: float, known: bool) -> None:
+    phase = with_heading(tracking(STANDING, known=True), probability)
+    assert heading_nats(phase) == pytest.approx(nats, abs=1e-3)
+    assert phase.person.heading_known == known
 
 
 @pytest.mark.slow

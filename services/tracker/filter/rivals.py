@@ -108,7 +108,8 @@ def _sought(step: _Step, rival: Rival) -> Rival:
         return replace(rival, pose=pose)
     if rival.kind == "legs" and not differs:
         return rival
-    against = min(p.RIVAL_MOST, float(np.log(error / own_error)) / p.AMBIGUITY_SCALE) if differs else p.RIVAL_MOST
+    gained = _shown(step, rival.kind, pose, error / own_error) if differs else -p.RIVAL_MOST
+    against = min(max(0.0, -gained), p.RIVAL_MOST)
     moved = np.linalg.norm(np.subtract(*(limb_points(anatomy, model, one.estimate) for one in (before, phase))), axis=2)
     fresh = _freshness(moved[:, _limbs(rival.kind)], captured_ns - before.captured_ns)
     # A first look is an observation, further ones of a held pose are not.
@@ -133,10 +134,8 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
     lengths = np.array([np.linalg.norm(now - then, axis=2) for then, now in points])  # (2 poses, 2 points, limbs), metres
     own_error, error = _misfits(person.model, evidence, own, pose)
     passed_ns = captured_ns - before.captured_ns
-    gained = float(np.log(own_error / error)) / p.AMBIGUITY_SCALE
-    if rival.kind != "legs":
-        gained += p.REACH_NATS * _farther(anatomy, after, evidence, pose)
-    elif lengths[:, 1].max() < p.STANDING_SPEED * 1e-9 * passed_ns:
+    gained = _shown(step, rival.kind, pose, error / own_error)
+    if rival.kind == "legs" and lengths[:, 1].max() < p.STANDING_SPEED * 1e-9 * passed_ns:
         gained += _unevenness(points[0][1]) - _unevenness(points[1][1])
     gained *= min(_freshness(one, passed_ns) for one in lengths)
     if rival.kind == "legs" and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
@@ -186,11 +185,17 @@ def _differs(anatomy: Anatomy, phase: Tracking, kind: RivalKind, pose: RootedPos
     return bool(limb_distances(anatomy, phase.person.model, [pose], phase.estimate)[0, LEGS].max() > p.RIVAL_APART_M)
 
 
-def _farther(anatomy: Anatomy, phase: Tracking, evidence: Evidence, pose: RootedPose) -> float:
-    """Statures that the feet reach farther forward in a pose than in the estimate; 0 where they are not seen."""
-    model, stature = phase.person.model, phase.person.stature
-    own, other = (foot_reach(anatomy, model, evidence.rays, one, stature) for one in (phase.estimate, pose))
-    return 0.0 if own is None or other is None else (other - own) / stature
+def _shown(step: _Step, kind: RivalKind, pose: RootedPose, excess: float) -> float:
+    """Nats for a pose against the estimate by a scene: of the misfit, and of how far the feet reach forward, where seen.
+
+    excess: its misfit, of the estimate's.
+    """
+    phase, nats = step.after, -float(np.log(excess)) / p.AMBIGUITY_SCALE
+    if kind == "legs":
+        return nats
+    model, stature, rays = phase.person.model, phase.person.stature, step.evidence.rays
+    own, other = (foot_reach(step.setup.anatomy, model, rays, one, stature) for one in (phase.estimate, pose))
+    return nats if own is None or other is None else nats + p.REACH_NATS * (other - own) / stature
 
 
 def _unevenness(ends: Floats) -> float:

@@ -23,7 +23,7 @@ from zenocap.services.tracker.initialization.heading import with_toes
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
 from zenocap.services.tracker.states import (
-    HEADING_KINDS,
+    RIVAL_KINDS,
     AwaitingPerson,
     Lost,
     Outcome,
@@ -201,7 +201,7 @@ def _follow(
     if _tries_other_postures(setup):
         turn, rest = divmod(count, other_postures_period(phase))
         searches = rest == 0
-        sought: tuple[RivalKind, ...] = ("legs", HEADING_KINDS[turn % len(HEADING_KINDS)]) if searches else ()
+        sought: tuple[RivalKind, ...] = (RIVAL_KINDS[turn % len(RIVAL_KINDS)],) if searches else ()
         after, outcome = follow_rivals(setup, phase, after, outcome, captured_ns, evidence, sought)
         if searches:
             return check_other_postures(setup, after, outcome, captured_ns, evidence)

@@ -18,6 +18,7 @@ from zenocap.common.formats.angle_series import AngleSeries, angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
+from zenocap.services.tracker.filter.confidence import Confidence, confidences
 from zenocap.services.tracker.states import AwaitingPerson, TrackerSetup, TrackState
 from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.tools.takes.evaluate import ScoredFrames, accuracy
@@ -45,12 +46,16 @@ class PersonClip(Protocol):
 
 @dataclass(frozen=True)
 class TrackedPath:
-    """poses: by frame, with the body of that frame.  lost: frames in which the track was lost.  views: used, by frame."""
+    """poses: by frame, with the body of that frame.  lost: frames in which the track was lost.  views: used, by frame.
+
+    confidence: of the poses, by frame.
+    """
 
     poses: dict[int, tuple[Bdp, Pose]]
     lost: tuple[int, ...] = ()
     anatomy: Anatomy = ANATOMY
     views: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    confidence: Mapping[int, Confidence] = field(default_factory=dict)
 
     @property
     def body(self) -> Bdp:
@@ -65,6 +70,7 @@ def track_clip(
     poses: dict[int, tuple[Bdp, Pose]] = {}
     lost: list[int] = []
     views: dict[int, tuple[str, ...]] = {}
+    confidence: dict[int, Confidence] = {}
     state, was_lost = state or initial_state(setup), False
     body = None if isinstance(state.phase, AwaitingPerson) else state.phase.person.body
     for instant in clip.instants:
@@ -78,10 +84,11 @@ def track_clip(
         views[instant.frame] = outcome.views
         if outcome.pose is not None and body is not None:
             poses[instant.frame] = body, outcome.pose
+            confidence[instant.frame] = confidences(outcome.limb_features, outcome.toes, outcome.against)
         if outcome.lost and not was_lost:
             lost.append(instant.frame)
         was_lost = outcome.lost
-    return TrackedPath(poses, tuple(lost), setup.anatomy, views)
+    return TrackedPath(poses, tuple(lost), setup.anatomy, views, confidence)
 
 
 def both_ways(clip: PersonClip, setup: TrackerSetup, path: TrackedPath) -> TrackedPath:
@@ -94,7 +101,8 @@ def both_ways(clip: PersonClip, setup: TrackerSetup, path: TrackedPath) -> Track
     for instant in instants:
         lost = instant.frame not in path.poses
         pose = pose if lost else path.poses[instant.frame][1]
-        forward.append(ForwardPose(instant.captured_ns, pose, lost, path.views[instant.frame]))
+        stated = path.confidence.get(instant.frame)
+        forward.append(ForwardPose(instant.captured_ns, pose, lost, path.views[instant.frame], stated))
     last = max(k for k, one in enumerate(forward) if not one.lost)
 
     def backwards() -> Iterator[SceneMasks]:

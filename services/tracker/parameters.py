@@ -184,7 +184,7 @@ RIVAL_DOUBT = 1.0  # nats against all rivals of the heading, below which it is n
 RIVAL_PASSES = 2  # as SEARCH_PASSES
 RIVAL_FRESH_M = 0.10  # motion since the last frame set with which a scene is new evidence; a held pose is new once a second
 LEG_TURN_RATE = 10.0  # rad/s, of a joint of a leg: a faster one counts against legs; knees of a walk turn at 6
-STANDING_SPEED = 0.2  # m/s, of the ankle of a foot that stands
+STANDING_SPEED = 0.5  # m/s, of the ankle of a foot that stands, with the noise of two small views
 STANDING_DEVIATION_M = 0.03  # of the height of a standing foot's ankle
 STANDING_MOST = 4.0  # nats, against standing feet at different heights: there are steps
 REACH_NATS = 80.0  # nats per stature that the feet reach farther forward; half of HEADING_CONFIDENCE's, which has one pose
@@ -221,11 +221,9 @@ HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last headin
 # Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views
 # (`python -m benchmarks jitter`); the joint error hardly depends on them.
 FUSION_INFORMATION = LIKELIHOOD_INFORMATION / 5.0  # 1 / m^2: of the misfit of a frame; those of successive frames are alike
+FUSION_DOUBT = 1.0  # weight of the logarithms of the probabilities that limbs and heading are right; by hand
 FUSION_DEVIATION = (0.05, 0.20, 0.30)  # m, rad, rad: of position, orientation and coordinates from one frame to the next
 FUSION_SWITCH = 0.5  # ln of the ratio of likelihoods that a change of the direction costs, for each section of the body
-# A held pose is one observation: its misfit repeats in every frame.  Both by hand, before any measurement.
-FUSION_FRESH = 0.05  # cost of all sections' change from one frame to the next, from which a pose is a new observation
-FUSION_HELD_S = 1.0  # duration of a held pose that counts as one frame in motion
 FUSION_BLEND_S = 0.10  # duration of the change from the pose of one direction to that of the other,
 FUSION_ALIKE = (0.10, 0.60, 0.60)  # m, rad, rad: where position, orientation and coordinates differ by less; by hand
 

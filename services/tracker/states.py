@@ -25,8 +25,9 @@ from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
 Method = Literal["hybrid", "image-force", "particle-filter"]
 METHODS: tuple[Method, ...] = get_args(Method)
-RivalKind = Literal["legs", "back", "mirror"]
+RivalKind = Literal["legs", "feet", "back", "mirror"]
 RIVAL_KINDS: tuple[RivalKind, ...] = get_args(RivalKind)
+LEG_KINDS: tuple[RivalKind, ...] = ("legs", "feet")
 HEADING_KINDS: tuple[RivalKind, ...] = ("back", "mirror")
 
 
@@ -139,7 +140,8 @@ class TrackedPerson:
 class Rival:
     """Another explanation of the silhouettes beside the estimate.
 
-    kind: legs exchanged; heading opposite, with the limbs exchanged; heading mirrored about one of two viewing directions.
+    kind: the other leg ahead; the feet in each other's places and the trunk turned; heading opposite, with the limbs
+    exchanged; heading mirrored about one of two viewing directions.
     nats: log odds against the estimate, at most RIVAL_MOST either way; they stay while no such pose fits: None.
     """
 

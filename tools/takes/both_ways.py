@@ -165,7 +165,8 @@ def _forward_poses(take: Path, setup: TrackerSetup) -> tuple[Sequence[ForwardPos
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))
                 pose = pose_of(setup.anatomy, one)
-                poses[one.captured_ns] = ForwardPose(one.captured_ns, pose, one.lost, used, one.heading)
+                stated = Confidence(one.limbs, one.heading)
+                poses[one.captured_ns] = ForwardPose(one.captured_ns, pose, one.lost, used, stated)
             case m.TrackerBdp(body=found):
                 body = bdp_of(setup.anatomy, found)
     return [poses[captured_ns] for captured_ns in sorted(poses)], body

@@ -1,8 +1,8 @@
 """The better of two directions for each section of the body: trunk with the root, arms, legs.
 
-In each frame every choice, 2^5 of them, has a cost: the misfit of the composed pose in the scene, and what it differs from
-that of the frame before.  The sequence of choices with the least sum is found by dynamic programming (Viterbi), so that a
-change happens where both directions agree, if they do.  The misfits of a held pose are one observation.
+In each frame every choice, 2^5 of them, has a cost: the misfit of the composed pose in the scene, how probable it is that
+its sections are right, and what it differs from that of the frame before.  The sequence of choices with the least sum is
+found by dynamic programming (Viterbi), so that a change happens where both directions agree, if they do.
 """
 
 # Paper (added): [Hybrid V] goes forwards only; recordings are tracked backwards as well.
@@ -26,6 +26,7 @@ from zenocap.services.tracker.filter.confidence import Confidence
 
 SECTIONS = ("trunk", "right_arm", "left_arm", "right_leg", "left_leg")
 ENDS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hip": "leg", "knee": "leg", "ankle": "leg"}
+LEAST_PROBABILITY = 1e-3
 CHOICES = 1 << len(SECTIONS)
 BACKWARD: Bools = (np.arange(CHOICES)[:, None] >> np.arange(len(SECTIONS))) % 2 == 1  # (choices, sections)
 
@@ -34,14 +35,15 @@ BACKWARD: Bools = (np.arange(CHOICES)[:, None] >> np.arange(len(SECTIONS))) % 2 
 class TwoPoses:
     """Poses of one frame, None where a direction has none; not both.  misfits: (CHOICES,) m^2 of the composed poses.
 
-    confidence: of the backward pose; None where it is that of the forward pass.
+    ahead, back: confidence of the forward and of the backward pose, None where it is unknown.
     """
 
     captured_ns: int
     forward: RootedPose | None
     backward: RootedPose | None
     misfits: Floats
-    confidence: Confidence | None = None
+    ahead: Confidence | None = None
+    back: Confidence | None = None
 
 
 @lru_cache
@@ -56,9 +58,9 @@ def columns_of(anatomy: Anatomy) -> tuple[Ints, ...]:
 
 def two_poses(
     anatomy: Anatomy, model: BodyModel, captured_ns: int, forward: RootedPose | None, backward: RootedPose | None,
-    evidence: Evidence, confidence: Confidence | None,
+    evidence: Evidence, confidences: tuple[Confidence | None, Confidence | None],
 ) -> TwoPoses | None:  # fmt: skip
-    """Both poses of a frame with the misfits of all choices; None without a pose.  confidence: see `TwoPoses`."""
+    """Both poses of a frame with the misfits of all choices; None without a pose.  confidences: of both."""
     only = forward or backward
     if only is None:
         return None
@@ -67,7 +69,7 @@ def two_poses(
         for choice, backwards in enumerate(BACKWARD):
             pose = blended(anatomy, forward, backward, backwards.astype(np.float64))
             misfits[choice] = misfit(model, evidence, p.RESIDUAL_LIMIT_M, pose)
-    return TwoPoses(captured_ns, forward, backward, misfits, confidence)
+    return TwoPoses(captured_ns, forward, backward, misfits, *confidences)
 
 
 def blended(anatomy: Anatomy, forward: RootedPose, backward: RootedPose, shares: Floats) -> RootedPose:
@@ -117,17 +119,16 @@ def _alike(anatomy: Anatomy, forward: RootedPose, backward: RootedPose) -> Bools
 
 def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Ints:
     """(n,) choices with the least sum of costs over successive frames."""
-    changes = [_change_costs(anatomy, before, now, frame_ns) for before, now in pairwise(frames)]
-    weights = _weights(changes, frame_ns)
-    cost, back = _frame_cost(frames[0], weights[0]), []
-    for now, weight, costs in zip(frames[1:], weights[1:], changes, strict=True):
+    cost, back = _frame_cost(frames[0]), []
+    for before, now in pairwise(frames):
+        periods = max(1.0, (now.captured_ns - before.captured_ns) / frame_ns)
         change = np.zeros((CHOICES, CHOICES))
-        for section, own in enumerate(costs):
+        for section, costs in enumerate(_change_costs(anatomy, before, now, periods)):
             side = BACKWARD[:, section].astype(np.int64)
-            change += own[side[:, None], side[None]]
+            change += costs[side[:, None], side[None]]
         total = cost[:, None] + change
         back.append(np.argmin(total, axis=0).astype(np.uint8))
-        cost = total.min(axis=0) + _frame_cost(now, weight)
+        cost = total.min(axis=0) + _frame_cost(now)
     choices = np.empty(len(frames), dtype=np.int64)
     choices[-1] = np.argmin(cost)
     for k in range(len(back) - 1, -1, -1):
@@ -135,20 +136,9 @@ def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) ->
     return choices
 
 
-def _weights(changes: Sequence[Floats], frame_ns: int) -> Floats:
-    """(n,) weights of the misfits of n frames, at most 1.  changes: n - 1 of `_change_costs`.
-
-    A pose is held where one direction hardly moves: the other may jump between postures that fit alike.
-    """
-    moved = [np.diagonal(costs, 0, 1, 2).sum(axis=0).min() for costs in changes]
-    fresh = np.minimum(1.0, np.array([np.inf, *moved, np.inf]) / p.FUSION_FRESH)
-    weights: Floats = np.clip((fresh[:-1] + fresh[1:]) / 2.0, frame_ns / (1e9 * p.FUSION_HELD_S), 1.0)
-    return weights
-
-
-def _frame_cost(frame: TwoPoses, weight: float) -> Floats:
-    """(CHOICES,) negative logarithm of the likelihood; infinite for a direction without a pose.  weight: of the misfits."""
-    cost: Floats = p.FUSION_INFORMATION * weight * frame.misfits
+def _frame_cost(frame: TwoPoses) -> Floats:
+    """(CHOICES,) negative logarithm of the likelihood; infinite for a direction without a pose."""
+    cost: Floats = p.FUSION_INFORMATION * frame.misfits + p.FUSION_DOUBT * _doubts(frame)
     if frame.forward is None:
         cost[:-1] = np.inf  # the last choice: all of the backward pose
     elif frame.backward is None:
@@ -156,13 +146,21 @@ def _frame_cost(frame: TwoPoses, weight: float) -> Floats:
     return cost
 
 
-def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, frame_ns: int) -> Floats:
-    """(sections, 2, 2) cost of a section's change from a direction to a direction, 0 forward, 1 backward.
+def _doubts(frame: TwoPoses) -> Floats:
+    """(CHOICES,) negative logarithm of the probability that all sections are right, 0 where one direction states none."""
+    if frame.ahead is None or frame.back is None:
+        return np.zeros(CHOICES)
+    stated = [(one.heading, *(one.limbs.get(limb) for limb in SECTIONS[1:])) for one in (frame.ahead, frame.back)]
+    known = [None not in both for both in zip(*stated, strict=True)]
+    sides = np.array([[-np.log(max(one or 0.0, LEAST_PROBABILITY)) for one in side] for side in stated])
+    doubts: Floats = np.where(BACKWARD, sides[1], sides[0]) @ np.array(known, dtype=np.float64)
+    return doubts
 
-    Infinite where one of them has no pose.
-    """
+
+def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, periods: float) -> Floats:
+    """(sections, 2, 2) cost of a section's change from a direction to a direction, 0 forward, 1 backward."""
     place, angle, joint = p.FUSION_DEVIATION
-    costs = np.full((len(SECTIONS), 2, 2), np.inf)
+    costs = np.zeros((len(SECTIONS), 2, 2))
     for i, last in enumerate((before.forward, before.backward)):
         for j, pose in enumerate((now.forward, now.backward)):
             if last is None or pose is None:
@@ -171,7 +169,7 @@ def _change_costs(anatomy: Anatomy, before: TwoPoses, now: TwoPoses, frame_ns: i
             costs[:, i, j] = [squares[columns].sum() for columns in columns_of(anatomy)]
             costs[0, i, j] += np.sum((pose.position - last.position) ** 2) / place**2
             costs[0, i, j] += np.sum(_turn(last, pose) ** 2) / angle**2
-    costs *= 0.5 / max(1.0, (now.captured_ns - before.captured_ns) / frame_ns)
+    costs *= 0.5 / periods
     costs[:, 0, 1] += p.FUSION_SWITCH
     costs[:, 1, 0] += p.FUSION_SWITCH
     return costs

@@ -23,13 +23,13 @@ Watch = Callable[[str, int, int], None]  # called with the activity, the number 
 
 @dataclass(frozen=True, slots=True)
 class ForwardPose:
-    """Pose of the forward pass.  views: the viewers that it used.  heading: its probability, None where it is unknown."""
+    """Pose of the forward pass.  views: the viewers that it used.  confidence: None where it is unknown."""
 
     captured_ns: int
     pose: Pose
     lost: bool
     views: tuple[str, ...]
-    heading: float | None = None
+    confidence: Confidence | None = None
 
 
 SceneMasks = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height, width), not 0 on the person
@@ -39,7 +39,7 @@ SceneMasks = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height
 class FusedPose:
     """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions.
 
-    confidence: of the backward pass, see `TwoPoses`.
+    confidence: of the backward pass, None where it is that of the forward pass.
     """
 
     pose: Pose
@@ -75,7 +75,7 @@ def two_passes(
             watch(CHOOSING, len(result), len(forward))
             for ended, (rooted, shares) in zip(stretch, fused(setup.anatomy, stretch, setup.frame_ns), strict=True):
                 last = rooted.pose(setup.anatomy)
-                result[ended.captured_ns] = FusedPose(last, shares, confidence=ended.confidence)
+                result[ended.captured_ns] = FusedPose(last, shares, confidence=ended.back)
             stretch = []
         if one is not None:  # lost in both directions: the last pose, as the tracker does
             result[one.captured_ns] = FusedPose(last, np.zeros(len(SECTIONS)), lost=True)
@@ -91,9 +91,10 @@ def _both_poses(
     seen = lookahead.ahead(_seen(setup, backwards))
     found: dict[int, TwoPoses] = {}
     poses = lookahead.ahead(_backward_poses(setup, body, seen, decided))
-    for count, (captured_ns, ahead, back, evidence, confidence) in enumerate(poses, 1):
+    for count, (one, ahead, back, evidence, confidence) in enumerate(poses, 1):
+        captured_ns = one.captured_ns
         if evidence is not None:
-            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, evidence, confidence)
+            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, evidence, (one.confidence, confidence))
         else:
             two = None if ahead is None else TwoPoses(captured_ns, ahead, None, np.zeros(CHOICES))
         if two is not None:
@@ -110,14 +111,14 @@ def _seen(setup: TrackerSetup, backwards: Iterable[SceneMasks]) -> Iterator[tupl
 
 def _backward_poses(
     setup: TrackerSetup, body: Bdp, seen: Iterable[tuple[ForwardPose, Evidence | None]], decided: Decided
-) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Evidence | None, Confidence | None]]:
-    """Yield capture time, forward and backward pose, None where there is none, evidence and confidence, by frame set."""
+) -> Iterator[tuple[ForwardPose, RootedPose | None, RootedPose | None, Evidence | None, Confidence | None]]:
+    """Yield each frame set with its forward and backward pose, None where there is none, evidence and confidence."""
     state: Backward | None = None
     for one, evidence in seen:
         ahead = None if one.lost else RootedPose.of(setup.anatomy, body, one.pose)
         back: RootedPose | None = None
         if evidence is not None and state is None and not one.lost:
-            heading = None if decided.passed(one.captured_ns) else one.heading
+            heading = None if one.confidence is None or decided.passed(one.captured_ns) else one.confidence.heading
             state, back = begin(setup, body, one.pose, one.captured_ns, evidence, heading), ahead
         elif evidence is not None and state is not None:
             state, back = step_back(setup, state, one.captured_ns, evidence)
@@ -128,4 +129,4 @@ def _backward_poses(
                 and not faces(ahead, back.rotation[:, 2])
             ):
                 state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
-        yield one.captured_ns, ahead, back, evidence, None if state is None else state.confidence
+        yield one, ahead, back, evidence, None if state is None else state.confidence

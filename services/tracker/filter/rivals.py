@@ -24,7 +24,16 @@ from zenocap.services.tracker.filter.filter_step import residual_weights, start_
 from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.relocalization import refined, turn_between
 from zenocap.services.tracker.initialization.twins import exchanged, leg_columns
-from zenocap.services.tracker.states import HEADING_KINDS, RIVAL_KINDS, Outcome, Rival, RivalKind, TrackerSetup, Tracking
+from zenocap.services.tracker.states import (
+    HEADING_KINDS,
+    LEG_KINDS,
+    RIVAL_KINDS,
+    Outcome,
+    Rival,
+    RivalKind,
+    TrackerSetup,
+    Tracking,
+)
 
 
 class _Step(NamedTuple):
@@ -44,7 +53,7 @@ def follow_rivals(
     """The track with its rivals in the next scene; the estimate is exchanged with one that has become more probable.
 
     before, after: the track without the scene, and with it.  sought: kinds that are sought also where they are refuted;
-    without any, none is sought.  For DECIDED_NS after the user's decision on the heading it has no rivals.
+    without any, none is sought.  For DECIDED_NS after the user's decision on the heading nothing turns the trunk.
     """
     step = _Step(setup, before, after, captured_ns, evidence)
     known, rivals = {rival.kind: rival for rival in after.rivals}, list[Rival]()
@@ -52,9 +61,9 @@ def follow_rivals(
     decided = after.decided_ns is not None and captured_ns - after.decided_ns < p.DECIDED_NS
     for kind in RIVAL_KINDS:
         rival = known.get(kind, Rival(kind))
-        if kind in HEADING_KINDS and corrected:  # its limbs are those before the correction
+        if kind != "legs" and corrected:  # its limbs are those before the correction
             rival = replace(rival, pose=None)
-        if kind in HEADING_KINDS and decided:
+        if kind != "legs" and decided:
             pass
         elif rival.pose is not None:
             rival = _advanced(step, rival, rival.pose)
@@ -106,7 +115,7 @@ def _sought(step: _Step, rival: Rival) -> Rival:
     differs = _differs(anatomy, phase, rival.kind, pose)
     if differs and error <= p.RIVAL_FITS * own_error:
         return replace(rival, pose=pose)
-    if rival.kind == "legs" and not differs:
+    if rival.kind in LEG_KINDS and not differs:
         return rival
     gained = _shown(step, rival.kind, pose, error / own_error) if differs else -p.RIVAL_MOST
     against = min(max(0.0, -gained), p.RIVAL_MOST)
@@ -119,7 +128,7 @@ def _sought(step: _Step, rival: Rival) -> Rival:
 def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
     """A rival, whose pose was `last`, in the next scene, with its log odds."""
     setup, before, after, captured_ns, evidence = step
-    anatomy, person, own, legs = setup.anatomy, after.person, after.estimate, np.concatenate(leg_columns(setup.anatomy)[:2])
+    anatomy, person, own, legs = setup.anatomy, after.person, after.estimate, leg_columns(setup.anatomy)
     if rival.kind == "legs":  # on the estimate's trunk
         start = own.copy()
         start.values[legs] = last.values[legs]
@@ -135,10 +144,10 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
     own_error, error = _misfits(person.model, evidence, own, pose)
     passed_ns = captured_ns - before.captured_ns
     gained = _shown(step, rival.kind, pose, error / own_error)
-    if rival.kind == "legs" and lengths[:, 1].max() < p.STANDING_SPEED * 1e-9 * passed_ns:
+    if rival.kind in LEG_KINDS and lengths[:, 1].max() < p.STANDING_SPEED * 1e-9 * passed_ns:
         gained += _unevenness(points[0][1]) - _unevenness(points[1][1])
     gained *= min(_freshness(one, passed_ns) for one in lengths)
-    if rival.kind == "legs" and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
+    if rival.kind in LEG_KINDS and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
         own_turns, turns = (now.values[legs] - then.values[legs] for then, now in moves)
         gained += _roughness(own_turns, passed_ns) - _roughness(turns, passed_ns)
     nats = rival.nats + float(np.clip(gained, -p.RIVAL_FRAME, p.RIVAL_FRAME))
@@ -161,7 +170,7 @@ def _switched(step: _Step, outcome: Outcome, rival: Rival, pose: RootedPose) -> 
             rivals=(Rival(rival.kind, -rival.nats),),
         )  # fmt: skip
         return turned, replace(found, body=outcome.body)
-    legs = np.concatenate(leg_columns(setup.anatomy)[:2])
+    legs = leg_columns(setup.anatomy)
     estimate, particles, velocity = phase.estimate.copy(), phase.cloud.values.copy(), phase.velocity.copy()
     estimate.values[legs] = particles[:, legs] = pose.values[legs]
     velocity[6 + legs] = 0.0
@@ -180,7 +189,7 @@ def _misfits(model: BodyModel, evidence: Evidence, *poses: RootedPose) -> list[f
 
 def _differs(anatomy: Anatomy, phase: Tracking, kind: RivalKind, pose: RootedPose) -> bool:
     """Whether a leg, or the heading, of a pose is not that of the estimate."""
-    if kind != "legs":
+    if kind in HEADING_KINDS:
         return turn_between(pose, phase.estimate) > np.radians(p.RIVAL_TURN_DEG)
     return bool(limb_distances(anatomy, phase.person.model, [pose], phase.estimate)[0, LEGS].max() > p.RIVAL_APART_M)
 
@@ -191,8 +200,6 @@ def _shown(step: _Step, kind: RivalKind, pose: RootedPose, excess: float) -> flo
     excess: its misfit, of the estimate's.
     """
     phase, nats = step.after, -float(np.log(excess)) / p.AMBIGUITY_SCALE
-    if kind == "legs":
-        return nats
     model, stature, rays = phase.person.model, phase.person.stature, step.evidence.rays
     own, other = (foot_reach(step.setup.anatomy, model, rays, one, stature) for one in (phase.estimate, pose))
     return nats if own is None or other is None else nats + p.REACH_NATS * (other - own) / stature
@@ -211,7 +218,7 @@ def _roughness(turns: Floats, passed_ns: int) -> float:
 
 def _limbs(kind: RivalKind) -> slice:
     """Of LIMBS, those that a rival has elsewhere."""
-    return LEGS if kind == "legs" else slice(None)
+    return LEGS if kind in LEG_KINDS else slice(None)
 
 
 def _freshness(lengths: Floats, passed_ns: int) -> float:

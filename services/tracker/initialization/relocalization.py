@@ -22,7 +22,7 @@ from zenocap.services.tracker.filter.confidence import LEGS, ambiguity, limb_dis
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.initialization.localization import find_column
-from zenocap.services.tracker.states import Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
+from zenocap.services.tracker.states import LEG_KINDS, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS)  # degrees
@@ -169,7 +169,7 @@ def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) 
     """(n,) whether poses have the legs or the heading of a rival: one frame does not decide between it and the estimate."""
     found = np.zeros(len(poses), dtype=np.bool_)
     for rival in phase.rivals:
-        if rival.pose is not None and rival.kind == "legs":
+        if rival.pose is not None and rival.kind in LEG_KINDS:
             found |= limb_distances(anatomy, phase.person.model, poses, rival.pose)[:, LEGS].max(axis=1) < p.RIVAL_APART_M
         elif rival.pose is not None:
             found |= np.array([turn_between(one, rival.pose) for one in poses]) < np.radians(p.RIVAL_TURN_DEG)

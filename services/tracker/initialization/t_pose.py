@@ -25,7 +25,15 @@ from zenocap.services.tracker.initialization.body_fitting import FitSample, Fitt
 from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import Column, TPose, detect_t_pose, rays_in_column
 from zenocap.services.tracker.initialization.online_shape import initial_shape, updated_shape
-from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking, refuted
+from zenocap.services.tracker.states import (
+    LEG_KINDS,
+    AwaitingPerson,
+    Outcome,
+    TrackedPerson,
+    TrackerSetup,
+    Tracking,
+    refuted,
+)
 
 # A fit starts with short arms: rays at the end of an arm pull a shorter one out, but a longer one is not pushed back.
 SHORT_ARMS = np.array([-p.START_SHORT * SPREADS[k] if name == "arm" else 0.0 for k, name in enumerate(SIZE_NAMES)])
@@ -203,7 +211,7 @@ def await_person(
     expected_support = support_fraction(model, evidence_near(evidence, t_pose), found.poses[-1])
     person = TrackedPerson(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
     tracking, outcome = start_tracking(setup, person, found.poses[-1], captured_ns, measured.gap**2)
-    return replace(tracking, rivals=(*refuted("legs"), *tracking.rivals)), replace(outcome, body=measured.body)
+    return replace(tracking, rivals=(*refuted(*LEG_KINDS), *tracking.rivals)), replace(outcome, body=measured.body)
 
 
 def detail_at(setup: TrackerSetup, centre: Floats) -> float:

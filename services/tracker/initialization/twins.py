@@ -14,14 +14,14 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker import parameters as p
-from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.filter.confidence import LEGS, limb_points
 from zenocap.services.tracker.filter.filter_step import residual_weights
-from zenocap.services.tracker.initialization.relocalization import search_postures, searched, turned_start
+from zenocap.services.tracker.initialization.relocalization import search_postures, searched, turn_between, turned_start
 from zenocap.services.tracker.states import RivalKind, TrackedPerson, TrackerSetup
 
 OPPOSITE = {"R": "L", "L": "R"}
-UPPER = ("Hip", "Shoulder", "Elbow", "Wrist")  # joint centres that stay where knees and ankles are exchanged
 
 
 def exchanged(
@@ -30,7 +30,9 @@ def exchanged(
     """The best pose in the scene that is the twin of a pose, itself where it has none.  passes: as SEARCH_PASSES."""
     starts: Sequence[RootedPose]
     if kind == "legs":
-        starts = exchanged_legs(setup.anatomy, person.body, pose)
+        starts = [exchanged_legs(setup.anatomy, pose)]
+    elif kind == "feet":
+        starts = mirrored_about_feet(setup.anatomy, person.model, pose)
     elif kind == "back":
         back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
         starts = [one._replace(position=pose.position, rotation=back) for one in (*search_postures(setup.anatomy), pose)]
@@ -62,33 +64,62 @@ def _mirror_turn(setup: TrackerSetup, pose: RootedPose) -> float | None:
     return turn
 
 
-def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose, kept: tuple[str, ...] = ()) -> RootedPose:
-    """The pose whose left joint centres are where the right ones were, as far as the limits of the joints allow.
-
-    kept: joints that stay, without their sides.
-    """
+def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:
+    """The pose whose left joint centres are where the right ones were, as far as the limits of the joints allow."""
     centres = joint_centres(anatomy, body, pose.pose(anatomy))
-    names = [one.name for one in anatomy.markers]
-    names = [name if name[1:] in kept else OPPOSITE.get(name[0], name[0]) + name[1:] for name in names]
+    names = [OPPOSITE.get(one.name[0], one.name[0]) + one.name[1:] for one in anatomy.markers]
     other = {name: at[None] for name, at in zip(names, centres, strict=True)}
     (found,) = poses_from_centres(anatomy, other, body)
     return RootedPose.of(anatomy, body, found)
 
 
-def exchanged_legs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> tuple[RootedPose, RootedPose]:
-    """The pose with the other leg ahead, and with knees and ankles in each other's places."""
-    right, left, signs = leg_columns(anatomy)
-    ahead, crossed = pose.copy(), pose.copy()
-    ahead.values[right], ahead.values[left] = signs * pose.values[left], signs * pose.values[right]
-    legs = np.concatenate([right, left])
-    crossed.values[legs] = exchanged_limbs(anatomy, body, pose, UPPER).values[legs]
-    return ahead, crossed
+def exchanged_legs(anatomy: Anatomy, pose: RootedPose) -> RootedPose:
+    """The pose with the other leg ahead."""
+    found, legs = pose.copy(), leg_columns(anatomy)
+    found.values[legs] = mirrored_values(anatomy, pose.values)[legs]
+    return found
+
+
+def mirrored_about_feet(anatomy: Anatomy, model: BodyModel, pose: RootedPose) -> list[RootedPose]:
+    """The pose mirrored about the vertical plane through both ankles: the trunk turned, the feet in each other's places.
+
+    Then the same with the arms as they are.  The pose itself where one ankle is over the other, or beside it, so that the
+    trunk would be turned round.
+    """
+    right, left = limb_points(anatomy, model, pose)[1, LEGS]
+    across = np.cross(left - right, [0.0, 1.0, 0.0])
+    if not np.linalg.norm(across) > p.RIVAL_APART_M:
+        return [pose]
+    across /= np.linalg.norm(across)
+    mirror = np.eye(3) - 2.0 * np.outer(across, across)
+    rotation = np.ascontiguousarray(mirror @ pose.rotation @ np.diag([-1.0, 1.0, 1.0]))
+    mirrored = RootedPose(right + mirror @ (pose.position - right), rotation, mirrored_values(anatomy, pose.values))
+    arms = [k for k, name in enumerate(coordinates_of(anatomy).names) if "shoulder" in name or "elbow" in name]
+    if turn_between(pose, mirrored) > np.radians(p.MIRROR_TURNS_DEG[1]):
+        return [pose]
+    kept = mirrored.copy()
+    kept.values[arms] = pose.values[arms]
+    return [mirrored, kept]
+
+
+def mirrored_values(anatomy: Anatomy, values: Floats) -> Floats:
+    """Joint coordinates of the mirrored body."""
+    order, signs = _mirrored_columns(anatomy)
+    found: Floats = signs * values[order]
+    return found
 
 
 @lru_cache
-def leg_columns(anatomy: Anatomy) -> tuple[Ints, Ints, Floats]:
-    """Joint coordinates of the right and of the left leg, and the factors between those of mirrored legs."""
+def leg_columns(anatomy: Anatomy) -> Ints:
+    """Joint coordinates of both legs."""
     names = coordinates_of(anatomy).names
-    own = [name for name in names if name.startswith(("right_hip", "right_knee", "right_ankle"))]
-    right, left = (np.array([names.index(name.replace("right", side)) for name in own]) for side in ("right", "left"))
-    return right, left, np.array([-1.0 if name.endswith((".2", ".3")) else 1.0 for name in own])
+    return np.array([k for k, name in enumerate(names) if any(one in name for one in ("hip", "knee", "ankle"))])
+
+
+@lru_cache
+def _mirrored_columns(anatomy: Anatomy) -> tuple[Ints, Floats]:
+    """Of each joint coordinate that of the other side, and the factor between both."""
+    names = coordinates_of(anatomy).names
+    sides = {"right": "left", "left": "right"}
+    order = [names.index("_".join(sides.get(one, one) for one in name.split("_"))) for name in names]
+    return np.array(order), np.array([-1.0 if name.endswith((".2", ".3")) else 1.0 for name in names])

@@ -15,7 +15,7 @@ from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.filter.confidence import LEGS, limb_points
 from zenocap.services.tracker.initialization.decisions import faces
 from zenocap.services.tracker.initialization.relocalization import search_postures, turned_start
-from zenocap.services.tracker.initialization.twins import exchanged, exchanged_legs, exchanged_limbs
+from zenocap.services.tracker.initialization.twins import exchanged, exchanged_legs, exchanged_limbs, mirrored_about_feet
 from zenocap.services.tracker.parameters import SEARCH_PASSES
 
 
@@ -24,14 +24,20 @@ def stride(anatomy: Anatomy) -> RootedPose:
 
 
 @each_anatomy
-def test_exchanged_legs_have_the_other_one_ahead_or_the_places_of_each_other(anatomy: Anatomy) -> None:
+def test_exchanged_legs_have_the_other_one_ahead_and_mirrored_feet_each_others_places(anatomy: Anatomy) -> None:
     body, pose = average_body(anatomy, 1.75), stride(anatomy)
-    other_ahead, crossed = exchanged_legs(anatomy, body, pose)
-    np.testing.assert_array_equal(exchanged_legs(anatomy, body, other_ahead)[0].values, pose.values)
-    model = model_of(anatomy, body)
-    there, mirrored, across = (limb_points(anatomy, model, one)[:, LEGS] for one in (pose, other_ahead, crossed))
-    np.testing.assert_allclose(mirrored[:, ::-1] - pose.position, (there - pose.position) * [-1, 1, 1], atol=1e-9)
-    np.testing.assert_allclose(across[:, ::-1], there, atol=0.08)
+    model, other_ahead = model_of(anatomy, body), exchanged_legs(anatomy, pose)
+    np.testing.assert_array_equal(exchanged_legs(anatomy, other_ahead).values, pose.values)
+    mirrored, kept = mirrored_about_feet(anatomy, model, pose)
+    there, changed, across = (limb_points(anatomy, model, one) for one in (pose, other_ahead, mirrored))
+    np.testing.assert_allclose(changed[:, [3, 2]] - pose.position, (there[:, LEGS] - pose.position) * [-1, 1, 1], atol=1e-9)
+    np.testing.assert_allclose(across[1, [3, 2]], there[1, LEGS], atol=1e-9)
+    line = there[1, 3] - there[1, 2]
+    for one in (0, 1):  # of all limbs: as far along the line of the feet, and across it on the other side
+        moved = across[one, [1, 0, 3, 2]] - there[one]
+        np.testing.assert_allclose(moved @ (line * [1, 0, 1]), 0.0, atol=1e-9)
+    assert np.linalg.det(kept.rotation) == pytest.approx(1.0)
+    np.testing.assert_array_equal(mirrored_about_feet(anatomy, model, mirrored)[0].values, pose.values)
 
 
 @each_anatomy

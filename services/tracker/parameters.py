@@ -175,9 +175,11 @@ LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
 
 # Rivals of the estimate, see `filter/rivals.py`.  All are chosen by hand, to be measured.
 RIVAL_MOST = 6.0  # nats, bound of the log odds
-RIVAL_SWITCH = 3.0  # nats, log odds beyond which a rival and the estimate are exchanged
+RIVAL_SWITCH = 2.0  # nats, log odds beyond which a rival and the estimate are exchanged
 RIVAL_FRAME = 2.0  # nats, most that a frame set changes while a rival fits: none decides alone
-RIVAL_FITS = 1.5  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays
+RIVAL_ALIKE = 0.2  # ln of the ratio of misfits that proves nothing: a true pose has up to that more, by an average body
+RIVAL_MET = 0.5  # of the log odds of legs that is left after legs have met
+RIVAL_FITS = 2.0  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays
 RIVAL_APART_M = 0.08  # distance of a leg from the estimate's, beyond which a pose is another one
 RIVAL_TURN_DEG = 30.0  # from the estimate's heading, the same for rivals of the heading
 RIVAL_DOUBT = 1.0  # nats against all rivals of the heading, below which it is no longer known

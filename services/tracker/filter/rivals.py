@@ -136,8 +136,8 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
         turn = own.rotation @ before.estimate.rotation.T
         start = RootedPose(last.position + own.position - before.estimate.position, turn @ last.rotation, last.values)
     pose = refined(person.model, evidence, start, residual_weights(setup, p.ESTIMATE_HOLD), p.ESTIMATE_ITERATIONS)
-    if not _differs(anatomy, after, rival.kind, pose):
-        return replace(rival, pose=None)
+    if not _differs(anatomy, after, rival.kind, pose):  # legs that meet may be exchanged
+        return replace(rival, nats=p.RIVAL_MET * rival.nats if rival.kind in LEG_KINDS else rival.nats, pose=None)
     moves = ((before.estimate, own), (last, pose))
     points = [[limb_points(anatomy, person.model, one)[:, _limbs(rival.kind)] for one in move] for move in moves]
     lengths = np.array([np.linalg.norm(now - then, axis=2) for then, now in points])  # (2 poses, 2 points, limbs), metres
@@ -199,7 +199,10 @@ def _shown(step: _Step, kind: RivalKind, pose: RootedPose, excess: float) -> flo
 
     excess: its misfit, of the estimate's.
     """
-    phase, nats = step.after, -float(np.log(excess)) / p.AMBIGUITY_SCALE
+    phase, logs = step.after, float(np.log(excess))
+    nats = -float(np.copysign(max(0.0, abs(logs) - p.RIVAL_ALIKE), logs)) / p.AMBIGUITY_SCALE
+    if kind == "legs":  # on the same trunk
+        return nats
     model, stature, rays = phase.person.model, phase.person.stature, step.evidence.rays
     own, other = (foot_reach(step.setup.anatomy, model, rays, one, stature) for one in (phase.estimate, pose))
     return nats if own is None or other is None else nats + p.REACH_NATS * (other - own) / stature

@@ -14,17 +14,19 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.filter import rivals
 from zenocap.services.tracker.filter.confidence import LEGS, confidences, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity, with_heading
 from zenocap.services.tracker.initialization.decisions import by_decision
-from zenocap.services.tracker.initialization.relocalization import check_other_postures
-from zenocap.services.tracker.initialization.twins import exchanged_legs
+from zenocap.services.tracker.initialization.relocalization import check_other_postures, turn_between
+from zenocap.services.tracker.initialization.twins import exchanged_legs, mirrored_about_feet
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
     LOST_LIMB,
     RIVAL_APART_M,
     RIVAL_FITS,
+    RIVAL_MET,
     RIVAL_MOST,
     RIVAL_SWITCH,
 )
@@ -83,6 +85,27 @@ def test_rival_that_fits_as_well_stays_one_however_long_the_pose_is_held(frames:
     np.testing.assert_allclose(rival_ambiguity(FOURTEEN_PARTS, phase), expected, atol=0.01)
 
 
+def test_feet_in_each_others_places_are_found_and_taken_with_the_trunk() -> None:
+    wrong, _ = mirrored_about_feet(FOURTEEN_PARTS, MODEL, STRIDE)
+    phase, outcome = held(wrong, refuted(*HEADING_KINDS), scene(STRIDE), 60, "feet")
+    assert outcome.pose is not None
+    assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.estimate], STRIDE)[0, LEGS].max() < RIVAL_APART_M
+    assert turn_between(phase.estimate, STRIDE) < turn_between(wrong, STRIDE)
+    assert rival_of(phase, "feet").nats < -RIVAL_SWITCH
+
+
+@pytest.mark.parametrize(("logs", "nats"), [(0.0, 0.0), (0.19, 0.0), (-0.19, 0.0), (0.4, -1.0), (-0.4, 1.0)])
+def test_misfits_that_are_nearly_equal_prove_nothing(logs: float, nats: float) -> None:
+    phase = tracking(STANDING)
+    step = rivals._Step(SETUP, phase, phase, FRAME_NS, scene(STANDING))
+    assert rivals._shown(step, "legs", STANDING, float(np.exp(logs))) == pytest.approx(nats)
+
+
+def test_legs_that_have_met_are_less_certain() -> None:
+    phase, _ = held(STANDING, (Rival("legs", -RIVAL_MOST, STANDING),), scene(STANDING), 1)
+    assert phase.rivals[0] == Rival("legs", -RIVAL_MET * RIVAL_MOST)
+
+
 def test_scene_of_the_same_instant_is_no_evidence() -> None:
     phase = replace(tracking(WRONG), rivals=(Rival("legs", 0.0, STRIDE),))
     after, _ = follow_rivals(SETUP, phase, phase, OUTCOME, phase.captured_ns, scene(STRIDE), ())
@@ -91,8 +114,8 @@ def test_scene_of_the_same_instant_is_no_evidence() -> None:
 
 def test_rivals_are_found_where_they_fit_as_well_and_known_legs_stay_known() -> None:
     heading = refuted(*HEADING_KINDS)
-    for rivals, nats in (((), 0.0), (refuted("legs"), -RIVAL_MOST)):
-        phase, _ = held(STRIDE, (*rivals, *heading), scene(STRIDE, UPPER), 1, "legs")
+    for before, nats in (((), 0.0), (refuted("legs"), -RIVAL_MOST)):
+        phase, _ = held(STRIDE, (*before, *heading), scene(STRIDE, UPPER), 1, "legs")
         assert phase.rivals[0].nats == nats
         assert limb_distances(FOURTEEN_PARTS, MODEL, [phase.rivals[0].pose], STRIDE)[0, LEGS].min() > 0.08
     assert held(STANDING, heading, scene(STANDING), 1, "legs")[0].rivals[:2] == (Rival("legs"), Rival("feet"))  # the same
@@ -133,13 +156,13 @@ def test_heading_of_a_probability_has_rivals_of_the_others_odds(probability: flo
 @pytest.mark.slow
 def test_other_postures_take_no_rival_and_another_heading_has_other_rivals() -> None:
     legs, back = Rival("legs", 0.0, STRIDE), Rival("back", 2.0)
-    for pose, rivals, replaced, left in (
+    for pose, before, replaced, left in (
         (WRONG, (), True, ()),
         (WRONG, (legs,), False, (legs,)),
         (WRONG, (back,), True, (back,)),
         (reversed_of(STRIDE), (back,), True, ()),
     ):
-        phase = replace(tracking(pose, known=pose is WRONG), rivals=rivals)
+        phase = replace(tracking(pose, known=pose is WRONG), rivals=before)
         after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(STRIDE))
         apart = limb_distances(FOURTEEN_PARTS, MODEL, [after.estimate], STRIDE)[0, LEGS].max()
         assert (apart < RIVAL_APART_M) == replaced

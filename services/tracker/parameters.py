@@ -174,7 +174,7 @@ LIMB_FEATURES_RATE = 0.3  # per frame, of the running mean of the features
 LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
 
 # Rivals of the estimate, see `filter/rivals.py`.  All are chosen by hand, to be measured.
-RIVAL_MOST = 6.0  # nats, bound of the log odds
+RIVAL_MOST = 4.0  # nats, bound of the log odds
 RIVAL_SWITCH = 2.0  # nats, log odds beyond which a rival and the estimate are exchanged
 RIVAL_FRAME = 2.0  # nats, most that a frame set changes while a rival fits: none decides alone
 RIVAL_ALIKE = 0.2  # ln of the ratio of misfits that proves nothing: a true pose has up to that more, by an average body

@@ -149,8 +149,8 @@ def check_other_postures(
     ended = searched(person.model, evidence, starts, weights, effort)
     penalties = [_heading_penalty(pose, present.rotation, p.OTHER_POSTURES_PENALTY) for pose in ended]
     errors = np.array([error_of(person.model, evidence, weights, pose) for pose in ended]) * penalties
-    errors[_are_rivals(setup.anatomy, phase, ended)] = np.inf
     error = error_of(person.model, evidence, weights, present)
+    errors[_are_rivals(setup.anatomy, phase, ended) & (errors > error * np.exp(-p.RIVAL_ALIKE))] = np.inf
     best = int(np.argmin(errors))
     distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
     phase = replace(phase, ambiguity=ambiguity(distances, errors, min(error, float(errors[best]))))
@@ -166,7 +166,7 @@ def check_other_postures(
 
 
 def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) -> Bools:
-    """(n,) whether poses have the legs or the heading of a rival: one frame does not decide between it and the estimate."""
+    """(n,) whether poses have the legs or the heading of a rival, which do not replace the estimate where they fit alike."""
     found = np.zeros(len(poses), dtype=np.bool_)
     for rival in phase.rivals:
         if rival.pose is not None and rival.kind in LEG_KINDS:

@@ -215,8 +215,8 @@ MIN_FOOT_RAYS = 3  # of a foot, and of a shank
 TOES_START = 0.02  # statures, at the start of a track, until the feet have been seen
 TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach
 HEADING_TOES = 0.020  # statures, reach of the feet before the ankles from which the heading is known
-REVERSED_MISFIT_RATIO = 1.2  # of a start's misfit, below which the opposite heading, whose feet reach farther, replaces it
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
+DECIDED_HEADING_DEG, DECIDED_FRONT_DEG = 60.0, 90.0  # most that a start is turned from the user's decision; by hand
 DECIDED_NS = 5_000_000_000  # after the user's decision on front and back, without rivals of the heading; by hand
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 

@@ -141,7 +141,7 @@ class Rival:
     """Another explanation of the silhouettes beside the estimate.
 
     kind: the other leg ahead; the feet in each other's places and the trunk turned; heading opposite, with the limbs
-    exchanged; heading mirrored about one of two viewing directions.
+    exchanged; heading mirrored about one of two viewing directions, or of the start another one.
     nats: log odds against the estimate, at most RIVAL_MOST either way; they stay while no such pose fits: None.
     """
 

@@ -146,8 +146,7 @@ def advance_phase(
         case AwaitingPerson():
             awaiting, outcome = await_person(setup, phase, captured_ns, evidence, partial(decisions.decided_front, setup))
             if isinstance(awaiting, Tracking):
-                decided = decisions.decided_front(setup, awaiting.estimate.position) is not None
-                return decisions.by_decision(awaiting, captured_ns) if decided else awaiting, outcome
+                return decisions.started(setup, awaiting, captured_ns), outcome
             if awaiting.seen or phase.t_pose_only or setup.options.filter.start != "any-posture":
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, evidence)
@@ -184,10 +183,10 @@ def _follow(
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track a person with known sizes, or search for one."""
     if isinstance(phase, Lost):
-        found, outcome = search(setup, phase, captured_ns, evidence)
-        if phase.last is None and isinstance(found, Tracking):
-            return decisions.start_as_decided(setup, found, outcome, captured_ns, evidence)
-        return found, outcome
+        if phase.last is not None:
+            return search(setup, phase, captured_ns, evidence)
+        found, outcome = search(setup, phase, captured_ns, evidence, partial(decisions.allowed, setup))
+        return decisions.started(setup, found, captured_ns) if isinstance(found, Tracking) else found, outcome
     rng = np.random.default_rng([setup.options.seed, count])
     after, outcome = filter_step(setup, phase, captured_ns, evidence, rng)
     if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:

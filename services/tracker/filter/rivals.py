@@ -8,7 +8,7 @@ scenes that differ.
 
 # Paper (added): [Hybrid V] has no explanations beside the particles, which have one heading and the legs on the same sides.
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -57,7 +57,7 @@ def follow_rivals(
     """
     step = _Step(setup, before, after, captured_ns, evidence)
     known, rivals = {rival.kind: rival for rival in after.rivals}, list[Rival]()
-    corrected = before.corrected_ns == before.captured_ns or after.corrected_ns == captured_ns
+    corrected = after.corrected_ns == captured_ns
     decided = after.decided_ns is not None and captured_ns - after.decided_ns < p.DECIDED_NS
     for kind in RIVAL_KINDS:
         rival = known.get(kind, Rival(kind))
@@ -77,6 +77,28 @@ def follow_rivals(
         if rival.pose is not None and rival.nats > p.RIVAL_SWITCH:
             return _switched(step._replace(after=after), outcome, rival, rival.pose)
     return after, outcome
+
+
+def nats_against(errors: Floats, reaches: Sequence[float | None]) -> Floats:
+    """(n,) nats against each of several poses in one scene, by misfits (n,), m^2, and reaches of the feet, statures.
+
+    Feet that are not seen count as those that reach least.
+    """
+    least = min((one for one in reaches if one is not None), default=0.0)
+    farther = np.array([0.0 if one is None else one - least for one in reaches])
+    nats: Floats = (errors / max(float(errors.min()), MIN_MISFIT) - 1.0) / p.AMBIGUITY_SCALE - p.REACH_NATS * farther
+    return nats
+
+
+def with_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose], nats: Floats) -> Tracking:
+    """The track with the most probable of other poses of each kind as its rivals.  nats: (n,) log odds of the poses."""
+    found = dict[RivalKind, Rival]()
+    for k in np.argsort(-nats, kind="stable"):
+        turn = np.degrees(turn_between(poses[k], phase.estimate))
+        kind: RivalKind = "legs" if turn <= p.RIVAL_TURN_DEG else "mirror" if turn < p.MIRROR_TURNS_DEG[1] else "back"
+        if kind not in found and _differs(anatomy, phase, kind, poses[k]):
+            found[kind] = Rival(kind, max(-p.RIVAL_MOST, float(nats[k])), poses[k])
+    return replace(phase, rivals=tuple(found.values()))
 
 
 def with_heading(phase: Tracking, probability: float) -> Tracking:

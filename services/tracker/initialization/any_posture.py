@@ -5,7 +5,9 @@ The T-pose is still looked for, and replaces the body by a measured one when it 
 
 # Paper (open): [Hybrid] does not define how the track starts.
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,10 +16,11 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
-from zenocap.services.tracker.initialization.decisions import by_decision, decided_front, faces
+from zenocap.services.tracker.filter.rivals import nats_against, with_rivals
+from zenocap.services.tracker.initialization.decisions import allowed, started
 from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import find_column
-from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of
+from zenocap.services.tracker.initialization.relocalization import error_of, poses_anywhere
 from zenocap.services.tracker.initialization.t_pose import detail_at
 from zenocap.services.tracker.initialization.twins import exchanged
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, TrackedPerson, TrackerSetup, Tracking
@@ -39,22 +42,12 @@ def start_in_any_posture(
     stature = float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE))
     detail = detail_at(setup, column.centre)
     person = replace(average_person(setup, stature), heading_known=False, detail=detail)
-    pose = best_pose_anywhere(setup, person, None, None, evidence)
-    recent = tuple(one for one in heights if captured_ns - one[0] <= p.START_AFTER_NS - p.START_RETRY_NS)
-    if pose is None:
+    found = poses_anywhere(setup, person, None, evidence, partial(allowed, setup))
+    began = _with_rivals(setup, person, found, captured_ns, evidence) if found else None
+    if began is None:
+        recent = tuple(one for one in heights if captured_ns - one[0] <= p.START_AFTER_NS - p.START_RETRY_NS)
         return replace(phase, heights=recent), no_result
-    front = decided_front(setup, pose.position)
-    if front is None:
-        pose = _facing_where_feet_point(setup, person, pose, evidence)
-    elif not faces(pose, front):
-        pose = exchanged(setup, person, evidence, pose, "back", p.SEARCH_PASSES)
-    support = support_fraction(person.model, evidence, pose)
-    error = error_of(person.model, evidence, residual_weights(setup, p.PARTICLE_HOLD), pose)
-    if support < p.START_SUPPORT or error > p.START_MISFIT_M2:  # furniture
-        return replace(phase, heights=recent), no_result
-    tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
-    tracking = tracking if front is None else by_decision(tracking, captured_ns)
-    return tracking, replace(outcome, body=person.body)
+    return began
 
 
 def average_person(setup: TrackerSetup, stature: float) -> TrackedPerson:
@@ -63,14 +56,28 @@ def average_person(setup: TrackerSetup, stature: float) -> TrackedPerson:
     return replace(person, measured=False, measuring=AwaitingPerson())
 
 
-def _facing_where_feet_point(
-    setup: TrackerSetup, person: TrackedPerson, pose: RootedPose, evidence: Evidence
-) -> RootedPose:
-    """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
-    weights, model = residual_weights(setup, p.PARTICLE_HOLD), person.model
-    other = exchanged(setup, person, evidence, pose, "back", p.SEARCH_PASSES)
-    reaches = [foot_reach(setup.anatomy, model, evidence.rays, one, person.stature) for one in (pose, other)]
-    errors = [error_of(model, evidence, weights, one) for one in (pose, other)]
-    if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:
-        return pose
-    return other if errors[1] <= p.REVERSED_MISFIT_RATIO * errors[0] else pose
+def _with_rivals(
+    setup: TrackerSetup, person: TrackedPerson, poses: Sequence[RootedPose], captured_ns: int, evidence: Evidence
+) -> tuple[Tracking, Outcome] | None:
+    """A track of the most probable of poses and the opposite one, by misfit and feet, with others that fit as its rivals.
+
+    None where none fits as a person does: furniture.
+    """
+    anatomy, model = setup.anatomy, person.model
+    error = partial(error_of, model, evidence, residual_weights(setup, p.PARTICLE_HOLD))
+    opposite = exchanged(setup, person, evidence, min(poses, key=error), "back", p.SEARCH_PASSES)
+    poses = [one for one in (*poses, opposite) if allowed(setup, one) and error(one) <= p.START_MISFIT_M2]
+    if not poses:
+        return None
+    errors = np.array([error(one) for one in poses])
+    reaches = [foot_reach(anatomy, model, evidence.rays, one, person.stature) for one in poses]
+    against = nats_against(errors, [None if one is None else one / person.stature for one in reaches])
+    best = int(np.argmin(against))
+    support = support_fraction(model, evidence, poses[best])
+    if support < p.START_SUPPORT:
+        return None
+    person = replace(person, expected_support=support)
+    tracking, outcome = start_tracking(setup, person, poses[best], captured_ns, float(errors[best]))
+    rest = [k for k in range(len(poses)) if k != best and errors[k] <= p.RIVAL_FITS * errors[best]]
+    tracking = with_rivals(anatomy, tracking, [poses[k] for k in rest], against[best] - against[rest])
+    return started(setup, tracking, captured_ns), replace(outcome, body=person.body)

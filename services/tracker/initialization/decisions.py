@@ -1,4 +1,4 @@
-"""The user's decisions on front and back, at the start or later in a take.
+"""The user's decisions on the heading: about its direction at the start, on front and back later in a take.
 
 Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not show it, a
 person who has seen the videos does.
@@ -16,7 +16,7 @@ from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.initialization.twins import exchanged
-from zenocap.services.tracker.parameters import PARTICLE_HOLD, SEARCH_PASSES
+from zenocap.services.tracker.parameters import DECIDED_FRONT_DEG, DECIDED_HEADING_DEG, PARTICLE_HOLD, SEARCH_PASSES
 from zenocap.services.tracker.states import HEADING_KINDS, Outcome, TrackerSetup, Tracking, refuted
 
 
@@ -37,16 +37,25 @@ def faces(pose: RootedPose, front: Floats) -> bool:
     return float(pose.rotation[:, 2] @ front) >= 0.0
 
 
-def start_as_decided(
-    setup: TrackerSetup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
-) -> tuple[Tracking, Outcome]:
-    """The first pose of a track facing as the user decides: itself, or the opposite one."""
-    front = decided_front(setup, phase.estimate.position)
-    if front is None:
-        return phase, outcome
-    if not faces(phase.estimate, front):
-        phase, outcome = _turned(setup, phase, outcome, captured_ns, evidence)
-    return by_decision(phase, captured_ns), outcome
+def allowed(setup: TrackerSetup, pose: RootedPose) -> bool:
+    """Whether the heading of a pose is about that which the user has decided for the start; True without a decision."""
+    front, options = decided_front(setup, pose.position), setup.options
+    most = DECIDED_FRONT_DEG if options.heading is None else DECIDED_HEADING_DEG
+    return front is None or float(heading_of(pose) @ front) >= np.cos(np.radians(most))
+
+
+def heading_of(pose: RootedPose) -> Floats:
+    """(3,) horizontal unit vector of a pose's heading: of one who lies, before leaning to the front or back."""
+    _, up, front = pose.rotation.T
+    along = (front - front[1] * up) * [1.0, 0.0, 1.0]
+    unit: Floats = along / max(float(np.linalg.norm(along)), 1e-9)
+    return unit
+
+
+def started(setup: TrackerSetup, phase: Tracking, captured_ns: int) -> Tracking:
+    """A track that has begun at this time, with the user's decision on its heading."""
+    decides = decided_front(setup, phase.estimate.position) is not None
+    return by_decision(phase, captured_ns) if decides else phase
 
 
 def by_decision(phase: Tracking, captured_ns: int) -> Tracking:

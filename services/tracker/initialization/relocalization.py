@@ -2,7 +2,7 @@
 
 # Paper (added): [Hybrid V] does not search for a lost person.
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import itemgetter
@@ -46,16 +46,34 @@ def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
     return tuple(RootedPose(np.zeros(3), np.eye(3), coordinates.of_pose(Pose(np.zeros(3), angles))) for angles in found)
 
 
-def best_pose_anywhere(
-    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence
-) -> RootedPose | None:
-    """Best pose in a scene, from common postures and the last one, in every heading; None without a column.
+def any_pose(_: RootedPose) -> bool:
+    return True
 
-    facing: (3, 3) preferred orientation of the root.
+
+def best_pose_anywhere(
+    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence,
+    allowed: Callable[[RootedPose], bool] = any_pose,
+) -> RootedPose | None:  # fmt: skip
+    """Best pose in a scene, see `poses_anywhere`; None without one.  facing: (3, 3) preferred orientation of the root."""
+    weights = residual_weights(setup, p.PARTICLE_HOLD)
+    return min(
+        poses_anywhere(setup, person, last, evidence, allowed),
+        key=lambda pose: error_of(person.model, evidence, weights, pose) * _heading_penalty(pose, facing),
+        default=None,
+    )
+
+
+def poses_anywhere(
+    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, evidence: Evidence,
+    allowed: Callable[[RootedPose], bool] = any_pose,
+) -> list[RootedPose]:  # fmt: skip
+    """Poses found in a scene from common postures and the last one, in every heading that is allowed; a column is needed.
+
+    allowed: of the starts, and of what they lead to.
     """
     column = find_column(evidence.rays)
     if column is None:
-        return None
+        return []
     postures = search_postures(setup.anatomy)
     if last is not None:
         postures = (*postures, last._replace(rotation=np.eye(3)))
@@ -63,8 +81,8 @@ def best_pose_anywhere(
     centre = np.array([column.centre[0], low + HIP_HEIGHT * person.stature, column.centre[1]])
     yaws = 2.0 * np.pi * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS
     starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
-    ended = searched(person.model, evidence, starts, weights, (p.SEARCH_KEPT, p.SEARCH_PASSES))
-    return min(ended, key=lambda pose: error_of(person.model, evidence, weights, pose) * _heading_penalty(pose, facing))
+    effort = (p.SEARCH_KEPT, p.SEARCH_PASSES)
+    return list(filter(allowed, searched(person.model, evidence, list(filter(allowed, starts)), weights, effort)))
 
 
 def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPose:
@@ -158,10 +176,11 @@ def check_other_postures(
         return phase, outcome
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
     faced = float(after.estimate.rotation[:, 2] @ present.rotation[:, 2]) > 0.0
+    # The log odds of all are against the heading before, the limbs of rivals of the heading are those before.
+    rivals = tuple(one if one.kind == "legs" else replace(one, pose=None) for one in phase.rivals) if faced else ()
     phase = replace(
-        phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
-        rivals=phase.rivals if faced else (),  # their log odds are against the heading before
-    )  # fmt: skip
+        phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns, rivals=rivals
+    )
     return phase, replace(replaced, body=outcome.body)
 
 
@@ -176,14 +195,16 @@ def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) 
     return found
 
 
-def search(setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:
-    """Search the whole scene for the measured body, and start tracking when it is found."""
+def search(
+    setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence, allowed: Callable[[RootedPose], bool] = any_pose
+) -> tuple[Tracking | Lost, Outcome]:
+    """Search the whole scene for the measured body, and start tracking when it is found.  allowed: see `poses_anywhere`."""
     if phase.rest or evidence.rays.shape[1] < p.MIN_TRACKING_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)
     model, weights = phase.person.model, residual_weights(setup, p.PARTICLE_HOLD)
     recent = phase.person.heading_known and captured_ns - phase.seen_ns < p.HEADING_MEMORY_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
-    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, evidence)
+    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, evidence, allowed)
     if pose is None or support_fraction(model, evidence, pose) < p.FOUND_SUPPORT_RATIO * phase.person.expected_support:
         expected = max(p.MIN_EXPECTED_SUPPORT, p.EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
         person = replace(phase.person, expected_support=expected)

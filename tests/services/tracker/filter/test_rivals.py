@@ -17,9 +17,16 @@ from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter import rivals
 from zenocap.services.tracker.filter.confidence import LEGS, confidences, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.filter.rivals import follow_rivals, heading_nats, rival_ambiguity, with_heading
+from zenocap.services.tracker.filter.rivals import (
+    follow_rivals,
+    heading_nats,
+    nats_against,
+    rival_ambiguity,
+    with_heading,
+    with_rivals,
+)
 from zenocap.services.tracker.initialization.decisions import by_decision
-from zenocap.services.tracker.initialization.relocalization import check_other_postures, turn_between
+from zenocap.services.tracker.initialization.relocalization import check_other_postures, turn_between, turned_start
 from zenocap.services.tracker.initialization.twins import exchanged_legs, mirrored_about_feet
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
@@ -151,6 +158,29 @@ def test_heading_of_a_probability_has_rivals_of_the_others_odds(probability: flo
     phase = with_heading(tracking(STANDING, known=True), probability)
     assert heading_nats(phase) == pytest.approx(nats, abs=1e-3)
     assert phase.person.heading_known == known
+
+
+@pytest.mark.parametrize(
+    ("errors", "reaches", "best"),
+    [
+        ((1.0, 1.05), (-0.02, 0.02), 1),  # feet that point forward outweigh a misfit that is 5 % worse,
+        ((1.0, 2.0), (-0.005, 0.005), 0),  # and not one that is twice as large
+        ((1.05, 1.0), (None, None), 1),
+        ((1.0, 1.05), (None, 0.02), 0),  # feet that are not seen show nothing
+    ],
+)
+def test_most_probable_pose_is_that_of_misfit_and_feet(
+    errors: tuple[float, ...], reaches: tuple[float | None, ...], best: int
+) -> None:
+    assert np.argmin(nats_against(1e-3 * np.array(errors), reaches)) == best
+
+
+def test_rivals_among_poses_are_the_most_probable_of_each_kind_that_differ() -> None:
+    aside, legs = turned_start(STRIDE, STRIDE.position, 1.5), STRIDE._replace(values=WRONG.values)
+    poses = [STRIDE, legs, WRONG, reversed_of(STRIDE), aside]
+    phase = with_rivals(FOURTEEN_PARTS, tracking(STRIDE), poses, np.array([0.0, -2.0, -1.0, -1e3, -3.0]))
+    assert [(one.kind, one.nats) for one in phase.rivals] == [("legs", -1.0), ("mirror", -3.0), ("back", -RIVAL_MOST)]
+    assert [one.pose for one in phase.rivals] == [WRONG, aside, poses[3]]
 
 
 @pytest.mark.slow

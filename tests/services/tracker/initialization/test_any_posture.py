@@ -8,13 +8,17 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.services.tracker.initialization.test_heading import STANDING as STRETCHED
+from tests.services.tracker.initialization.test_heading import rays, reversed_of
 from tests.support import tracker_ring
+from tests.support.tracker_scenes import STATURE_M, rays_alone
 from zenocap.common.arrays import Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.initialization import any_posture
 from zenocap.services.tracker.parameters import START_AFTER_NS
-from zenocap.services.tracker.states import Lost, Outcome, Tracking, TrackState
+from zenocap.services.tracker.states import AwaitingPerson, Lost, Outcome, Tracking, TrackState, refuted
 from zenocap.services.tracker.tracking import describe, initial_state, phase_of, remeasure, track
 from zenocap.simulation.body.pose import PersonPose
 
@@ -88,6 +92,22 @@ def test_average_body_is_kept_while_the_person_is_away(standing: Played) -> None
     assert isinstance(state.phase, Tracking)
     assert state.phase.person.measuring is not None
     assert back[-1].pose is not None
+
+
+@pytest.mark.parametrize("heading", [None, 0.5 + np.pi])
+def test_search_that_finds_the_opposite_heading_starts_with_that_of_the_feet_unless_the_user_has_decided(
+    heading: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The feet are exact, so that the opposite heading is no rival."""
+    wrong = reversed_of(STRETCHED)
+    monkeypatch.setattr(any_posture, "poses_anywhere", lambda *_: [wrong])
+    config = replace(SETUP, options=replace(SETUP.options, heading=heading))
+    waited = AwaitingPerson(heights=((0, STATURE_M),))
+    phase, outcome = any_posture.start_in_any_posture(config, waited, START_AFTER_NS, rays_alone(rays()))
+    assert (phase.estimate.rotation[:, 2] @ STRETCHED.rotation[:, 2] > 0.9) == (heading is None)
+    assert phase.person.heading_known == (heading is not None)
+    assert outcome.body is phase.person.body
+    assert phase.rivals == (() if heading is None else refuted("back", "mirror"))
 
 
 def box(camera: Camera, width: float, height: float, depth: float) -> Mask:

@@ -1,4 +1,4 @@
-"""The user's decision on front and back: at the start, and against the feet."""
+"""The user's decision: a direction at the start, also against the feet; front and back later."""
 
 from dataclasses import replace
 
@@ -7,9 +7,10 @@ import pytest
 
 from tests.services.tracker.initialization.test_heading import SETUP, STANDING, rays, reversed_of, tracking
 from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, simulated_person, standing_at, t_pose_at
-from tests.support.tracker_scenes import rays_alone
+from tests.support.tracker_scenes import rays_alone, turn
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.initialization import decisions
+from zenocap.services.tracker.initialization.relocalization import turned_start
 from zenocap.services.tracker.parameters import START_AFTER_NS, T_POSE_FRAMES
 from zenocap.services.tracker.states import Options, TrackerSetup, Turn
 
@@ -43,10 +44,10 @@ def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> N
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("turned", [0.0, 180.0])
+@pytest.mark.parametrize(("views", "turned"), [(2, 0.0), (4, 0.0), (4, 180.0)])
 @pytest.mark.parametrize("height", [None, simulated_person(SEED).height])
-def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float, height: float | None) -> None:
-    config = with_options(setup(ring(4), height), heading=YAW + np.radians(turned))
+def test_any_posture_starts_with_the_decided_one_of_both_headings(views: int, turned: float, height: float | None) -> None:
+    config = with_options(setup(ring(views), height), heading=YAW + np.radians(turned))
     state, _, _ = played(config, SEED, [standing_at(SEED, 0.3, -0.2, YAW)] * (START_AFTER_NS // FRAME_NS + 6))
     assert state.phase.estimate.rotation[:, 2] @ ahead(YAW + np.radians(turned)) > 0.8
     assert state.phase.decided_ns is not None
@@ -67,7 +68,23 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
         assert after.person.body is phase.person.body
 
 
-def test_without_a_decision_the_first_pose_stays() -> None:
-    phase, outcome = tracking(STANDING), no_pose(SETUP, lost=False)
-    assert decisions.start_as_decided(SETUP, phase, outcome, 0, rays_alone(rays())) == (phase, outcome)
+@pytest.mark.parametrize(("decision", "most"), [({}, 180), ({"heading": 0.0}, 60), ({"front": "1"}, 90)])
+def test_decision_allows_headings_on_both_sides_of_its_direction(decision: dict[str, object], most: int) -> None:
+    """The first camera is along +Z."""
+    config, upright = with_options(SETUP, **decision), STANDING._replace(rotation=np.eye(3))
+    for degrees in (0, 59, 61, 89, 91, 179):
+        for side in (1, -1):
+            pose = turned_start(upright, np.zeros(3), np.radians(side * degrees))
+            assert decisions.allowed(config, pose) == (degrees < most)
+
+
+@pytest.mark.parametrize("lean", [-90.0, -45.0, 0.0, 45.0, 90.0])
+def test_heading_of_one_who_lies_is_that_before_leaning(lean: float) -> None:
+    lying = turned_start(STANDING._replace(rotation=turn([np.radians(lean), 0.0, 0.0])), np.zeros(3), YAW)
+    np.testing.assert_allclose(decisions.heading_of(lying), ahead(YAW), atol=1e-12)
+
+
+def test_without_a_decision_the_track_stays() -> None:
+    phase = tracking(STANDING)
+    assert decisions.started(SETUP, phase, 0) is phase
     assert Options().front is None

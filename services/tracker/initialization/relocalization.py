@@ -4,16 +4,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from operator import itemgetter
 
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.body.definition import Pose
-from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.common.body.proportions import HIP_HEIGHT
 from zenocap.services.tracker import parameters as p
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
@@ -22,28 +19,11 @@ from zenocap.services.tracker.filter.confidence import LEGS, ambiguity, limb_dis
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.initialization.localization import find_column
+from zenocap.services.tracker.initialization.postures import search_postures, turned_start
 from zenocap.services.tracker.states import LEG_KINDS, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS)  # degrees
-STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
-GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
-
-
-@lru_cache
-def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
-    """Postures to start a search from: standing, T-pose, fists up, two strides."""
-    relaxed: dict[str, tuple[int, int]] = {}
-    mirrored = {name: (left, right) for name, (right, left) in STRIDE.items()}
-    found = [t_pose_angles(anatomy)]
-    for changes in (relaxed, GUARD, STRIDE, mirrored):
-        angles = anatomy.neutral.copy()
-        for name, sides in changes.items():
-            for side, degrees in zip(("right", "left"), sides, strict=True):
-                angles[anatomy.index[f"{side}_{name}"]] += np.radians(degrees)
-        found.append(angles)
-    coordinates = coordinates_of(anatomy)
-    return tuple(RootedPose(np.zeros(3), np.eye(3), coordinates.of_pose(Pose(np.zeros(3), angles))) for angles in found)
 
 
 def any_pose(_: RootedPose) -> bool:
@@ -83,13 +63,6 @@ def poses_anywhere(
     starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
     effort = (p.SEARCH_KEPT, p.SEARCH_PASSES)
     return list(filter(allowed, searched(person.model, evidence, list(filter(allowed, starts)), weights, effort)))
-
-
-def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPose:
-    """A posture at a position (3,), turned by yaw radians about the vertical."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
-    return RootedPose(position.copy(), rotation, posture.values.copy())
 
 
 def searched(

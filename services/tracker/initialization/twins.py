@@ -18,7 +18,8 @@ from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.confidence import LEGS, limb_points
 from zenocap.services.tracker.filter.filter_step import residual_weights
-from zenocap.services.tracker.initialization.relocalization import search_postures, searched, turn_between, turned_start
+from zenocap.services.tracker.initialization.postures import search_postures, turned_start
+from zenocap.services.tracker.initialization.relocalization import searched, turn_between
 from zenocap.services.tracker.states import RivalKind, TrackedPerson, TrackerSetup
 
 OPPOSITE = {"R": "L", "L": "R"}

@@ -19,7 +19,7 @@ from zenocap.services.tracker.filter.confidence import (
     smoothed_features,
 )
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
-from zenocap.services.tracker.initialization.relocalization import search_postures
+from zenocap.services.tracker.initialization.postures import search_postures
 
 CAMERAS = ring(4)
 ANATOMY = setup(CAMERAS).anatomy

@@ -26,7 +26,8 @@ from zenocap.services.tracker.filter.rivals import (
     with_rivals,
 )
 from zenocap.services.tracker.initialization.decisions import by_decision
-from zenocap.services.tracker.initialization.relocalization import check_other_postures, turn_between, turned_start
+from zenocap.services.tracker.initialization.postures import turned_start
+from zenocap.services.tracker.initialization.relocalization import check_other_postures, turn_between
 from zenocap.services.tracker.initialization.twins import exchanged_legs, mirrored_about_feet
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,

@@ -10,7 +10,7 @@ from tests.support.tracker_ring import FRAME_NS, ahead, played, ring, setup, sim
 from tests.support.tracker_scenes import rays_alone, turn
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.initialization import decisions
-from zenocap.services.tracker.initialization.relocalization import turned_start
+from zenocap.services.tracker.initialization.postures import turned_start
 from zenocap.services.tracker.parameters import START_AFTER_NS, T_POSE_FRAMES
 from zenocap.services.tracker.states import Options, TrackerSetup, Turn
 

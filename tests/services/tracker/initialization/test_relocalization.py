@@ -14,7 +14,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures, search_postures
+from zenocap.services.tracker.initialization.postures import search_postures
+from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures
 from zenocap.services.tracker.initialization.twins import exchanged
 from zenocap.services.tracker.parameters import PARTICLE_HOLD, SEARCH_PASSES
 from zenocap.services.tracker.states import TrackedPerson

@@ -14,7 +14,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.filter.confidence import LEGS, limb_points
 from zenocap.services.tracker.initialization.decisions import faces
-from zenocap.services.tracker.initialization.relocalization import search_postures, turned_start
+from zenocap.services.tracker.initialization.postures import search_postures, turned_start
 from zenocap.services.tracker.initialization.twins import exchanged, exchanged_legs, exchanged_limbs, mirrored_about_feet
 from zenocap.services.tracker.parameters import SEARCH_PASSES
 

@@ -95,6 +95,13 @@ START_RETRY_NS = 300_000_000  # between two attempts
 # twelve in the T-pose, in two to four views: at least 0.57, at most 0.0029.  Furniture: at most 0.69, at least 0.0027, but
 # a pillar of a person's height and width has 0.86 and 0.0009.
 START_SUPPORT, START_MISFIT_M2 = 0.55, 0.003
+# A person on the floor fits like a box or a ball of that size: nothing that has not moved starts, nor anything compact.
+FLOOR_HEIGHT = 0.78  # statures: nothing taller is sought on the floor
+FLOOR_SPAN_M = 0.72  # nothing is that is smaller in all directions; people of 1.5 m who crouch have 0.8
+FLOOR_STATURES_M = (1.58, 1.77)  # of the average bodies tried
+FLOOR_RADIUS_M = 1.2  # about the column, within which a person on the floor is
+FLOOR_MOTION_M = 0.02  # of the middle, from one half of START_AFTER_NS to the other
+FLOOR_POSTURES, FLOOR_KEPT, FLOOR_PASSES = 4, 4, 3  # of the column's height; as SEARCH_KEPT, SEARCH_PASSES
 START_STATURE_PERCENTILE = 90  # of the heights meanwhile, which a person who bends or jumps has not always
 
 # Body fitting and online shape estimation.
@@ -211,6 +218,7 @@ OTHER_POSTURES_RATIO = 0.95  # of the tracked pose's misfit, below which one of 
 REPLACE_MISFIT_RATIO = 0.75  # of the tracked pose's misfit, below which another pose replaces it
 FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the sole, where the points of a foot are
 SHANK, SHANK_RADIUS = (0.25, 0.8), 0.09  # of its length from the ankle up, and statures about it: its points
+UPRIGHT_SHANK = 0.5  # cosine of the greatest angle of a shank from the vertical, with which its foot shows the heading
 MIN_FOOT_RAYS = 3  # of a foot, and of a shank
 TOES_START = 0.02  # statures, at the start of a track, until the feet have been seen
 TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach

@@ -98,7 +98,9 @@ class AwaitingPerson:
 
     seen, t_poses: evidence and T-pose of the frame sets so far.  rest: frame sets to skip.
     advice: instruction for the person, shown in health.  heights: capture time and height in metres of the person in every
-    frame set since one came into view.  t_pose_only: a user requested the measurement, so nothing else starts the track.
+    frame set since one came into view.  places: the same of one who may be on the floor, height, x and z of the middle.
+    appeared: no other was in view since the scene was empty.
+    t_pose_only: a user requested the measurement, so nothing else starts the track.
     """
 
     advice: str = "waiting for a person"
@@ -106,6 +108,8 @@ class AwaitingPerson:
     t_poses: tuple[TPose, ...] = ()
     rest: int = 0
     heights: tuple[tuple[int, float], ...] = ()
+    places: tuple[tuple[int, Floats], ...] = ()
+    appeared: bool = False
     t_pose_only: bool = False
 
 
@@ -191,13 +195,14 @@ class Tracking:
 class Lost:
     """Searching for a person with a measured body.
 
-    last: the last pose, at seen_ns.  rest: frame sets to skip before the next search.
+    last: the last pose, at seen_ns.  rest: frame sets to skip before the next search, which is on_floor or not.
     """
 
     person: TrackedPerson
     last: RootedPose | None
     rest: int = 0
     seen_ns: int = 0
+    on_floor: bool = False
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from zenocap.services.tracker.states import Options, Outcome, TrackerSetup, Trac
 from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
+from zenocap.simulation.body.skeleton import Bones
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline, t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -65,7 +66,7 @@ def in_motion(seed: int, count: int, kind: str = "walking", from_s: float = 0.0)
     return [timeline.pose_at(timeline.motion_from_s + from_s + k / 30) for k in range(count)]
 
 
-def hip_error(seed: int, position: Floats | tuple[float, float, float], pose: PersonPose) -> float:
+def hip_error(seed: int, position: Floats | tuple[float, float, float], pose: PersonPose | Bones) -> float:
     """Distance of a position to the true hips, metres."""
     return float(np.linalg.norm(np.array(position) - truth(simulated_person(seed), pose).joints["Hip"]))
 
@@ -75,7 +76,7 @@ def ahead(yaw: float) -> Floats:
     return np.array([np.sin(yaw), 0.0, np.cos(yaw)])
 
 
-def rendered_masks(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> dict[str, Mask]:
+def rendered_masks(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | Bones | None) -> dict[str, Mask]:
     """Masks by viewer, (height, width); empty ones without a pose."""
     if pose is None:
         return {viewer: np.zeros(camera.size[::-1], np.uint8) for viewer, camera in cameras.items()}
@@ -88,7 +89,7 @@ def seen(cameras: Mapping[str, Camera], masks: Sequence[Mask | None], points: in
     return evidence_of(contours, silhouettes)[0]
 
 
-def shown(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> Evidence:
+def shown(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | Bones | None) -> Evidence:
     """Evidence of the person in a pose; of an empty scene without one."""
     return seen(cameras, list(rendered_masks(cameras, seed, pose).values()))
 
@@ -100,8 +101,9 @@ def fit_of(setup: TrackerSetup, evidence: Evidence) -> TPoseFit | str:
 
 
 def played(
-    setup: TrackerSetup, seed: int, poses: Iterable[PersonPose | None], state: TrackState | None = None, start: int = 0
-) -> tuple[TrackState, list[Outcome], list[str]]:
+    setup: TrackerSetup, seed: int, poses: Iterable[PersonPose | Bones | None], state: TrackState | None = None,
+    start: int = 0,
+) -> tuple[TrackState, list[Outcome], list[str]]:  # fmt: skip
     """Final state, outcomes and health texts of tracking a simulated person, in frame sets from number `start` on."""
     state = initial_state(setup) if state is None else state
     outcomes, texts = [], []

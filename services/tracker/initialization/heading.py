@@ -32,6 +32,8 @@ def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedP
     for side in ("right", "left"):
         part = anatomy.index[f"{side}_lower_leg"]
         along, length = frames[part, :, 1], model.lengths[part]
+        if along[1] > -p.UPRIGHT_SHANK:  # of one who kneels or lies
+            continue
         ankle = frames[part, :, 3] + along * length
         from_ankle = points - ankle
         sole = ankle[1] - (ANKLE_HEIGHT * stature if f"{side}_foot" in anatomy.parts else 0.0)

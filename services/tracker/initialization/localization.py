@@ -37,13 +37,27 @@ def find_column(rays: Floats32) -> Column | None:
     for layer in range(filled.shape[1]):
         filled[:, layer] = near[:, layers == layer] @ weights[layers == layer]
     occupied = np.minimum(filled, p.COLUMN_LAYER_SATURATION * p.INTERVAL_SCALE_M / p.COLUMN_RADIUS_M).sum(axis=1)
-    centre: Floats = chosen[int(np.argmax(occupied))]
-    for _ in range(5):
-        inside = ((plan - centre) ** 2).sum(axis=1) < p.COLUMN_RADIUS_M**2
-        centre = weights[inside] @ plan[inside] / weights[inside].sum()
+    centre = _middle(plan, weights, chosen[int(np.argmax(occupied))], p.COLUMN_RADIUS_M)
     inside = ((plan - centre) ** 2).sum(axis=1) < p.COLUMN_RADIUS_M**2
     low, top = np.percentile(points[inside, 1], [0.3, 99.7])
     return Column(centre, float(low), float(top))
+
+
+def middle_and_span(rays: Floats32, column: Column) -> tuple[Floats, float]:
+    """(2,) x and z of the middle of what is within FLOOR_RADIUS_M of a column, and its greatest extent, metres."""
+    points = midpoints(rays)
+    plan = points[:, [0, 2]]
+    middle = _middle(plan, reliability(rays), column.centre, p.FLOOR_RADIUS_M)
+    inside = ((plan - middle) ** 2).sum(axis=1) < p.FLOOR_RADIUS_M**2
+    return middle, float(np.ptp(np.percentile(points[inside], [1, 99], axis=0), axis=0).max())
+
+
+def _middle(plan: Floats, weights: Floats, centre: Floats, radius: float) -> Floats:
+    """(2,) mean of the points (n, 2) within a radius of it, from a centre (2,) on."""
+    for _ in range(5):
+        inside = ((plan - centre) ** 2).sum(axis=1) < radius**2
+        centre = weights[inside] @ plan[inside] / weights[inside].sum()
+    return centre
 
 
 def rays_in_column(rays: Floats32, column: Column, radius: float) -> Floats32:

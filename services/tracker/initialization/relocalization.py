@@ -18,51 +18,42 @@ from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.confidence import LEGS, ambiguity, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.initialization.localization import find_column
-from zenocap.services.tracker.initialization.postures import search_postures, turned_start
+from zenocap.services.tracker.initialization.localization import find_column, middle_and_span
+from zenocap.services.tracker.initialization.postures import floor_postures, floor_start, search_postures, turned_start
 from zenocap.services.tracker.states import LEG_KINDS, Lost, Outcome, TrackedPerson, TrackerSetup, Tracking
 from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS)  # degrees
 
 
-def any_pose(_: RootedPose) -> bool:
-    return True
-
-
-def best_pose_anywhere(
-    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence,
-    allowed: Callable[[RootedPose], bool] = any_pose,
-) -> RootedPose | None:  # fmt: skip
-    """Best pose in a scene, see `poses_anywhere`; None without one.  facing: (3, 3) preferred orientation of the root."""
-    weights = residual_weights(setup, p.PARTICLE_HOLD)
-    return min(
-        poses_anywhere(setup, person, last, evidence, allowed),
-        key=lambda pose: error_of(person.model, evidence, weights, pose) * _heading_penalty(pose, facing),
-        default=None,
-    )
-
-
 def poses_anywhere(
-    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, evidence: Evidence,
-    allowed: Callable[[RootedPose], bool] = any_pose,
+    setup: TrackerSetup, person: TrackedPerson, last: RootedPose | None, facing: Floats | None, evidence: Evidence,
+    allowed: Callable[[RootedPose], bool] = lambda _: True, *, on_floor: bool = False,
 ) -> list[RootedPose]:  # fmt: skip
-    """Poses found in a scene from common postures and the last one, in every heading that is allowed; a column is needed.
+    """Poses found in a scene from common postures and the last one, in every heading, the best one first.
 
-    allowed: of the starts, and of what they lead to.
+    facing: (3, 3) preferred orientation of the root.  allowed: of the starts, and of what they lead to.  on_floor: from
+    postures on the floor instead, where nothing is as high as a person who stands.  None are found without a column.
     """
     column = find_column(evidence.rays)
     if column is None:
         return []
-    postures = search_postures(setup.anatomy)
-    if last is not None:
-        postures = (*postures, last._replace(rotation=np.eye(3)))
     low, weights = max(column.low, -p.GROUND_TOLERANCE_M), residual_weights(setup, p.PARTICLE_HOLD)
-    centre = np.array([column.centre[0], low + HIP_HEIGHT * person.stature, column.centre[1]])
-    yaws = 2.0 * np.pi * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS
-    starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
-    effort = (p.SEARCH_KEPT, p.SEARCH_PASSES)
-    return list(filter(allowed, searched(person.model, evidence, list(filter(allowed, starts)), weights, effort)))
+    height, yaws = column.top - low, 2.0 * np.pi * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS
+    if on_floor and height < p.FLOOR_HEIGHT * person.stature:
+        (x, z), _ = middle_and_span(evidence.rays, column)
+        place, effort = np.array([x, low, z]), (p.FLOOR_KEPT, p.FLOOR_PASSES)
+        lying = floor_postures(setup.anatomy, person.model, height, p.FLOOR_POSTURES)
+        starts = [floor_start(posture, place, float(yaw)) for posture in lying for yaw in yaws]
+    else:
+        postures = search_postures(setup.anatomy)
+        if last is not None:
+            postures = (*postures, last._replace(rotation=np.eye(3)))
+        centre = np.array([column.centre[0], low + HIP_HEIGHT * person.stature, column.centre[1]])
+        starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
+        effort = (p.SEARCH_KEPT, p.SEARCH_PASSES)
+    found = filter(allowed, searched(person.model, evidence, list(filter(allowed, starts)), weights, effort))
+    return sorted(found, key=lambda one: error_of(person.model, evidence, weights, one) * _heading_penalty(one, facing))
 
 
 def searched(
@@ -109,10 +100,11 @@ def check_elsewhere(
     """Replace the pose when a search of the whole scene finds a better one."""
     person, weights = phase.person, residual_weights(setup, p.PARTICLE_HOLD)
     facing = phase.estimate.rotation if person.heading_known else None
-    pose = best_pose_anywhere(setup, person, phase.estimate, facing, evidence)
-    if pose is None:
+    on_floor = phase.misfits_in_row == p.RELOCALIZE_AFTER[-1]
+    found = poses_anywhere(setup, person, phase.estimate, facing, evidence, on_floor=on_floor)
+    if not found:
         return phase, outcome
-    error = error_of(person.model, evidence, weights, pose)
+    pose, error = found[0], error_of(person.model, evidence, weights, found[0])
     if error > p.REPLACE_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
         return phase, outcome
     return start_tracking(setup, _as_faced(person, pose, facing), pose, captured_ns, error)
@@ -169,20 +161,22 @@ def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) 
 
 
 def search(
-    setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence, allowed: Callable[[RootedPose], bool] = any_pose
-) -> tuple[Tracking | Lost, Outcome]:
+    setup: TrackerSetup, phase: Lost, captured_ns: int, evidence: Evidence,
+    allowed: Callable[[RootedPose], bool] = lambda _: True,
+) -> tuple[Tracking | Lost, Outcome]:  # fmt: skip
     """Search the whole scene for the measured body, and start tracking when it is found.  allowed: see `poses_anywhere`."""
     if phase.rest or evidence.rays.shape[1] < p.MIN_TRACKING_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)
     model, weights = phase.person.model, residual_weights(setup, p.PARTICLE_HOLD)
     recent = phase.person.heading_known and captured_ns - phase.seen_ns < p.HEADING_MEMORY_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
-    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, evidence, allowed)
-    if pose is None or support_fraction(model, evidence, pose) < p.FOUND_SUPPORT_RATIO * phase.person.expected_support:
+    found = poses_anywhere(setup, phase.person, phase.last, facing, evidence, allowed, on_floor=phase.on_floor)
+    if not found or support_fraction(model, evidence, found[0]) < p.FOUND_SUPPORT_RATIO * phase.person.expected_support:
         expected = max(p.MIN_EXPECTED_SUPPORT, p.EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
         person = replace(phase.person, expected_support=expected)
-        return replace(phase, person=person, rest=p.RETRY_FRAMES), no_pose(setup, lost=True)
-    person = _as_faced(phase.person, pose, facing)
+        phase = replace(phase, person=person, rest=p.RETRY_FRAMES, on_floor=not phase.on_floor)
+        return phase, no_pose(setup, lost=True)
+    person, pose = _as_faced(phase.person, found[0], facing), found[0]
     tracking, outcome = start_tracking(setup, person, pose, captured_ns, error_of(model, evidence, weights, pose))
     new_body = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=new_body)

@@ -16,6 +16,7 @@ from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.filter.filter_step import start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.heading import foot_reach, with_toes
+from zenocap.services.tracker.initialization.postures import floor_postures, floor_start
 from zenocap.services.tracker.parameters import HEADING_TOES
 from zenocap.services.tracker.states import TrackedPerson, Tracking
 from zenocap.services.tracker.tracking import describe, initial_state
@@ -51,6 +52,11 @@ def test_feet_reach_forward_and_for_a_reversed_pose_backwards(anatomy: Anatomy) 
     model, pose = average_model(anatomy), standing(anatomy)
     assert foot_reach(anatomy, model, rays(), pose, STATURE_M) > 0.03
     assert foot_reach(anatomy, model, rays(), reversed_of(pose), STATURE_M) < -0.03
+
+
+def test_feet_of_one_who_lies_show_nothing() -> None:
+    lying = floor_start(floor_postures(FOURTEEN_PARTS, MODEL, 0.3, 1)[0], np.zeros(3), 0.5)
+    assert foot_reach(FOURTEEN_PARTS, MODEL, tangent_rays(MODEL, lying, 600), lying, STATURE_M) is None
 
 
 def test_without_feet_in_the_scene_nothing_changes() -> None:

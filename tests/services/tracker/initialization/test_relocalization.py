@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from tests.support import tracker_ring
-from tests.support.anatomies import each_anatomy
+from tests.support.tracker_scenes import MODEL, rays_alone, tangent_rays
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.initialization.postures import search_postures
-from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, check_other_postures
+from zenocap.services.tracker.initialization.postures import floor_postures, floor_start, search_postures
+from zenocap.services.tracker.initialization.relocalization import check_other_postures, poses_anywhere, search
 from zenocap.services.tracker.initialization.twins import exchanged
-from zenocap.services.tracker.parameters import PARTICLE_HOLD, SEARCH_PASSES
-from zenocap.services.tracker.states import TrackedPerson
+from zenocap.services.tracker.parameters import PARTICLE_HOLD, RETRY_FRAMES, SEARCH_PASSES
+from zenocap.services.tracker.states import Lost, TrackedPerson, Tracking
 from zenocap.simulation.body.pose import PersonPose
 
 SETUP = tracker_ring.setup(tracker_ring.ring(4))
@@ -36,7 +36,7 @@ def of_pose(pose: PersonPose | None) -> Evidence:
 
 
 def find(evidence: Evidence, rotation: Floats | None = None) -> RootedPose | None:
-    return best_pose_anywhere(SETUP, person(), None, rotation, evidence)
+    return next(iter(poses_anywhere(SETUP, person(), None, rotation, evidence)), None)
 
 
 def person() -> TrackedPerson:
@@ -89,11 +89,19 @@ def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
     assert again.rotation[:, 2] @ right.rotation[:, 2] > 0.8
 
 
-@each_anatomy
-def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
-    postures = search_postures(anatomy)
-    assert len(postures) == 5
-    assert len({posture.values.tobytes() for posture in postures}) == 5
+def test_lost_person_on_the_floor_is_found_in_every_second_search() -> None:
+    lying = floor_start(floor_postures(FOURTEEN_PARTS, MODEL, 0.3, 1)[0], np.array([0.3, 0.0, -0.2]), 0.9)
+    evidence, found = rays_alone(tangent_rays(MODEL, lying, 300)), None
+    phase: Lost | Tracking = Lost(replace(person(), model=MODEL), None)
+    for k in range(2 * (RETRY_FRAMES + 1)):
+        assert isinstance(phase, Lost)
+        phase, _ = search(SETUP, phase, k, evidence)
+        if isinstance(phase, Tracking):
+            found = k
+            break
+    assert found == RETRY_FRAMES + 1
+    np.testing.assert_allclose(phase.estimate.position, lying.position, atol=0.05)
+    assert phase.estimate.rotation[:, 1] @ lying.rotation[:, 1] > 0.95
 
 
 @pytest.mark.slow

@@ -21,6 +21,7 @@ KINDS = Table(
         "confidence": "benchmarks.cases.starts:CONFIDENCE",
         "limits": "benchmarks.cases.starts:LIMITS",
         "held": "benchmarks.cases.held:HELD",
+        "any-posture": "benchmarks.cases.any_posture:ANY_POSTURE",
         "jitter": "benchmarks.cases.jitter:JITTER",
         "pairs": "benchmarks.cases.jitter:PAIRS",
         "postures": "benchmarks.cases.recognition.postures:POSTURES_KIND",

@@ -61,7 +61,7 @@ def captured_take(
     before = opening or t_pose_opening(person, fps)
     poses = [None if pose is None else pose_bones(person, place(pose, Placement(x, z, heading))) for pose in before]
     last, count = poses[-1] or motion[0], ceil(ENTRY_S * fps)
-    poses += [_between(last, motion[0], minimum_jerk(k / count)) for k in range(1, count)]
+    poses += [between(last, motion[0], minimum_jerk(k / count)) for k in range(1, count)]
     return CapturedTake((*poses, *motion), len(poses))
 
 
@@ -156,7 +156,7 @@ def _moved(pose: Bones, by: Floats) -> Bones:
     return Bones(pose.rotation, pose.origin + by)
 
 
-def _between(first: Bones, second: Bones, share: float) -> Bones:
+def between(first: Bones, second: Bones, share: float) -> Bones:
     turned = [blend(a, b, share) for a, b in zip(first.rotation, second.rotation, strict=True)]
     return Bones(np.array(turned), (1.0 - share) * first.origin + share * second.origin)
 

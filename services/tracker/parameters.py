@@ -196,6 +196,7 @@ LEG_TURN_RATE = 10.0  # rad/s, of a joint of a leg: a faster one counts against 
 STANDING_SPEED = 0.5  # m/s, of the ankle of a foot that stands, with the noise of two small views
 STANDING_DEVIATION_M = 0.03  # of the height of a standing foot's ankle
 STANDING_MOST = 4.0  # nats, against standing feet at different heights: there are steps
+REACH_MOST = 0.03  # statures, reach of the feet beyond which they are not more probable: they are in other places
 REACH_NATS = 80.0  # nats per stature that the feet reach farther forward; half of HEADING_CONFIDENCE's, which has one pose
 MIRROR_VIEWS_DEG = (65.0, 115.0)  # angle of two views that show a trunk and the mirrored one with equal widths
 MIRROR_TURNS_DEG = (40.0, 140.0)  # between both headings; smaller turns are no rivals, greater ones are the opposite one

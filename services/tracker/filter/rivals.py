@@ -31,6 +31,7 @@ from zenocap.services.tracker.states import (
     Outcome,
     Rival,
     RivalKind,
+    TrackedPerson,
     TrackerSetup,
     Tracking,
 )
@@ -80,14 +81,19 @@ def follow_rivals(
 
 
 def nats_against(errors: Floats, reaches: Sequence[float | None]) -> Floats:
-    """(n,) nats against each of several poses in one scene, by misfits (n,), m^2, and reaches of the feet, statures.
+    """(n,) nats against each of several poses in one scene, by misfits (n,), m^2, and reaches of the feet, see `reach_of`.
 
-    Feet that are not seen count as those that reach least.
+    Feet that are not seen, or lie, show nothing.
     """
-    least = min((one for one in reaches if one is not None), default=0.0)
-    farther = np.array([0.0 if one is None else one - least for one in reaches])
-    nats: Floats = (errors / max(float(errors.min()), MIN_MISFIT) - 1.0) / p.AMBIGUITY_SCALE - p.REACH_NATS * farther
+    short = np.array([0.0 if one is None else p.REACH_MOST - one for one in reaches])
+    nats: Floats = (errors / max(float(errors.min()), MIN_MISFIT) - 1.0) / p.AMBIGUITY_SCALE + p.REACH_NATS * short
     return nats
+
+
+def reach_of(anatomy: Anatomy, person: TrackedPerson, evidence: Evidence, pose: RootedPose) -> float | None:
+    """Statures that the feet reach forward in a pose, at most REACH_MOST; None where they do not show it."""
+    metres = foot_reach(anatomy, person.model, evidence.rays, pose, person.stature)
+    return None if metres is None else min(metres / person.stature, p.REACH_MOST)
 
 
 def with_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose], nats: Floats) -> Tracking:
@@ -225,9 +231,8 @@ def _shown(step: _Step, kind: RivalKind, pose: RootedPose, excess: float) -> flo
     nats = -float(np.copysign(max(0.0, abs(logs) - p.RIVAL_ALIKE), logs)) / p.AMBIGUITY_SCALE
     if kind == "legs":  # on the same trunk
         return nats
-    model, stature, rays = phase.person.model, phase.person.stature, step.evidence.rays
-    own, other = (foot_reach(step.setup.anatomy, model, rays, one, stature) for one in (phase.estimate, pose))
-    return nats if own is None or other is None else nats + p.REACH_NATS * (other - own) / stature
+    own, other = (reach_of(step.setup.anatomy, phase.person, step.evidence, one) for one in (phase.estimate, pose))
+    return nats if own is None or other is None else nats + p.REACH_NATS * (other - own)
 
 
 def _unevenness(ends: Floats) -> float:

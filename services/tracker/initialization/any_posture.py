@@ -18,9 +18,8 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
 from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
-from zenocap.services.tracker.filter.rivals import nats_against, with_rivals
+from zenocap.services.tracker.filter.rivals import nats_against, reach_of, with_rivals
 from zenocap.services.tracker.initialization.decisions import allowed, started
-from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import find_column, middle_and_span
 from zenocap.services.tracker.initialization.relocalization import error_of, poses_anywhere
 from zenocap.services.tracker.initialization.t_pose import detail_at
@@ -102,8 +101,7 @@ def _with_rivals(
     if not poses:
         return None
     errors = np.array([error(one) for one in poses])
-    reaches = [foot_reach(anatomy, model, evidence.rays, one, person.stature) for one in poses]
-    against = nats_against(errors, [None if one is None else one / person.stature for one in reaches])
+    against = nats_against(errors, [reach_of(anatomy, person, evidence, one) for one in poses])
     best = int(np.argmin(against))
     support = support_fraction(model, evidence, poses[best])
     if support < p.START_SUPPORT:

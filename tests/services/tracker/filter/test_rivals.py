@@ -32,6 +32,7 @@ from zenocap.services.tracker.initialization.twins import exchanged_legs, mirror
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
     LOST_LIMB,
+    REACH_MOST,
     RIVAL_APART_M,
     RIVAL_FITS,
     RIVAL_MET,
@@ -167,7 +168,8 @@ def test_heading_of_a_probability_has_rivals_of_the_others_odds(probability: flo
         ((1.0, 1.05), (-0.02, 0.02), 1),  # feet that point forward outweigh a misfit that is 5 % worse,
         ((1.0, 2.0), (-0.005, 0.005), 0),  # and not one that is twice as large
         ((1.05, 1.0), (None, None), 1),
-        ((1.0, 1.05), (None, 0.02), 0),  # feet that are not seen show nothing
+        ((1.0, 1.05), (None, REACH_MOST), 0),  # feet that are not seen show nothing
+        ((1.05, 1.0), (None, -0.01), 0),
     ],
 )
 def test_most_probable_pose_is_that_of_misfit_and_feet(

@@ -218,7 +218,7 @@ def _misfits(model: BodyModel, evidence: Evidence, *poses: RootedPose) -> list[f
 def _differs(anatomy: Anatomy, phase: Tracking, kind: RivalKind, pose: RootedPose) -> bool:
     """Whether a leg, or the heading, of a pose is not that of the estimate."""
     if kind in HEADING_KINDS:
-        return turn_between(pose, phase.estimate) > np.radians(p.RIVAL_TURN_DEG)
+        return bool(turn_between(pose, phase.estimate) > np.radians(p.RIVAL_TURN_DEG))
     return bool(limb_distances(anatomy, phase.person.model, [pose], phase.estimate)[0, LEGS].max() > p.RIVAL_APART_M)
 
 

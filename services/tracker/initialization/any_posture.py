@@ -40,16 +40,16 @@ def start_in_any_posture(
         return replace(phase, heights=(), places=(), appeared=True), no_result
     height = column.top - max(column.low, -p.GROUND_TOLERANCE_M)
     middle, span = middle_and_span(evidence.rays, column)
-    lying = tuple(one for one in p.FLOOR_STATURES_M if height < p.FLOOR_HEIGHT * one and span > p.FLOOR_SPAN_M)
+    lying = [one for one in p.FLOOR_STATURES_M if height < p.FLOOR_HEIGHT * one and span > p.FLOOR_SPAN_M]
     heights = _longer(phase.heights, captured_ns, height) if p.MIN_STATURE_M <= height <= p.MAX_STATURE_M else ()
     places = _longer(phase.places, captured_ns, np.array([height, *middle])) if lying else ()
     phase = replace(phase, heights=heights, places=places, appeared=phase.appeared and bool(lying))
     if heights and captured_ns - heights[0][0] >= p.START_AFTER_NS:
-        on_floor, statures = False, (float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE)),)
-        phase = replace(phase, heights=_recent(heights))
+        on_floor, phase = False, replace(phase, heights=_recent(heights))
+        statures = [float(np.percentile([one for _, one in heights], p.START_STATURE_PERCENTILE))]
     elif places and captured_ns - places[0][0] >= p.START_AFTER_NS + p.START_RETRY_NS // 2:
-        on_floor, statures = True, lying if phase.appeared or _moved(places) else ()
-        phase = replace(phase, places=_recent(places))
+        on_floor, phase = True, replace(phase, places=_recent(places))
+        statures = lying if phase.appeared or _moved(places) else []
     else:
         return phase, no_result
     began: tuple[Tracking, Outcome] | None = None

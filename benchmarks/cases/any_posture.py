@@ -1,4 +1,4 @@
-"""Starts without a T-pose: on the floor, standing turned, walking; what seeds and the user's decision change."""
+"""Starts without a T-pose: on the floor, standing turned, walking; with seeds and decisions."""
 
 from collections.abc import Sequence
 from math import ceil, nan, radians

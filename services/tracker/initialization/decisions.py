@@ -1,4 +1,4 @@
-"""The user's decisions on the heading: about its direction at the start, on front and back later in a take.
+"""The user's decisions: the direction of the heading at the start, front and back later in a take.
 
 Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not show it, a
 person who has seen the videos does.

@@ -1,4 +1,4 @@
-"""Rivals: exchanged legs and headings gather evidence, and take the estimate's place; legs without a jump of the rest."""
+"""Rivals: exchanged legs and headings gather evidence, and take the estimate's place."""
 
 from dataclasses import replace
 

@@ -150,7 +150,7 @@ def check_other_postures(
 
 
 def _are_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose]) -> Bools:
-    """(n,) whether poses have the legs or the heading of a rival, which do not replace the estimate where they fit alike."""
+    """(n,) whether poses have the legs or the heading of a rival, and so do not replace an estimate that fits alike."""
     found = np.zeros(len(poses), dtype=np.bool_)
     for rival in phase.rivals:
         if rival.pose is not None and rival.kind in LEG_KINDS:

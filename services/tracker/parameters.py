@@ -199,6 +199,7 @@ STANDING_MOST = 4.0  # nats, against standing feet at different heights: there a
 REACH_MOST = 0.03  # statures, reach of the feet beyond which they are not more probable: they are in other places
 REACH_NATS = 80.0  # nats per stature that the feet reach farther forward; half of HEADING_CONFIDENCE's, which has one pose
 MIRROR_VIEWS_DEG = (65.0, 115.0)  # angle of two views that show a trunk and the mirrored one with equal widths
+MIRROR_MET = 2.5  # nats against a mirrored heading after it has met the estimate's: the heading is known, but not for long
 MIRROR_TURNS_DEG = (40.0, 140.0)  # between both headings; smaller turns are no rivals, greater ones are the opposite one
 
 # Relocalization and heading.

@@ -25,10 +25,11 @@ from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
 Method = Literal["hybrid", "image-force", "particle-filter"]
 METHODS: tuple[Method, ...] = get_args(Method)
-RivalKind = Literal["legs", "feet", "back", "mirror"]
+RivalKind = Literal["legs", "feet", "back", "first mirror", "second mirror"]
 RIVAL_KINDS: tuple[RivalKind, ...] = get_args(RivalKind)
 LEG_KINDS: tuple[RivalKind, ...] = ("legs", "feet")
-HEADING_KINDS: tuple[RivalKind, ...] = ("back", "mirror")
+MIRROR_KINDS: tuple[RivalKind, ...] = ("first mirror", "second mirror")
+HEADING_KINDS: tuple[RivalKind, ...] = ("back", *MIRROR_KINDS)
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Rival:
     """Another explanation of the silhouettes beside the estimate.
 
     kind: the other leg ahead; the feet in each other's places and the trunk turned; heading opposite, with the limbs
-    exchanged; heading mirrored about one of two viewing directions, or of the start another one.
+    exchanged; heading mirrored about the first or second of two viewing directions, or of the start another one.
     nats: log odds against the estimate, at most RIVAL_MOST either way; they stay while no such pose fits: None.
     """
 

@@ -23,10 +23,11 @@ from zenocap.services.tracker.filter.confidence import LEGS, MAX_DISTANCE_M, MIN
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.relocalization import refined, turn_between
-from zenocap.services.tracker.initialization.twins import exchanged, leg_columns
+from zenocap.services.tracker.initialization.twins import exchanged, leg_columns, mirror_turn
 from zenocap.services.tracker.states import (
     HEADING_KINDS,
     LEG_KINDS,
+    MIRROR_KINDS,
     RIVAL_KINDS,
     Outcome,
     Rival,
@@ -101,7 +102,8 @@ def with_rivals(anatomy: Anatomy, phase: Tracking, poses: Sequence[RootedPose], 
     found = dict[RivalKind, Rival]()
     for k in np.argsort(-nats, kind="stable"):
         turn = np.degrees(turn_between(poses[k], phase.estimate))
-        kind: RivalKind = "legs" if turn <= p.RIVAL_TURN_DEG else "mirror" if turn < p.MIRROR_TURNS_DEG[1] else "back"
+        kind = MIRROR_KINDS[int(poses[k].rotation[:, 2] @ phase.estimate.rotation[:, 0] > 0.0)]
+        kind = "legs" if turn <= p.RIVAL_TURN_DEG else kind if turn < p.MIRROR_TURNS_DEG[1] else "back"
         if kind not in found and _differs(anatomy, phase, kind, poses[k]):
             found[kind] = Rival(kind, max(-p.RIVAL_MOST, float(nats[k])), poses[k])
     return replace(phase, rivals=tuple(found.values()))
@@ -145,6 +147,8 @@ def _sought(step: _Step, rival: Rival) -> Rival:
         return replace(rival, pose=pose)
     if rival.kind in LEG_KINDS and not differs:
         return rival
+    if not differs and _mirror_meets(setup, phase.estimate, rival.kind):
+        return replace(rival, nats=-p.MIRROR_MET)
     gained = _shown(step, rival.kind, pose, error / own_error) if differs else -p.RIVAL_MOST
     against = min(max(0.0, -gained), p.RIVAL_MOST)
     moved = np.linalg.norm(np.subtract(*(limb_points(anatomy, model, one.estimate) for one in (before, phase))), axis=2)
@@ -162,10 +166,12 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
         start.values[legs] = last.values[legs]
     else:
         turn = own.rotation @ before.estimate.rotation.T
+        turn = turn.T if rival.kind in MIRROR_KINDS else turn
         start = RootedPose(last.position + own.position - before.estimate.position, turn @ last.rotation, last.values)
     pose = refined(person.model, evidence, start, residual_weights(setup, p.ESTIMATE_HOLD), p.ESTIMATE_ITERATIONS)
-    if not _differs(anatomy, after, rival.kind, pose):  # legs that meet may be exchanged
-        return replace(rival, nats=p.RIVAL_MET * rival.nats if rival.kind in LEG_KINDS else rival.nats, pose=None)
+    if not _differs(anatomy, after, rival.kind, pose):  # those that meet may be exchanged
+        met = -p.MIRROR_MET if rival.kind in MIRROR_KINDS else rival.nats
+        return replace(rival, nats=p.RIVAL_MET * rival.nats if rival.kind in LEG_KINDS else met, pose=None)
     moves = ((before.estimate, own), (last, pose))
     points = [[limb_points(anatomy, person.model, one)[:, _limbs(rival.kind)] for one in move] for move in moves]
     lengths = np.array([np.linalg.norm(now - then, axis=2) for then, now in points])  # (2 poses, 2 points, limbs), metres
@@ -220,6 +226,12 @@ def _differs(anatomy: Anatomy, phase: Tracking, kind: RivalKind, pose: RootedPos
     if kind in HEADING_KINDS:
         return bool(turn_between(pose, phase.estimate) > np.radians(p.RIVAL_TURN_DEG))
     return bool(limb_distances(anatomy, phase.person.model, [pose], phase.estimate)[0, LEGS].max() > p.RIVAL_APART_M)
+
+
+def _mirror_meets(setup: TrackerSetup, pose: RootedPose, kind: RivalKind) -> bool:
+    """Whether the mirrored heading is nearly that of a pose."""
+    turn = mirror_turn(setup, pose, MIRROR_KINDS.index(kind)) if kind in MIRROR_KINDS else None
+    return turn is not None and np.degrees(abs(turn)) <= p.MIRROR_TURNS_DEG[0]
 
 
 def _shown(step: _Step, kind: RivalKind, pose: RootedPose, excess: float) -> float:

@@ -20,7 +20,7 @@ from zenocap.services.tracker.filter.confidence import LEGS, limb_points
 from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.initialization.postures import search_postures, turned_start
 from zenocap.services.tracker.initialization.relocalization import searched, turn_between
-from zenocap.services.tracker.states import RivalKind, TrackedPerson, TrackerSetup
+from zenocap.services.tracker.states import MIRROR_KINDS, RivalKind, TrackedPerson, TrackerSetup
 
 OPPOSITE = {"R": "L", "L": "R"}
 
@@ -39,30 +39,27 @@ def exchanged(
         starts = [one._replace(position=pose.position, rotation=back) for one in (*search_postures(setup.anatomy), pose)]
         starts = [*starts, exchanged_limbs(setup.anatomy, person.body, pose)]
     else:
-        turn = _mirror_turn(setup, pose)
-        if turn is None:
+        turn = mirror_turn(setup, pose, MIRROR_KINDS.index(kind))
+        if turn is None or not p.MIRROR_TURNS_DEG[0] < np.degrees(abs(turn)) < p.MIRROR_TURNS_DEG[1]:
             return pose
         starts = [turned_start(pose, pose.position, turn)]
     (found,) = searched(person.model, evidence, starts, residual_weights(setup, p.PARTICLE_HOLD), (1, passes))
     return found
 
 
-def _mirror_turn(setup: TrackerSetup, pose: RootedPose) -> float | None:
-    """Turn in radians to the heading mirrored about a viewing direction; None where views show the difference.
+def mirror_turn(setup: TrackerSetup, pose: RootedPose, view: int) -> float | None:
+    """Turn in radians to the heading mirrored about the direction of a view; None where views show the difference.
 
-    Two level views at a right angle show a trunk with the same widths in both headings.
+    Two level views at a right angle show a trunk with the same widths in both headings, and in the opposite ones.
     """
     towards = [camera.centre - pose.position for camera in setup.cameras.values()]
     azimuths = [float(np.arctan2(x, z)) for x, _, z in towards]
     heading = float(np.arctan2(pose.rotation[0, 2], pose.rotation[2, 2]))
     if len(azimuths) != 2:
         return None
-    angles = azimuths[1] - azimuths[0], 2.0 * (azimuths[0] - heading)
+    angles = azimuths[1] - azimuths[0], 2.0 * (azimuths[view] - heading)
     between, turn = ((angle + np.pi) % (2.0 * np.pi) - np.pi for angle in angles)
-    for angle, (least, most) in ((between, p.MIRROR_VIEWS_DEG), (turn, p.MIRROR_TURNS_DEG)):
-        if not least < np.degrees(abs(angle)) < most:
-            return None
-    return turn
+    return turn if p.MIRROR_VIEWS_DEG[0] < np.degrees(abs(between)) < p.MIRROR_VIEWS_DEG[1] else None
 
 
 def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:

@@ -32,7 +32,9 @@ from zenocap.services.tracker.initialization.twins import exchanged_legs, mirror
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
     LOST_LIMB,
+    MIRROR_MET,
     REACH_MOST,
+    RIVAL_ALIKE,
     RIVAL_APART_M,
     RIVAL_FITS,
     RIVAL_MET,
@@ -130,7 +132,7 @@ def test_rivals_are_found_where_they_fit_as_well_and_known_legs_stay_known() -> 
     assert held(STANDING, heading, scene(STANDING), 1, "legs")[0].rivals[:2] == (Rival("legs"), Rival("feet"))  # the same
 
 
-@pytest.mark.parametrize(("kind", "most"), [("legs", -np.log(RIVAL_FITS) / AMBIGUITY_SCALE), ("mirror", -RIVAL_MOST)])
+@pytest.mark.parametrize(("kind", "most"), [("legs", -np.log(RIVAL_FITS) / AMBIGUITY_SCALE), ("first mirror", -RIVAL_MOST)])
 def test_rival_that_does_not_fit_is_one_observation_however_long_the_pose_is_held(kind: RivalKind, most: float) -> None:
     evidence = scene(STRIDE)
     once, often = (rival_of(held(STRIDE, (), evidence, frames, kind)[0], kind) for frames in (1, 4))
@@ -155,7 +157,21 @@ def test_heading_is_known_once_its_rivals_are_refuted_and_doubted_when_one_gains
     assert not doubted.person.heading_known
 
 
-@pytest.mark.parametrize(("probability", "nats", "known"), [(0.0, 6.0, False), (0.6, -0.405, False), (0.9, -2.197, True)])
+@pytest.mark.parametrize("pose", [None, turned_start(STANDING, STANDING.position, -0.1)])
+def test_mirrored_heading_that_meets_the_estimate_may_be_exchanged_with_it_later(pose: RootedPose | None) -> None:
+    """Which way a person turns who faces a camera: the heading is known, and another one soon possible again."""
+    phase = tracking(turned_start(STANDING, STANDING.position, -0.4), known=True)
+    rivals = (Rival("back", -RIVAL_MOST), Rival("first mirror", -RIVAL_MOST, pose), Rival("second mirror", -RIVAL_MOST))
+    phase = replace(phase, rivals=rivals)
+    after = replace(phase, captured_ns=phase.captured_ns + FRAME_NS)
+    phase, _ = follow_rivals(setup(ring(2)), phase, after, OUTCOME, after.captured_ns, rays_alone(rays()), ["first mirror"])
+    assert rival_of(phase, "first mirror") == Rival("first mirror", -MIRROR_MET)
+    assert phase.person.heading_known
+
+
+@pytest.mark.parametrize(
+    ("probability", "nats", "known"), [(0.0, RIVAL_MOST, False), (0.6, -0.405, False), (0.9, -2.197, True)]
+)
 def test_heading_of_a_probability_has_rivals_of_the_others_odds(probability: float, nats: float, known: bool) -> None:
     phase = with_heading(tracking(STANDING, known=True), probability)
     assert heading_nats(phase) == pytest.approx(nats, abs=1e-3)
@@ -182,19 +198,27 @@ def test_rivals_among_poses_are_the_most_probable_of_each_kind_that_differ() -> 
     aside, legs = turned_start(STRIDE, STRIDE.position, 1.5), STRIDE._replace(values=WRONG.values)
     poses = [STRIDE, legs, WRONG, reversed_of(STRIDE), aside]
     phase = with_rivals(FOURTEEN_PARTS, tracking(STRIDE), poses, np.array([0.0, -2.0, -1.0, -1e3, -3.0]))
-    assert [(one.kind, one.nats) for one in phase.rivals] == [("legs", -1.0), ("mirror", -3.0), ("back", -RIVAL_MOST)]
+    assert [(one.kind, one.nats) for one in phase.rivals] == [
+        ("legs", -1.0),
+        ("second mirror", -3.0),
+        ("back", -RIVAL_MOST),
+    ]
     assert [one.pose for one in phase.rivals] == [WRONG, aside, poses[3]]
 
 
 @pytest.mark.slow
-def test_other_postures_take_no_rival_and_another_heading_has_other_rivals() -> None:
+def test_other_postures_take_no_rival_that_fits_alike_and_another_heading_has_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     legs, back = Rival("legs", 0.0, STRIDE), Rival("back", 2.0)
-    for pose, before, replaced, left in (
-        (WRONG, (), True, ()),
-        (WRONG, (legs,), False, (legs,)),
-        (WRONG, (back,), True, (back,)),
-        (reversed_of(STRIDE), (back,), True, ()),
+    for alike, pose, before, replaced, left in (
+        (100.0, WRONG, (), True, ()),
+        (100.0, WRONG, (legs,), False, (legs,)),
+        (RIVAL_ALIKE, WRONG, (legs,), True, (legs,)),  # it fits clearly better
+        (100.0, WRONG, (back,), True, (back,)),
+        (100.0, reversed_of(STRIDE), (back,), True, ()),
     ):
+        monkeypatch.setattr("zenocap.services.tracker.parameters.RIVAL_ALIKE", alike)
         phase = replace(tracking(pose, known=pose is WRONG), rivals=before)
         after, _ = check_other_postures(SETUP, phase, OUTCOME, FRAME_NS, scene(STRIDE))
         apart = limb_distances(FOURTEEN_PARTS, MODEL, [after.estimate], STRIDE)[0, LEGS].max()

@@ -17,6 +17,7 @@ from zenocap.services.tracker.initialization.decisions import faces
 from zenocap.services.tracker.initialization.postures import search_postures, turned_start
 from zenocap.services.tracker.initialization.twins import exchanged, exchanged_legs, exchanged_limbs, mirrored_about_feet
 from zenocap.services.tracker.parameters import SEARCH_PASSES
+from zenocap.services.tracker.states import MIRROR_KINDS
 
 
 def stride(anatomy: Anatomy) -> RootedPose:
@@ -64,12 +65,14 @@ def test_opposite_pose_fills_the_same_space() -> None:
 
 
 @pytest.mark.parametrize(
-    ("views", "yaw", "mirrored"), [(2, 0.6, -0.6), (2, -0.9, 0.9), (2, 0.1, 0.1), (2, 1.5, 1.5), (4, 0.6, 0.6)]
+    ("views", "yaw", "first", "second"),
+    [(2, 0.6, -0.6, np.pi - 0.6), (2, -0.9, 0.9, 0.9 - np.pi), (2, 0.1, 0.1, 0.1), (2, 1.5, 1.5, 1.5), (4, 0.6, 0.6, 0.6)],
 )
-def test_two_views_at_a_right_angle_have_a_mirrored_heading_and_others_have_none(
-    views: int, yaw: float, mirrored: float
+def test_two_views_at_a_right_angle_have_mirrored_headings_and_others_have_none(
+    views: int, yaw: float, first: float, second: float
 ) -> None:
     """The first camera is along +Z."""
     pose = turned_start(stride(FOURTEEN_PARTS), np.array([0.0, 0.9, 0.0]), yaw)
-    found = exchanged(setup(ring(views)), tracking(pose).person, rays_alone(NO_RAYS), pose, "mirror", 1)
-    np.testing.assert_allclose(found.rotation[:, 2], ahead(mirrored), atol=1e-6)
+    for kind, mirrored in zip(MIRROR_KINDS, (first, second), strict=True):
+        found = exchanged(setup(ring(views)), tracking(pose).person, rays_alone(NO_RAYS), pose, kind, 1)
+        np.testing.assert_allclose(found.rotation[:, 2], ahead(mirrored), atol=1e-6)
